@@ -1,0 +1,1 @@
+"""pyros1: ROS 1 as a Python package."""

@@ -1,0 +1,193 @@
+"""Every error that pyros1 raises on purpose, as one tree.
+
+::
+
+    Error
+    ├── InvalidNameError (ValueError)       a graph resource name breaks the grammar
+    ├── MessageError
+    │   ├── DefinitionError                 a .msg/.srv/.action text cannot be used; names file and line
+    │   ├── UnknownTypeError                no definition of that message or service type was found
+    │   ├── SerializationError              a value does not fit its field
+    │   └── DeserializationError            received bytes are not such a message; names type and offset
+    ├── TransportError
+    │   ├── ProtocolError                   the peer broke the protocol (header, framing, HTTP, XML)
+    │   ├── ConnectionRefusedByPeerError    the peer answered with an ``error=`` header
+    │   ├── UnreachableError                no connection could be made, or it was lost
+    │   └── DeadlineError (TimeoutError)    the peer did not answer in time
+    ├── XmlRpcFault                         the remote side answered with an XML-RPC fault
+    ├── MasterError                         the master answered with code 0 or -1
+    │   └── MasterUnreachableError          the master did not answer at all
+    ├── ServiceError                        a service call failed, here or in the handler
+    │   └── ServiceUnavailableError         nobody provides the service, or its node cannot be reached
+    ├── ParameterNotSetError (KeyError)     the parameter is not on the parameter server
+    ├── WaitTimeoutError (TimeoutError)     something waited for did not come in time
+    ├── NodeError                           a node is used in a way it cannot be (closed, declared twice, ...)
+    │   └── NodeShutdownError               a wait was cut short because the node is shutting down
+    ├── TimeMovedBackwardsError             simulated time jumped back during a sleep
+    ├── PackageNotFoundError (LookupError)  no ROS package of that name
+    └── LaunchError                         a launch file or its nodes cannot be used; names file and line
+"""
+
+from __future__ import annotations
+
+
+class Error(Exception):
+    """Base of all pyros1 errors; its text is meant to be shown to a person."""
+
+
+class InvalidNameError(Error, ValueError):
+    """A graph resource name breaks the naming rules (https://wiki.ros.org/Names)."""
+
+
+class MessageError(Error):
+    """A message definition, a value or received bytes cannot be used."""
+
+
+class DefinitionError(MessageError):
+    """A definition text is wrong.
+
+    Args:
+        message: what is wrong.
+        where: file name or type name, None if unknown.
+        line: 1-based line number, None if unknown.
+    """
+
+    def __init__(self, message: str, where: str | None = None, line: int | None = None) -> None:
+        self.where = where
+        self.line = line
+        place = f"{where or '<definition>'}:{line}: " if line is not None else f"{where}: " if where else ""
+        super().__init__(place + message)
+
+
+class UnknownTypeError(MessageError):
+    """No definition of the named type exists in any place that was searched."""
+
+
+class SerializationError(MessageError):
+    """A field's value cannot be written as the field's type."""
+
+
+class DeserializationError(MessageError):
+    """Received bytes are not a message of the expected type.
+
+    Args:
+        type_name: for example ``std_msgs/String``.
+        offset: byte offset into the message body at which decoding failed.
+        reason: what was found there.
+    """
+
+    def __init__(self, type_name: str, offset: int, reason: str) -> None:
+        self.type_name = type_name
+        self.offset = offset
+        self.reason = reason
+        super().__init__(f"cannot decode {type_name} at byte {offset}: {reason}")
+
+
+class TransportError(Error):
+    """Talking to another process failed."""
+
+
+class ProtocolError(TransportError):
+    """The peer sent something that the protocol does not allow."""
+
+
+class ConnectionRefusedByPeerError(TransportError):
+    """The peer refused the connection with an ``error`` header; the text is the peer's reason."""
+
+
+class UnreachableError(TransportError):
+    """No connection could be made, or it was lost before the answer came."""
+
+
+class DeadlineError(TransportError, TimeoutError):
+    """The peer did not answer in time."""
+
+
+class XmlRpcFault(Error):
+    """The remote side answered with an XML-RPC fault.
+
+    Args:
+        code: the fault code.
+        message: the fault string.
+    """
+
+    def __init__(self, code: int, message: str) -> None:
+        self.code = code
+        self.message = message
+        super().__init__(f"XML-RPC fault {code}: {message}")
+
+
+class MasterError(Error):
+    """The master (or a node's API) answered a call with status 0 (failed) or -1 (wrong call).
+
+    Args:
+        message: the status message.
+        code: 0 or -1.
+    """
+
+    def __init__(self, message: str, code: int = -1) -> None:
+        self.code = code
+        super().__init__(message)
+
+
+class MasterUnreachableError(MasterError):
+    """The master did not answer at all."""
+
+
+class ServiceError(Error):
+    """A service call failed: the text says where and why."""
+
+
+class ServiceUnavailableError(ServiceError):
+    """Nobody provides the service, or its provider cannot be reached."""
+
+
+class ParameterNotSetError(Error, KeyError):
+    """The parameter is not set on the parameter server."""
+
+    def __str__(self) -> str:  # KeyError would show the repr of its argument
+        return Exception.__str__(self)
+
+
+class WaitTimeoutError(Error, TimeoutError):
+    """What was waited for (a message, a service, the master) did not come in time."""
+
+
+class NodeError(Error):
+    """A node, publisher, subscriber or service is used in a way it cannot be."""
+
+
+class NodeShutdownError(NodeError):
+    """A wait was cut short because the node is shutting down."""
+
+
+class TimeMovedBackwardsError(Error):
+    """Simulated time jumped back while something slept.
+
+    Args:
+        jump: size of the jump in seconds (negative).
+    """
+
+    def __init__(self, jump: float) -> None:
+        self.jump = jump
+        super().__init__(f"time moved backwards by {-jump} s")
+
+
+class PackageNotFoundError(Error, LookupError):
+    """No ROS package of that name was found."""
+
+
+class LaunchError(Error):
+    """A launch file, or what it asks for, cannot be used.
+
+    Args:
+        message: what is wrong and what to do.
+        where: file name, None if unknown.
+        line: 1-based line number, None if unknown.
+    """
+
+    def __init__(self, message: str, where: str | None = None, line: int | None = None) -> None:
+        self.where = where
+        self.line = line
+        place = f"{where}:{line}: " if where and line else f"{where}: " if where else ""
+        super().__init__(place + message)

@@ -1,0 +1,151 @@
+"""Graph resource names: validate, resolve, remap, and the arguments that carry remappings.
+
+Implements https://wiki.ros.org/Names and https://wiki.ros.org/Remapping%20Arguments. Pure: the node's name, its
+namespace and the command line come in as arguments.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from pyros1.errors import InvalidNameError
+
+SEP = "/"
+
+_GRAPH_NAME = re.compile(r"[~/A-Za-z][\w/]*\Z", re.ASCII)
+_BASE_NAME = re.compile(r"[A-Za-z]\w*\Z", re.ASCII)
+_REMAPPING = re.compile(r"([~/A-Za-z]|_|__)[\w/]*:=", re.ASCII)
+
+
+def canonicalize_name(name: str) -> str:
+    """Remove repeated and trailing separators; ``/`` stays ``/``."""
+    if not name or name == SEP:
+        return name
+    joined = SEP.join(part for part in name.split(SEP) if part)
+    return SEP + joined if name[0] == SEP else joined
+
+
+def is_legal_name(name: str) -> bool:
+    """Tell whether ``name`` is a legal graph name: relative, global or private. The empty name is legal."""
+    return not name or (_GRAPH_NAME.match(name) is not None and "//" not in name)
+
+
+def is_legal_base_name(name: str) -> bool:
+    """Tell whether ``name`` is a legal name without namespace, as a node's name must be."""
+    return _BASE_NAME.match(name) is not None
+
+
+def is_global(name: str) -> bool:
+    """Tell whether ``name`` starts at the root: ``/a``."""
+    return name.startswith(SEP)
+
+
+def is_private(name: str) -> bool:
+    """Tell whether ``name`` lies under the node's own name: ``~a``."""
+    return name.startswith("~")
+
+
+def namespace(name: str) -> str:
+    """Return the namespace of ``name`` with a trailing separator: ``/a/b`` gives ``/a/``, ``/a`` gives ``/``."""
+    if not name:
+        return SEP
+    if name[-1] == SEP:
+        name = name[:-1]
+    return name[: name.rfind(SEP) + 1] or SEP
+
+
+def ns_join(ns: str, name: str) -> str:
+    """Put ``name`` under namespace ``ns``; a global or private ``name`` is returned as it is."""
+    if is_private(name) or is_global(name):
+        return name
+    if ns == "~":
+        return "~" + name
+    if not ns:
+        return name
+    return ns + name if ns[-1] == SEP else ns + SEP + name
+
+
+def resolve_name(name: str, node_name: str, remappings: dict[str, str] | None = None) -> str:
+    """Return the global name that ``name`` stands for inside a node.
+
+    Args:
+        name: relative, global or private (``~x``); empty means the node's namespace.
+        node_name: the node's full name, for example ``/robot/talker``.
+        remappings: resolved name -> resolved name; looked up once, exact match.
+
+    Raises:
+        InvalidNameError: ``name`` breaks the grammar.
+    """
+    if not name:
+        return namespace(node_name)
+    if not is_legal_name(name):
+        raise InvalidNameError(
+            f"{name!r} is not a legal ROS name: a name starts with a letter, '/' or '~' and holds "
+            "letters, digits, '_' and '/'"
+        )
+    if name[0] == "~":
+        resolved = node_name + SEP + canonicalize_name(name[1:]).lstrip(SEP)
+    elif name[0] == SEP:
+        resolved = name
+    else:
+        resolved = namespace(node_name) + name
+    resolved = canonicalize_name(resolved)
+    if remappings and resolved in remappings:
+        return remappings[resolved]
+    return resolved
+
+
+def anonymous_name(base: str, pid: int, millis: int) -> str:
+    """Return ``base`` made unique by the process id and the time in milliseconds, as rospy does."""
+    return f"{base}_{pid}_{millis}"
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """A command line, sorted.
+
+    Attributes:
+        remappings: ``a:=b`` as written, not yet resolved.
+        parameters: ``_p:=v`` as ``{"p": "v"}``, values as text.
+        special: ``__name:=x`` as ``{"__name": "x"}``.
+        rest: everything else, in order (what rospy's ``myargv`` returns).
+        malformed: arguments that look like a remapping but have more than one ``:=``.
+    """
+
+    remappings: dict[str, str] = field(default_factory=dict)
+    parameters: dict[str, str] = field(default_factory=dict)
+    special: dict[str, str] = field(default_factory=dict)
+    rest: list[str] = field(default_factory=list)
+    malformed: list[str] = field(default_factory=list)
+
+    def resolved_remappings(self, node_name: str) -> dict[str, str]:
+        """Return the remappings with both sides resolved for the node of that full name.
+
+        Raises:
+            InvalidNameError: one of the names is not legal.
+        """
+        return {resolve_name(old, node_name): resolve_name(new, node_name) for old, new in self.remappings.items()}
+
+
+def parse_arguments(argv: list[str]) -> Arguments:
+    """Sort command-line arguments into remappings, private parameters, special keys and the rest.
+
+    Args:
+        argv: without the program's name.
+    """
+    arguments = Arguments()
+    for argument in argv:
+        if not _REMAPPING.match(argument):
+            arguments.rest.append(argument)
+            continue
+        key, _, value = argument.partition(":=")
+        if ":=" in value:
+            arguments.malformed.append(argument)
+        elif key.startswith("__"):
+            arguments.special[key] = value
+        elif key.startswith("_"):
+            arguments.parameters[key[1:]] = value
+        else:
+            arguments.remappings[key] = value
+    return arguments

@@ -1,0 +1,221 @@
+"""Time and Duration: values with nanosecond resolution and their arithmetic (https://wiki.ros.org/roscpp/Overview/Time).
+
+Both hold whole seconds and nanoseconds, always normalised to ``0 <= nsecs < 1e9``. A Time is a point in time and never
+negative; a Duration may be. Pure: no clock is read here.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+_NS = 1_000_000_000
+_T = TypeVar("_T", bound="TVal")
+
+
+class TVal:
+    """What Time and Duration share: seconds and nanoseconds.
+
+    Args:
+        secs: seconds; a float is allowed when ``nsecs`` is 0.
+        nsecs: nanoseconds, any integer; carried over into ``secs``.
+
+    Raises:
+        ValueError: ``secs`` is a float and ``nsecs`` is not 0.
+    """
+
+    __slots__ = ("nsecs", "secs")
+
+    secs: int
+    nsecs: int
+
+    def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
+        if secs.__class__ is not int:
+            if isinstance(secs, float):
+                if nsecs:
+                    raise ValueError("if secs is a float, nsecs must not be given")
+                total = round(secs * 1e9) if abs(secs) < 1e6 else int(secs) * _NS + round((secs - int(secs)) * 1e9)
+                secs, nsecs = divmod(total, _NS)
+            secs = int(secs)
+        if not 0 <= nsecs < _NS:
+            carry, nsecs = divmod(int(nsecs), _NS)
+            secs += carry
+        self.secs = secs
+        self.nsecs = nsecs
+
+    @classmethod
+    def from_sec(cls: type[_T], seconds: float) -> _T:
+        """Make a value from seconds as a float."""
+        return cls(float(seconds))
+
+    from_seconds = from_sec
+
+    @classmethod
+    def from_nsec(cls: type[_T], nanoseconds: int) -> _T:
+        """Make a value from whole nanoseconds."""
+        return cls(*divmod(nanoseconds, _NS))
+
+    def to_sec(self) -> float:
+        """Return the value as seconds; a double keeps microseconds for present-day times, not nanoseconds."""
+        return self.secs + self.nsecs / 1e9
+
+    def to_nsec(self) -> int:
+        """Return the value as whole nanoseconds."""
+        return self.secs * _NS + self.nsecs
+
+    def is_zero(self) -> bool:
+        """Tell whether the value is exactly 0."""
+        return not self.secs and not self.nsecs
+
+    def set(self, secs: int, nsecs: int) -> None:
+        """Set both parts, normalising."""
+        TVal.__init__(self, secs, nsecs)
+
+    def canon(self) -> None:
+        """Normalise after the attributes were set directly."""
+        TVal.__init__(self, self.secs, self.nsecs)
+
+    def __bool__(self) -> bool:
+        return bool(self.secs or self.nsecs)
+
+    def __hash__(self) -> int:
+        return hash((type(self).__name__, self.secs, self.nsecs))
+
+    def __str__(self) -> str:
+        return str(self.to_nsec())
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}[{self.to_nsec()}]"
+
+    def __getstate__(self) -> list[int]:
+        return [self.secs, self.nsecs]
+
+    def __setstate__(self, state: list[int]) -> None:
+        self.secs, self.nsecs = state
+
+
+def _kind(value: object) -> type[TVal] | None:
+    """Return Time or Duration, whichever ``value`` is: subclasses compare and compute with their bases."""
+    return Time if isinstance(value, Time) else Duration if isinstance(value, Duration) else None
+
+
+def _compared(a: TVal, b: object) -> int | None:
+    if _kind(a) is not _kind(b) or not isinstance(b, TVal):
+        return None
+    return a.to_nsec() - b.to_nsec()
+
+
+class _Ordered(TVal):
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        return _compared(self, other) == 0
+
+    def __lt__(self, other: object) -> bool:
+        difference = _compared(self, other)
+        return NotImplemented if difference is None else difference < 0
+
+    def __le__(self, other: object) -> bool:
+        difference = _compared(self, other)
+        return NotImplemented if difference is None else difference <= 0
+
+    def __gt__(self, other: object) -> bool:
+        difference = _compared(self, other)
+        return NotImplemented if difference is None else difference > 0
+
+    def __ge__(self, other: object) -> bool:
+        difference = _compared(self, other)
+        return NotImplemented if difference is None else difference >= 0
+
+    __hash__ = TVal.__hash__
+
+
+class Time(_Ordered):
+    """A point in time: seconds and nanoseconds since the epoch, or since the start of a simulation.
+
+    Raises:
+        TypeError: the time would be negative.
+    """
+
+    __slots__ = ()
+
+    def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
+        super().__init__(secs, nsecs)
+        if self.secs < 0:
+            raise TypeError("time values must be positive")
+
+    def to_time(self) -> float:
+        """Return seconds, as :meth:`to_sec`."""
+        return self.to_sec()
+
+    def __add__(self, other: object) -> Time:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return Time(self.secs + other.secs, self.nsecs + other.nsecs)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: object) -> Any:
+        if isinstance(other, Time):
+            return Duration(self.secs - other.secs, self.nsecs - other.nsecs)
+        if isinstance(other, Duration):
+            return Time(self.secs - other.secs, self.nsecs - other.nsecs)
+        return NotImplemented
+
+
+class Duration(_Ordered):
+    """A span of time, possibly negative: -0.5 s is ``secs=-1, nsecs=500000000``."""
+
+    __slots__ = ()
+
+    def __add__(self, other: object) -> Any:
+        if isinstance(other, Duration):
+            return Duration(self.secs + other.secs, self.nsecs + other.nsecs)
+        return NotImplemented  # Time + Duration is Time's
+
+    def __sub__(self, other: object) -> Duration:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return Duration(self.secs - other.secs, self.nsecs - other.nsecs)
+
+    def __neg__(self) -> Duration:
+        return Duration(-self.secs, -self.nsecs)
+
+    def __abs__(self) -> Duration:
+        return -self if self.secs < 0 else self
+
+    def __mul__(self, factor: object) -> Duration:
+        if isinstance(factor, int):
+            return Duration(self.secs * factor, self.nsecs * factor)
+        if isinstance(factor, float):
+            return Duration.from_sec(self.to_sec() * factor)
+        return NotImplemented
+
+    __rmul__ = __mul__
+
+    def __floordiv__(self, other: object) -> Any:
+        if isinstance(other, Duration):
+            return self.to_nsec() // other.to_nsec()
+        if isinstance(other, int):
+            return Duration.from_nsec(self.to_nsec() // other)
+        if isinstance(other, float):
+            return Duration.from_sec(self.to_sec() // other)
+        return NotImplemented
+
+    def __truediv__(self, other: object) -> Any:
+        if isinstance(other, Duration):
+            return self.to_sec() / other.to_sec()
+        if isinstance(other, (int, float)):
+            return Duration.from_sec(self.to_sec() / other)
+        return NotImplemented
+
+    def __mod__(self, other: object) -> Any:
+        if isinstance(other, Duration):
+            return Duration.from_nsec(self.to_nsec() % other.to_nsec())
+        if isinstance(other, (int, float)):
+            return Duration.from_sec(self.to_sec() % other)
+        return NotImplemented
+
+    def __divmod__(self, other: object) -> Any:
+        if isinstance(other, Duration):
+            return self // other, self % other
+        return NotImplemented
