@@ -20,7 +20,15 @@ def test_n01_illegal_names(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "expected"),
-    [("a", "/ns/a"), ("/a", "/a"), ("~a", "/ns/me/a"), ("", "/ns/"), ("a/b/", "/ns/a/b"), ("~", "/ns/me"), ("~/a", "/ns/me/a")],
+    [
+        ("a", "/ns/a"),
+        ("/a", "/a"),
+        ("~a", "/ns/me/a"),
+        ("", "/ns/"),
+        ("a/b/", "/ns/a/b"),
+        ("~", "/ns/me"),
+        ("~/a", "/ns/me/a"),
+    ],
 )
 def test_n03_resolve(name: str, expected: str) -> None:
     assert names.resolve_name(name, "/ns/me") == expected
@@ -44,7 +52,14 @@ def test_namespace(name: str, expected: str) -> None:
 
 @pytest.mark.parametrize(
     ("ns", "name", "expected"),
-    [("/a", "b", "/a/b"), ("/a/", "b", "/a/b"), ("/a", "/b", "/b"), ("/a", "~b", "~b"), ("~", "b", "~b"), ("", "b", "b")],
+    [
+        ("/a", "b", "/a/b"),
+        ("/a/", "b", "/a/b"),
+        ("/a", "/b", "/b"),
+        ("/a", "~b", "~b"),
+        ("~", "b", "~b"),
+        ("", "b", "b"),
+    ],
 )
 def test_ns_join(ns: str, name: str, expected: str) -> None:
     assert names.ns_join(ns, name) == expected

@@ -1,0 +1,90 @@
+"""Splits a TCPROS stream into frames: u32 little-endian length, then that many bytes.
+
+A FrameBuffer owns the memory that a link receives into. The driver asks for `writable()`, receives into it, says how
+much arrived and gets the positions of the complete frames inside `data`; they are decoded there, without a copy.
+Frames larger than the buffer make it grow, but only as bytes really arrive: a peer's claim costs no memory.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from pyros1.errors import ProtocolError
+
+MAX_MESSAGE_SIZE = 1_000_000_000
+"""Largest frame accepted, in bytes: the limit that roscpp has too."""
+
+_unpack_size = struct.Struct("<I").unpack_from
+_TRUSTED_GROWTH = 16 << 20
+
+
+class FrameBuffer:
+    """Receive buffer of one link.
+
+    Args:
+        capacity: bytes received at most in one go while frames are small.
+        limit: largest accepted frame body in bytes.
+        first: bytes that were received already, together with the connection header.
+
+    Attributes:
+        data: the memory; frame positions refer to it until the next `writable()`.
+    """
+
+    __slots__ = ("_begin", "_capacity", "_end", "_limit", "_view", "data")
+
+    def __init__(self, capacity: int = 1 << 16, limit: int = MAX_MESSAGE_SIZE, first: bytes = b"") -> None:
+        self._capacity = capacity
+        self._limit = limit
+        self.data = bytearray(max(capacity, 2 * len(first)))
+        self.data[: len(first)] = first
+        self._view = memoryview(self.data)
+        self._begin = 0  # first byte of the first incomplete frame
+        self._end = len(first)
+
+    def writable(self) -> memoryview:
+        """Return the memory to receive into, never empty. Positions returned earlier become invalid."""
+        begin, end = self._begin, self._end
+        if begin:
+            if begin != end:
+                self._view[: end - begin] = self._view[begin:end]
+            self._begin = 0
+            self._end = end = end - begin
+        if end == len(self.data):
+            self._grow(len(self.data) * 2)
+        return self._view[end:]
+
+    def _grow(self, size: int) -> None:
+        larger = bytearray(size)
+        larger[: self._end] = self._view[: self._end]
+        self.data = larger
+        self._view = memoryview(larger)
+
+    def received(self, count: int) -> list[tuple[int, int]]:
+        """Note that ``count`` bytes arrived; return (start, end) of each complete frame's body in `data`, in order.
+
+        Raises:
+            ProtocolError: a frame claims to be larger than the limit.
+        """
+        data, position = self.data, self._begin
+        end = self._end = self._end + count
+        frames: list[tuple[int, int]] = []
+        while end - position >= 4:
+            start = position + 4
+            stop = start + _unpack_size(data, position)[0]
+            if stop > end:
+                self._begin = position
+                self._expect(stop - start)
+                return frames
+            frames.append((start, stop))
+            position = stop
+        self._begin = position
+        return frames
+
+    def _expect(self, size: int) -> None:
+        """Make room for a frame of ``size`` bytes of which a part is here, in steps if it is large."""
+        if size > self._limit:
+            raise ProtocolError(f"message of {size} bytes is over the limit of {self._limit}")
+        if size + 4 > len(self.data):
+            wanted = min(size + 4 + self._capacity, max(_TRUSTED_GROWTH, 2 * len(self.data)))
+            if wanted > len(self.data):
+                self._grow(wanted)

@@ -1,0 +1,182 @@
+"""Who may talk to whom: the rules of the TCPROS connection headers, for topics and services.
+
+A connecting side sends a header; the accepting side answers with its own, or with the single field ``error`` and
+closes. Rules (https://wiki.ros.org/ROS/TCPROS):
+
+* the first header decides: ``topic`` asks a publisher, else ``service`` asks a service;
+* ``md5sum`` must be equal, ``*`` on either side is equal to all; ``type`` alone may differ;
+* the answer carries the real type, md5sum and full definition, whatever was asked for.
+
+Refusals name both sides' types, because the person who reads them has to find the one that is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pyros1.errors import ConnectionRefusedByPeerError, ProtocolError
+
+ANY = "*"
+
+
+class Refusal(Exception):
+    """The request cannot be granted; the text goes to the peer as ``error=``."""
+
+
+@dataclass(frozen=True)
+class TopicType:
+    """What travels on a topic: type name, md5 sum and full definition text; ``*`` for any."""
+
+    name: str
+    md5sum: str
+    definition: str = ""
+
+
+@dataclass(frozen=True)
+class ServiceType:
+    """What a service takes and gives: type names of service, request and response, and the service's md5 sum."""
+
+    name: str
+    md5sum: str
+    request: str
+    response: str
+
+
+def subscriber_header(
+    caller_id: str, topic: str, wanted: TopicType, tcp_nodelay: bool, extra: Mapping[str, str] | None = None
+) -> dict[str, str]:
+    """Return the header with which a subscriber asks a publisher for a topic (T06)."""
+    return {
+        **(extra or {}),
+        "callerid": caller_id,
+        "topic": topic,
+        "type": wanted.name,
+        "md5sum": wanted.md5sum,
+        "message_definition": wanted.definition,
+        "tcp_nodelay": "1" if tcp_nodelay else "0",
+    }
+
+
+def _require(header: Mapping[str, str], *names: str) -> None:
+    for name in names:
+        if not header.get(name):
+            raise Refusal(f"Missing required '{name}' field")
+
+
+def _md5_equal(a: str, b: str) -> bool:
+    return a == b or ANY in (a, b)
+
+
+def answer_subscriber(
+    header: Mapping[str, str],
+    node: str,
+    topic: str,
+    offered: TopicType,
+    latching: bool,
+    extra: Mapping[str, str] | None = None,
+) -> dict[str, str]:
+    """Return a publisher's answer to a subscriber's header (T06, T07, T09-T12).
+
+    Raises:
+        Refusal: a field is missing or the md5 sums differ.
+    """
+    _require(header, "topic", "md5sum", "callerid")
+    wanted_type, wanted_md5 = header.get("type", offered.name), header["md5sum"]
+    if not _md5_equal(wanted_md5, offered.md5sum):
+        if wanted_type != offered.name:
+            raise Refusal(f"topic types do not match: [{wanted_type}] vs. [{offered.name}]")
+        raise Refusal(
+            f"Client [{header['callerid']}] wants topic [{topic}] to have datatype/md5sum "
+            f"[{wanted_type}/{wanted_md5}], but our version has [{offered.name}/{offered.md5sum}] Dropping connection."
+        )
+    return {
+        **(extra or {}),
+        "callerid": node,
+        "topic": topic,
+        "type": offered.name,
+        "md5sum": offered.md5sum,
+        "message_definition": offered.definition,
+        "latching": "1" if latching else "0",
+    }
+
+
+def _check_answer(header: Mapping[str, str], who: str, *needed: str) -> None:
+    if "error" in header:
+        raise ConnectionRefusedByPeerError(f"{who} refused the connection: {header['error']}")
+    for name in needed:
+        if not header.get(name):
+            raise ProtocolError(f"{who} answered without the field {name!r}")
+
+
+def check_publisher_answer(header: Mapping[str, str], topic: str, wanted: TopicType, publisher: str) -> None:
+    """Check a publisher's answer to our subscription.
+
+    Args:
+        publisher: what to call it in errors, usually its API address.
+
+    Raises:
+        ConnectionRefusedByPeerError: the publisher said no.
+        ProtocolError: a field is missing, or type and md5 sum are not what we asked for.
+    """
+    _check_answer(header, f"publisher {publisher} of {topic}", "type", "md5sum")
+    if not _md5_equal(wanted.md5sum, header["md5sum"]):
+        raise ProtocolError(
+            f"publisher {publisher} sends {topic} as {header['type']} [{header['md5sum']}], "
+            f"but this subscriber wants {wanted.name} [{wanted.md5sum}]"
+        )
+
+
+def service_client_header(
+    caller_id: str, service: str, wanted: ServiceType, persistent: bool, extra: Mapping[str, str] | None = None
+) -> dict[str, str]:
+    """Return the header with which a client asks a service (T23)."""
+    return {
+        **(extra or {}),
+        "callerid": caller_id,
+        "service": service,
+        "type": wanted.name,
+        "md5sum": wanted.md5sum,
+        "persistent": "1" if persistent else "0",
+    }
+
+
+def answer_service_client(header: Mapping[str, str], node: str, service: str, offered: ServiceType) -> dict[str, str]:
+    """Return a service's answer to a client's header (T24, T25, T33).
+
+    Raises:
+        Refusal: a field is missing or the md5 sums differ.
+    """
+    _require(header, "service", "md5sum", "callerid")
+    if not _md5_equal(header["md5sum"], offered.md5sum):
+        raise Refusal(
+            f"request from [{header['callerid']}]: md5sums do not match: [{header['md5sum']}] vs. [{offered.md5sum}]"
+            f" (service {service} is of type {offered.name})"
+        )
+    return {
+        "callerid": node,
+        "service": service,
+        "type": offered.name,
+        "md5sum": offered.md5sum,
+        "request_type": offered.request,
+        "response_type": offered.response,
+    }
+
+
+def check_service_answer(header: Mapping[str, str], service: str, wanted: ServiceType) -> None:
+    """Check a service's answer to our call. roscpp servers name no ``type`` (T24), so only the md5 sum counts.
+
+    Raises:
+        ConnectionRefusedByPeerError: the service said no.
+        ProtocolError: the md5 sum is missing or not ours.
+    """
+    _check_answer(header, f"service {service}", "md5sum")
+    if not _md5_equal(wanted.md5sum, header["md5sum"]):
+        raise ProtocolError(
+            f"service {service} has md5sum [{header['md5sum']}], but this client's {wanted.name} has [{wanted.md5sum}]"
+        )
+
+
+def is_true(text: str | None) -> bool:
+    """Read a header flag: ``1`` and ``true`` are true."""
+    return text is not None and text.strip().lower() in ("1", "true")

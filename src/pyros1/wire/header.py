@@ -1,0 +1,92 @@
+"""Connection headers (https://wiki.ros.org/ROS/Connection%20Header).
+
+On the wire a header is::
+
+    u32  total length of what follows (little-endian)
+    repeated:
+        u32  field length
+        ...  "key=value"; the value may hold '=' and any bytes
+
+Values are text here. Bytes that are not UTF-8 (comments in message definitions are often Latin-1) survive as
+surrogate escapes, so that a header which is passed on is passed on unchanged.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+
+from pyros1.errors import ProtocolError
+
+MAX_HEADER_SIZE = 1 << 20
+"""Largest header accepted from a peer, in bytes. The largest part is the message definition: tens of kilobytes."""
+
+_U32 = struct.Struct("<I")
+
+
+def encode_header(fields: Mapping[str, str]) -> bytes:
+    """Return the header's bytes with its length in front; keys are sorted, as rospy does."""
+    parts = []
+    for key in sorted(fields):
+        field = f"{key}={fields[key]}".encode("utf-8", "surrogateescape")
+        parts.append(_U32.pack(len(field)))
+        parts.append(field)
+    body = b"".join(parts)
+    return _U32.pack(len(body)) + body
+
+
+def decode_header(body: bytes) -> dict[str, str]:
+    """Return the fields of a header, given without its total length.
+
+    Raises:
+        ProtocolError: a field is empty, has no ``=`` or runs past the end.
+    """
+    fields: dict[str, str] = {}
+    position, end = 0, len(body)
+    while position < end:
+        if end - position < 4:
+            raise ProtocolError(f"connection header: {end - position} stray bytes at offset {position}")
+        (size,) = _U32.unpack_from(body, position)
+        position += 4
+        if size > end - position:
+            raise ProtocolError(f"connection header: field of {size} bytes at offset {position} runs past the end")
+        field = body[position : position + size]
+        key, separator, value = field.partition(b"=")
+        if not separator:
+            raise ProtocolError(f"connection header: field at offset {position} has no '='")
+        fields[key.strip().decode("utf-8", "surrogateescape")] = value.decode("utf-8", "surrogateescape")
+        position += size
+    return fields
+
+
+class HeaderReader:
+    """Collects one header from bytes that arrive in any pieces.
+
+    Args:
+        limit: largest accepted total length in bytes.
+
+    Attributes:
+        rest: bytes that came after the header, once it is complete.
+    """
+
+    def __init__(self, limit: int = MAX_HEADER_SIZE) -> None:
+        self._limit = limit
+        self._data = bytearray()
+        self.rest = b""
+
+    def feed(self, data: bytes) -> dict[str, str] | None:
+        """Take more bytes; return the fields when the header is complete, else None.
+
+        Raises:
+            ProtocolError: the header is too long or malformed.
+        """
+        self._data += data
+        if len(self._data) < 4:
+            return None
+        (size,) = _U32.unpack_from(self._data)
+        if size > self._limit:
+            raise ProtocolError(f"connection header of {size} bytes is over the limit of {self._limit}")
+        if len(self._data) < 4 + size:
+            return None
+        self.rest = bytes(self._data[4 + size :])
+        return decode_header(bytes(self._data[4 : 4 + size]))

@@ -1,0 +1,104 @@
+"""Frames that wait for a slow link: bounded, oldest dropped whole, never a torn frame.
+
+States of a frame: *waiting* (may still be dropped), *begun* (some of its bytes are on the wire: must be finished) and
+gone. At most one frame is begun. The limit counts waiting frames only.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from itertools import islice
+
+Buffer = bytes | bytearray | memoryview
+Frame = bytes | list[Buffer]
+
+
+def frame_size(frame: Frame) -> int:
+    """Return the number of bytes of a frame."""
+    return len(frame) if isinstance(frame, bytes) else sum(memoryview(part).nbytes for part in frame)
+
+
+def _rest_of(frame: Frame, sent: int) -> list[Buffer]:
+    """Return what remains of a frame after ``sent`` bytes, safe to keep: memory that its owner may change is copied."""
+    rest: list[Buffer] = []
+    for part in [frame] if isinstance(frame, bytes) else frame:
+        view = memoryview(part).cast("B") if not isinstance(part, bytes) else memoryview(part)
+        if sent >= len(view):
+            sent -= len(view)
+            continue
+        left = view[sent:]
+        sent = 0
+        rest.append(left if isinstance(part, bytes) else bytes(left))
+    return rest
+
+
+class OutQueue:
+    """The frames of one link that the socket did not take at once.
+
+    Args:
+        limit: most waiting frames, None or 0 for no limit.
+
+    Attributes:
+        dropped: frames thrown away so far.
+    """
+
+    __slots__ = ("_begun", "_limit", "_waiting", "dropped")
+
+    def __init__(self, limit: int | None) -> None:
+        self._limit = limit or 0
+        self._waiting: deque[Frame] = deque()
+        self._begun: list[Buffer] = []
+        self.dropped = 0
+
+    def __len__(self) -> int:
+        """Return the number of frames not fully sent."""
+        return len(self._waiting) + bool(self._begun)
+
+    def push(self, frame: Frame) -> None:
+        """Add a frame; drop the oldest waiting one if there are too many."""
+        waiting = self._waiting
+        if frame.__class__ is not bytes:
+            frame = _rest_of(frame, 0)
+        waiting.append(frame)
+        if self._limit and len(waiting) > self._limit:
+            waiting.popleft()
+            self.dropped += 1
+
+    def push_begun(self, frame: Frame, sent: int) -> None:
+        """Add a frame of which ``sent`` bytes are on the wire already. Only for an empty queue."""
+        self._begun = _rest_of(frame, sent)
+
+    def buffers(self, most: int = 256) -> list[Buffer]:
+        """Return up to about ``most`` buffers to send next, in order, for one scatter-gather call."""
+        parts: list[Buffer] = list(self._begun)
+        for frame in islice(self._waiting, max(0, most - len(parts))):
+            if isinstance(frame, bytes):
+                parts.append(frame)
+            else:
+                parts.extend(frame)
+                if len(parts) >= most:
+                    break
+        return parts
+
+    def sent(self, count: int) -> None:
+        """Note that ``count`` bytes of what `buffers()` returned were sent."""
+        if self._begun:
+            size = sum(len(part) for part in self._begun)
+            if count < size:
+                self._begun = _rest_of(self._begun, count)
+                return
+            count -= size
+            self._begun = []
+        waiting = self._waiting
+        while count:
+            frame = waiting.popleft()
+            size = len(frame) if frame.__class__ is bytes else frame_size(frame)
+            if count < size:
+                self._begun = _rest_of(frame, count)
+                return
+            count -= size
+
+    def clear(self) -> None:
+        """Forget everything, for a link that is gone."""
+        self._waiting.clear()
+        self._begun = []

@@ -1,0 +1,41 @@
+"""Framing of service calls (https://wiki.ros.org/ROS/TCPROS).
+
+::
+
+    request    u32 length, body
+    response   u8 ok (1), u32 length, body
+    failure    u8 ok (0), u32 length, error text
+"""
+
+from __future__ import annotations
+
+import struct
+
+from pyros1.errors import ProtocolError
+from pyros1.wire.framing import MAX_MESSAGE_SIZE
+
+_HEAD = struct.Struct("<BI")
+RESPONSE_HEAD_SIZE = _HEAD.size
+
+
+def encode_success(frame: bytes) -> bytes:
+    """Return a successful response; ``frame`` is the response message with its length in front."""
+    return b"\x01" + frame
+
+
+def encode_failure(reason: str) -> bytes:
+    """Return a failed response with its reason."""
+    text = reason.encode("utf-8", "replace")
+    return _HEAD.pack(0, len(text)) + text
+
+
+def decode_response_head(head: bytes | bytearray, limit: int = MAX_MESSAGE_SIZE) -> tuple[bool, int]:
+    """Return (ok, length of the body) from the first RESPONSE_HEAD_SIZE bytes of a response.
+
+    Raises:
+        ProtocolError: the body would be larger than ``limit`` bytes.
+    """
+    ok, size = _HEAD.unpack(head)
+    if size > limit:
+        raise ProtocolError(f"service response of {size} bytes is over the limit of {limit}")
+    return ok != 0, size

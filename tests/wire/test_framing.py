@@ -1,0 +1,59 @@
+"""framing: any cut of a stream gives the same frames; lengths on a lie cost nothing (T02, T03)."""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pyros1.errors import ProtocolError
+from pyros1.wire.framing import FrameBuffer
+
+
+def feed(buffer: FrameBuffer, data: bytes) -> list[bytes]:
+    frames = []
+    while data:
+        view = buffer.writable()
+        count = min(len(view), len(data))
+        view[:count] = data[:count]
+        frames += [bytes(buffer.data[a:b]) for a, b in buffer.received(count)]
+        data = data[count:]
+    return frames
+
+
+@given(st.lists(st.binary(max_size=100), max_size=20), st.integers(1, 64), st.integers(8, 70), st.integers(0, 30))
+def test_any_cut_gives_the_same_frames(bodies: list[bytes], step: int, capacity: int, first: int) -> None:
+    stream = b"".join(struct.pack("<I", len(body)) + body for body in bodies)
+    buffer = FrameBuffer(capacity, first=stream[:first])
+    got = [bytes(buffer.data[a:b]) for a, b in buffer.received(0)]
+    for start in range(first, len(stream), step):
+        got += feed(buffer, stream[start : start + step])
+    assert got == bodies
+
+
+@given(st.binary(max_size=200))
+def test_garbage_gives_frames_or_protocol_error(data: bytes) -> None:
+    buffer = FrameBuffer(16, limit=1000)
+    try:
+        feed(buffer, data)
+    except ProtocolError as error:
+        assert "over the limit" in str(error)
+
+
+def test_t02_frame_over_the_limit_is_refused() -> None:
+    with pytest.raises(ProtocolError, match="over the limit"):
+        feed(FrameBuffer(), b"\xff\xff\xff\xff")
+
+
+def test_claimed_length_is_not_allocated() -> None:
+    buffer = FrameBuffer()
+    feed(buffer, struct.pack("<I", 900_000_000) + b"x" * 100)
+    assert len(buffer.data) <= 17 << 20
+
+
+def test_large_frame_arrives_whole() -> None:
+    body = bytes(range(256)) * 80_000
+    buffer = FrameBuffer()
+    assert feed(buffer, struct.pack("<I", len(body)) + body + b"\x01\x00\x00\x00z") == [body, b"z"]
