@@ -1,0 +1,203 @@
+"""Where ROS packages are on this machine (https://wiki.ros.org/ROS/EnvironmentVariables#ROS_PACKAGE_PATH).
+
+A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (rosbuild). Three kinds of places are
+searched, in this order: the folders of ``ROS_PACKAGE_PATH`` with everything below them, stock installations found on
+the machine, and the packages that come with pyros1. Nothing is read before a question is asked, a package that lies
+directly in one of the places costs one look, and what a crawl found is remembered by the object.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from pyros1.errors import PackageNotFoundError
+
+OWN_PACKAGES = Path(__file__).resolve().parent.parent / "packages"
+"""Folder of the ROS packages that are part of pyros1."""
+
+_NAME_TAG = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+_IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
+_MAX_DEPTH = 20
+
+
+def stock_installs() -> list[Path]:
+    """Return the ``share`` folders of stock installations: those of ``/opt/ros`` (newest name first), then Debian's."""
+    found = sorted(Path("/opt/ros").glob("*/share"), reverse=True)
+    return [*found, Path("/usr/share")]
+
+
+class PackageIndex:
+    """Finds packages and files in them.
+
+    Args:
+        environ: environment variables; ``ROS_PACKAGE_PATH`` and ``CMAKE_PREFIX_PATH`` are used.
+        installs: ``share`` folders of stock installations; None means those of this machine.
+        own: folder of pyros1's own packages.
+    """
+
+    def __init__(
+        self, environ: Mapping[str, str], *, installs: Sequence[Path] | None = None, own: Path = OWN_PACKAGES
+    ) -> None:
+        self._roots = [Path(part) for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+        self._prefixes = [Path(part) for part in environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if part]
+        self._flat = [*(stock_installs() if installs is None else installs), own]
+        self._own = own
+        self._found: dict[str, Path] = {}
+        self._crawled: dict[Path, dict[str, Path]] = {}
+
+    def find(self, name: str) -> Path:
+        """Return the folder of the package.
+
+        Raises:
+            PackageNotFoundError: it is in none of the places; the text names them.
+        """
+        path = self._found.get(name)
+        if path is None:
+            path = self._search(name)
+            if path is None:
+                places = ", ".join(map(str, [*self._roots, *self._flat]))
+                raise PackageNotFoundError(
+                    f"package [{name}] not found (searched: {places}); is ROS_PACKAGE_PATH set as it should be?"
+                )
+            self._found[name] = path
+        return path
+
+    def paths(self) -> dict[str, Path]:
+        """Return every package's folder by name; where a name occurs twice, the place searched first wins."""
+        result: dict[str, Path] = {}
+        for root in self._roots:
+            for name, path in self._crawl(root).items():
+                result.setdefault(name, path)
+        for share in self._flat:
+            for folder in _subfolders(share):
+                name_found = _package_name(folder)
+                if name_found is not None:
+                    result.setdefault(name_found, folder)
+        return result
+
+    def list(self) -> list[str]:
+        """Return the names of all packages, sorted."""
+        return sorted(self.paths())
+
+    def find_resource(self, package: str, filename: str) -> list[Path]:
+        """Return the files of that name in a package.
+
+        Args:
+            package: package name.
+            filename: a plain name, searched everywhere in the package, or a path relative to the package's folder.
+
+        Returns:
+            Paths in the order found, each file once; empty if there is none.
+
+        Raises:
+            PackageNotFoundError: there is no such package.
+        """
+        folder = self.find(package)
+        if os.path.dirname(filename):
+            path = folder / filename
+            return [path] if path.is_file() else []
+        return _unique(path for path in _walk(folder, filename) if path.is_file())
+
+    def find_executable(self, package: str, name: str) -> list[Path]:
+        """Return the executables of that name: first in ``lib/<package>`` of an install prefix, then in the package.
+
+        Args:
+            package: package name.
+            name: file name, or a path relative to the package's folder; in pyros1's own packages ``name.py`` too.
+
+        Raises:
+            PackageNotFoundError: there is no such package.
+        """
+        folder = self.find(package)
+        own = self._own in folder.parents
+        prefixes = list(self._prefixes)
+        if folder.parent.name == "share":
+            prefixes.append(folder.parent.parent)
+        candidates = [prefix / "lib" / package / name for prefix in prefixes]
+        if os.path.dirname(name):
+            candidates.append(folder / name)
+        else:
+            candidates.extend(_walk(folder, name))
+            if own and not name.endswith(".py"):
+                candidates.extend(_walk(folder, name + ".py"))
+        # Installers may drop the executable bit of a package's data files; ours are started through their interpreter.
+        return _unique(path for path in candidates if path.is_file() and (own or os.access(path, os.X_OK)))
+
+    def _search(self, name: str) -> Path | None:
+        if not name or "/" in name or name.startswith("."):
+            return None
+        for root in self._roots:
+            direct = root if root.name == name else root / name
+            if _package_name(direct) == name:
+                return direct
+            below = self._crawl(root).get(name)
+            if below is not None:
+                return below
+        for share in self._flat:
+            if _package_name(share / name) == name:
+                return share / name
+        return None
+
+    def _crawl(self, root: Path) -> dict[str, Path]:
+        found = self._crawled.get(root)
+        if found is None:
+            found = self._crawled[root] = {}
+            for folder in _packages_below(root):
+                name = _package_name(folder)
+                if name is not None:
+                    found.setdefault(name, folder)
+        return found
+
+
+def _package_name(folder: Path) -> str | None:
+    """Return the name of the package that ``folder`` is, None if it is none."""
+    try:
+        text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return folder.name if (folder / "manifest.xml").is_file() else None
+    match = _NAME_TAG.search(text)
+    return match[1] if match else folder.name
+
+
+def _subfolders(folder: Path) -> list[Path]:
+    try:
+        with os.scandir(folder) as entries:
+            return sorted(Path(entry.path) for entry in entries if entry.name[0] != "." and entry.is_dir())
+    except OSError:
+        return []
+
+
+def _packages_below(root: Path, depth: int = 0) -> Iterator[Path]:
+    """Yield package folders in order; packages do not nest and marked folders are passed over."""
+    try:
+        with os.scandir(root) as listing:
+            entries = {entry.name: entry for entry in listing}
+    except OSError:
+        return
+    names = entries.keys()
+    if "package.xml" in names or "manifest.xml" in names:
+        if "CATKIN_IGNORE" not in names:
+            yield root
+        return
+    if depth >= _MAX_DEPTH or not _IGNORE_MARKS.isdisjoint(names):
+        return
+    for name in sorted(names):
+        if name[0] != "." and entries[name].is_dir():
+            yield from _packages_below(root / name, depth + 1)
+
+
+def _walk(folder: Path, filename: str) -> Iterator[Path]:
+    for base, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if name[0] != ".")
+        if filename in files:
+            yield Path(base, filename)
+
+
+def _unique(paths: Iterator[Path]) -> list[Path]:
+    result: dict[Path, Path] = {}
+    for path in paths:
+        result.setdefault(path.resolve(), path)
+    return list(result.values())

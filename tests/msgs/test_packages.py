@@ -1,0 +1,105 @@
+"""PackageIndex: the places, their order, resources and executables (G28)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pyros1.errors import PackageNotFoundError
+from pyros1.msgs.packages import PackageIndex
+
+
+def make_package(folder: Path, name: str | None = None) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(f"<package format='2'>\n <name> {name or folder.name} </name></package>")
+    return folder
+
+
+def index(tmp_path: Path, *roots: str, prefixes: str = "") -> PackageIndex:
+    path = ":".join(str(tmp_path / root) for root in roots)
+    return PackageIndex(
+        {"ROS_PACKAGE_PATH": path, "CMAKE_PREFIX_PATH": prefixes},
+        installs=[tmp_path / "stock" / "share"],
+        own=tmp_path / "own",
+    )
+
+
+def test_g28_package_path_before_stock_before_own(tmp_path: Path) -> None:
+    for place in ("ws/src", "stock/share", "own"):
+        make_package(tmp_path / place / "a")
+    for place in ("stock/share", "own"):
+        make_package(tmp_path / place / "b")
+    make_package(tmp_path / "own" / "c")
+    packages = index(tmp_path, "ws/src")
+    assert packages.find("a") == tmp_path / "ws/src/a"
+    assert packages.find("b") == tmp_path / "stock/share/b"
+    assert packages.find("c") == tmp_path / "own/c"
+    assert packages.list() == ["a", "b", "c"]
+
+
+def test_g28_crawl_finds_deep_packages_by_their_declared_name(tmp_path: Path) -> None:
+    deep = make_package(tmp_path / "ws/x/y/folder", name="real_name")
+    make_package(deep / "nested")  # packages do not nest
+    ignored = make_package(tmp_path / "ws/x/ignored")
+    (ignored / "CATKIN_IGNORE").touch()
+    make_package(tmp_path / "ws/.hidden/secret")
+    old = tmp_path / "ws/old"
+    old.mkdir()
+    (old / "manifest.xml").write_text("<package/>")
+    packages = index(tmp_path, "ws")
+    assert packages.find("real_name") == deep
+    assert packages.list() == ["old", "real_name"]
+    for name in ("folder", "nested", "ignored", "secret", "", "../ws", "."):
+        with pytest.raises(PackageNotFoundError):
+            packages.find(name)
+
+
+def test_g28_earlier_root_wins_and_a_root_may_be_a_package(tmp_path: Path) -> None:
+    first = make_package(tmp_path / "one/deep/p")
+    make_package(tmp_path / "two/p")
+    single = make_package(tmp_path / "single")
+    packages = index(tmp_path, "one", "two", "single", "missing")
+    assert packages.find("p") == first
+    assert packages.find("single") == single
+
+
+def test_not_found_names_the_places(tmp_path: Path) -> None:
+    with pytest.raises(PackageNotFoundError, match=r"package \[nope\] not found .*ws"):
+        index(tmp_path, "ws").find("nope")
+
+
+def test_resources(tmp_path: Path) -> None:
+    package = make_package(tmp_path / "ws/p")
+    for place in ("launch", "a/b"):
+        (package / place).mkdir(parents=True)
+        (package / place / "x.launch").touch()
+    packages = index(tmp_path, "ws")
+    assert packages.find_resource("p", "x.launch") == [package / "a/b/x.launch", package / "launch/x.launch"]
+    assert packages.find_resource("p", "launch/x.launch") == [package / "launch/x.launch"]
+    assert packages.find_resource("p", "y.launch") == []
+    with pytest.raises(PackageNotFoundError):
+        packages.find_resource("q", "x.launch")
+
+
+def test_executables_in_libexec_then_in_the_package(tmp_path: Path) -> None:
+    package = make_package(tmp_path / "stock/share/p")
+    libexec = tmp_path / "stock/lib/p"
+    devel = tmp_path / "devel/lib/p"
+    for folder in (libexec, devel, package / "scripts"):
+        folder.mkdir(parents=True)
+        (folder / "node").touch(mode=0o755)
+    (package / "scripts" / "plain").touch(mode=0o644)
+    packages = index(tmp_path, prefixes=str(tmp_path / "devel"))
+    assert packages.find_executable("p", "node") == [devel / "node", libexec / "node", package / "scripts/node"]
+    assert packages.find_executable("p", "plain") == []
+    assert packages.find_executable("p", "scripts/node") == [package / "scripts/node"]
+
+
+def test_own_packages_need_no_executable_bit(tmp_path: Path) -> None:
+    package = make_package(tmp_path / "own/minimal")
+    (package / "nodes").mkdir()
+    (package / "nodes" / "talker.py").touch(mode=0o644)
+    packages = index(tmp_path)
+    assert packages.find_executable("minimal", "talker") == [package / "nodes/talker.py"]
+    assert packages.find_executable("minimal", "talker.py") == [package / "nodes/talker.py"]
