@@ -1,0 +1,164 @@
+"""TCP connections that are made without blocking the loop."""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pyros1.errors import DeadlineError, TransportError, UnreachableError
+from pyros1.net.loop import WRITE
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import Loop, TimerHandle
+
+OnConnected = Callable[["socket.socket | None", "TransportError | None"], object]
+
+_IN_PROGRESS = {
+    errno.EINPROGRESS,
+    errno.EWOULDBLOCK,
+    errno.EALREADY,
+    getattr(errno, "WSAEWOULDBLOCK", errno.EINPROGRESS),
+}
+
+
+class ConnectHandle:
+    """A connection in the making."""
+
+    def __init__(self, loop: Loop, host: str, port: int, timeout_s: float, on_done: OnConnected) -> None:
+        self._loop = loop
+        self._host = host
+        self._port = port
+        self._on_done: OnConnected | None = on_done
+        self._addresses: list[str] = []
+        self._sock: socket.socket | None = None
+        self._timeout_s = timeout_s
+        self._timer: TimerHandle | None = None
+
+    def cancel(self) -> None:
+        """No connection is wanted any more; ``on_done`` will not be called. From any thread."""
+        self._on_done = None
+        if self._loop.in_loop() or not self._loop.running:
+            self._clean_up()
+        else:
+            self._loop.call_soon(self._clean_up)
+
+    def _start(self) -> None:
+        if self._on_done is None:
+            return
+        self._timer = self._loop.call_later(self._timeout_s, self._timed_out)
+        self._loop.resolver.resolve(self._host, self._resolved)
+
+    def _resolved(self, addresses: list[str], error: OSError | None) -> None:
+        if self._on_done is None:
+            return
+        if error is not None or not addresses:
+            self._fail(UnreachableError(f"the host name {self._host!r} cannot be resolved: {error or 'no address'}"))
+            return
+        self._addresses = list(addresses)
+        self._try_next(0)
+
+    def _try_next(self, last_error: int) -> None:
+        """Tries the remaining addresses in order."""
+        while self._addresses:
+            address = self._addresses.pop(0)
+            family = socket.AF_INET6 if ":" in address else socket.AF_INET
+            try:
+                sock = socket.socket(family, socket.SOCK_STREAM)
+            except OSError as error:
+                last_error = error.errno or errno.EIO
+                continue
+            sock.setblocking(False)
+            try:
+                code = sock.connect_ex((address, self._port))
+            except (OSError, OverflowError, UnicodeError) as error:
+                code = getattr(error, "errno", None) or errno.EINVAL
+            if code == 0 or code in _IN_PROGRESS:
+                self._sock = sock
+                if code == 0:
+                    self._connected()
+                else:
+                    self._loop.register(sock, WRITE, self._writable)
+                return
+            sock.close()
+            last_error = code
+        self._fail(UnreachableError(f"cannot connect to {self._host}:{self._port}: {os.strerror(last_error)}"))
+
+    def _writable(self, mask: int) -> None:
+        sock = self._sock
+        if sock is None:
+            return
+        code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+        self._loop.unregister(sock)
+        if code:
+            sock.close()
+            self._sock = None
+            self._try_next(code)
+        else:
+            self._connected()
+
+    def _connected(self) -> None:
+        sock = self._sock
+        on_done = self._on_done
+        if sock is None or on_done is None:
+            return
+        try:
+            # A local port that nobody listens on can happen to be chosen as this socket's own: it is then connected
+            # to itself.
+            to_itself = sock.getsockname() == sock.getpeername()
+        except OSError as error:
+            self._close_socket()
+            self._try_next(error.errno or errno.EIO)
+            return
+        if to_itself:
+            self._close_socket()
+            self._try_next(errno.ECONNREFUSED)
+            return
+        self._sock = None
+        self._on_done = None
+        self._clean_up()
+        on_done(sock, None)
+
+    def _timed_out(self) -> None:
+        place = f"{self._host}:{self._port}"
+        self._fail(DeadlineError(f"no connection to {place} could be made within {self._timeout_s:g} s"))
+
+    def _fail(self, error: TransportError) -> None:
+        on_done = self._on_done
+        self._on_done = None
+        self._clean_up()
+        if on_done is not None:
+            on_done(None, error)
+
+    def _close_socket(self) -> None:
+        if self._sock is not None:
+            self._loop.unregister(self._sock)
+            self._sock.close()
+            self._sock = None
+
+    def _clean_up(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._close_socket()
+
+
+def connect(loop: Loop, host: str, port: int, timeout_s: float, on_done: OnConnected) -> ConnectHandle:
+    """Connects to a TCP port; may be called from any thread.
+
+    Args:
+        host: name or address; names are looked up without blocking the loop, all their addresses are tried.
+        timeout_s: longest time in seconds, look-up included.
+        on_done: called once on the loop, with a connected non-blocking socket and None, or None and an
+            UnreachableError or DeadlineError. If ``connect`` is called on the loop this may happen before it returns.
+
+    Returns:
+        A handle whose ``cancel()`` gives up.
+    """
+    handle = ConnectHandle(loop, host, port, timeout_s, on_done)
+    if loop.in_loop():
+        handle._start()
+    else:
+        loop.call_soon(handle._start)
+    return handle

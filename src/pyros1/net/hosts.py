@@ -1,0 +1,165 @@
+"""Which address a process tells the others, on which it listens, and where the master is (facts N18-N26;
+https://wiki.ros.org/ROS/NetworkSetup, https://wiki.ros.org/ROS/EnvironmentVariables).
+"""
+
+from __future__ import annotations
+
+import re
+import socket
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from pyros1.errors import ProtocolError
+from pyros1.net.resolve import direct_addresses, look_up
+
+DEFAULT_MASTER_URI: Final = "http://localhost:11311"
+
+_URI: Final = re.compile(
+    r"([A-Za-z][A-Za-z0-9+.-]*)://(?:[^/@\s]*@)?(\[[0-9A-Fa-f:.%\w]+\]|[^/:@\s\[\]]+)(?::([0-9]*))?(?:[/?#]\S*)?\Z"
+)
+_DEFAULT_PORTS: Final = {"http": 80}
+
+
+@dataclass(frozen=True)
+class LocalAddress:
+    """How this process is reached.
+
+    Attributes:
+        advertised: host name or address that goes into URIs.
+        bind: address to listen on.
+        family: ``socket.AF_INET`` or ``socket.AF_INET6``.
+        warnings: what looks wrong in the environment, for a person to read.
+    """
+
+    advertised: str
+    bind: str
+    family: int
+    warnings: list[str] = field(default_factory=list)
+
+
+def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str, str]) -> LocalAddress:
+    """Finds the address to advertise and to listen on (N18-N23, N26).
+
+    Args:
+        environ: ROS_HOSTNAME, ROS_IP and ROS_IPV6 are looked at.
+        special_args: ``__hostname`` and ``__ip`` of the command line.
+    """
+    warnings = _environment_warnings(environ)
+    ipv6 = environ.get("ROS_IPV6") == "on"
+    override = (
+        special_args.get("__hostname")
+        or special_args.get("__ip")
+        or environ.get("ROS_HOSTNAME")
+        or environ.get("ROS_IP")
+    )
+    family = socket.AF_INET6 if ipv6 else socket.AF_INET
+    bind = "::" if ipv6 else "0.0.0.0"
+    if override:
+        if override == "localhost" or override.startswith("127."):
+            bind = "::1" if ipv6 and override == "localhost" else override if override[0] == "1" else "127.0.0.1"
+        elif override == "::1":
+            bind = "::1"
+        if ":" in bind:
+            family = socket.AF_INET6
+        elif bind != "0.0.0.0":
+            family = socket.AF_INET
+    return LocalAddress(override or _own_host(ipv6), bind, family, warnings)
+
+
+def _environment_warnings(environ: Mapping[str, str]) -> list[str]:
+    warnings = []
+    for name in ("ROS_HOSTNAME", "ROS_IP"):
+        value = environ.get(name)
+        if value is None:
+            continue
+        if not value:
+            warnings.append(f"invalid {name} (an empty string)")
+        elif "://" in value:
+            warnings.append(f"invalid {name} (protocol should not be included): {value}")
+        elif name == "ROS_HOSTNAME" and re.search(r":[0-9]*\Z", value) and value.count(":") == 1:
+            warnings.append(f"invalid {name} (port should not be included): {value}")
+        elif name == "ROS_IP" and direct_addresses(value) is None:
+            warnings.append(f"invalid {name} (not an IP address): {value}")
+    return warnings
+
+
+def _own_host(ipv6: bool) -> str:
+    name = socket.gethostname()
+    if name and name != "localhost" and not name.startswith("127."):
+        return name
+    for address in interface_addresses(ipv6):
+        if not address.startswith("127.") and address != "::1":
+            return address
+    return "::1" if ipv6 else "127.0.0.1"
+
+
+def interface_addresses(ipv6: bool = False) -> list[str]:
+    """The addresses of this machine's network interfaces, as far as the system tells them."""
+    addresses: list[str] = []
+    try:
+        import fcntl  # noqa: PLC0415 - not on Windows
+    except ImportError:
+        fcntl = None  # type: ignore[assignment] # the usual marker of an absent module
+    if fcntl is not None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            for _index, name in socket.if_nameindex():
+                try:
+                    # SIOCGIFADDR of Linux; the address stands at byte 20 of struct ifreq
+                    reply = fcntl.ioctl(probe.fileno(), 0x8915, struct.pack("256s", name.encode()[:15]))
+                except OSError:
+                    continue
+                addresses.append(socket.inet_ntoa(reply[20:24]))
+    try:
+        found = look_up(socket.gethostname())
+    except OSError:
+        found = []
+    wanted = [address for address in found if (":" in address) == ipv6]
+    return wanted + [a for a in addresses if a not in wanted] if not ipv6 else wanted + addresses
+
+
+def master_uri(environ: Mapping[str, str], special_args: Mapping[str, str]) -> str:
+    """The master's URI (N25): ``__master:=``, else ROS_MASTER_URI, else ``http://localhost:11311``."""
+    return special_args.get("__master") or environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+
+
+def parse_uri(uri: str, scheme: str = "http") -> tuple[str, int]:
+    """Splits ``scheme://host:port/`` into host (without brackets) and port.
+
+    Raises:
+        ProtocolError: it is not such a URI; http without a port means port 80, other schemes need one.
+    """
+    match = _URI.match(uri)
+    if match is None or match.group(1).lower() != scheme:
+        raise ProtocolError(f"not a URI of the form {scheme}://host:port/: {uri[:200]!r}")
+    host = match.group(2).strip("[]")
+    port = int(match.group(3)[:10]) if match.group(3) else _DEFAULT_PORTS.get(scheme, 0)
+    if not 0 < port < 65536:
+        raise ProtocolError(f"no usable port in the URI {uri[:200]!r}")
+    return host, port
+
+
+def is_local(host: str) -> bool:
+    """Whether a host name or address means this machine; looks the name up."""
+    if host in ("localhost", "::1") or host.startswith("127.") or host == socket.gethostname():
+        return True
+    try:
+        addresses = direct_addresses(host) or look_up(host)
+    except OSError:
+        return False
+    return any(_is_own(address) for address in addresses)
+
+
+def _is_own(address: str) -> bool:
+    """Only an address of one of the own interfaces can be bound to."""
+    if address.startswith("127.") or address == "::1":
+        return True
+    if address in ("0.0.0.0", "::"):
+        return False
+    try:
+        with socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind((address, 0))
+    except OSError:
+        return False
+    return True

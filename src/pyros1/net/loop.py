@@ -1,0 +1,299 @@
+"""One thread that waits for many sockets and timers.
+
+Everything that the loop calls runs on its thread, one after the other, so what lives on a loop needs no locks.
+Callbacks must not block. ``call_soon``, ``call_later``, ``run``, ``start`` and ``stop`` may be called from any thread;
+``register``, ``modify`` and ``unregister`` only on the loop.
+"""
+
+from __future__ import annotations
+
+import heapq
+import selectors
+import socket
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable
+from itertools import count
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from pyros1.errors import DeadlineError
+
+if TYPE_CHECKING:
+    from pyros1.net.resolve import Resolver
+
+READ: Final = selectors.EVENT_READ
+WRITE: Final = selectors.EVENT_WRITE
+
+ResultT = TypeVar("ResultT")
+
+
+class TimerHandle:
+    """A call that is due later."""
+
+    __slots__ = ("_args", "_fn", "when")
+
+    def __init__(self, when: float, fn: Callable[..., object], args: tuple[Any, ...]) -> None:
+        self.when = when
+        self._fn: Callable[..., object] | None = fn
+        self._args = args
+
+    def cancel(self) -> None:
+        """The call will not happen; harmless if it already has. From any thread."""
+        self._fn = None
+        self._args = ()
+
+    @property
+    def cancelled(self) -> bool:
+        """It was cancelled, or it has run."""
+        return self._fn is None
+
+    def _run(self) -> None:
+        fn, args = self._fn, self._args
+        self.cancel()
+        if fn is not None:
+            fn(*args)
+
+
+class LoopThread(threading.Thread):
+    """A loop's thread.
+
+    Attributes:
+        owner: whom the loop works for; set by the owner, so that code can see on whose loop it runs.
+    """
+
+    owner: object | None = None
+
+
+def _report(error: BaseException) -> None:
+    sys.excepthook(type(error), error, error.__traceback__)
+
+
+class Loop:
+    """A selector, a queue of calls, and a heap of timers on one daemon thread.
+
+    Args:
+        name: the thread's name.
+        on_error: gets an exception that a callback let escape, on the loop; the loop goes on. None: printed by
+            ``sys.excepthook``.
+    """
+
+    def __init__(self, name: str, on_error: Callable[[BaseException], object] | None = None) -> None:
+        self.name = name
+        self._on_error = on_error or _report
+        self._selector = selectors.DefaultSelector()
+        self._callbacks: dict[int, Callable[[int], object]] = {}
+        self._calls: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._timers: list[tuple[float, int, TimerHandle]] = []
+        self._tick = count()
+        self._stopping = False
+        self._closed = False
+        self._awake = False
+        self._lock = threading.Lock()
+        self._resolver: Resolver | None = None
+        self._wake_in, self._wake_out = socket.socketpair()
+        self._wake_in.setblocking(False)
+        self._wake_out.setblocking(False)
+        self._selector.register(self._wake_in, READ, self._drain_wake)
+        self._callbacks[self._wake_in.fileno()] = self._drain_wake
+        self.thread = LoopThread(target=self._run, name=name, daemon=True)
+
+    # ---- from any thread
+
+    def start(self) -> None:
+        """Starts the thread. Calls made before wait for this."""
+        self.thread.start()
+
+    def stop(self, timeout: float = 5.0) -> None:
+        """Ends the thread after the callback that is running, and waits for that (not when called on the loop).
+
+        What is still queued is dropped. Sockets that are still registered are forgotten, not closed.
+
+        Args:
+            timeout: longest wait in seconds.
+        """
+        self._stopping = True
+        if self.in_loop():
+            return
+        self._wake()
+        if self.thread.ident is not None:
+            self.thread.join(timeout)
+        else:
+            self._close()
+
+    @property
+    def running(self) -> bool:
+        """The thread has been started, has not ended, and was not told to."""
+        return self.thread.is_alive() and not self._stopping
+
+    def in_loop(self) -> bool:
+        """Whether the caller runs on the loop's thread."""
+        return threading.get_ident() == self.thread.ident
+
+    def call_soon(self, fn: Callable[..., object], *args: Any) -> None:
+        """Calls ``fn(*args)`` on the loop, in order; nothing happens if the loop has stopped."""
+        self._calls.append((fn, args))
+        if not self._awake and not self.in_loop():
+            self._wake()
+
+    def call_later(self, delay_s: float, fn: Callable[..., object], *args: Any) -> TimerHandle:
+        """Calls ``fn(*args)`` on the loop after ``delay_s`` seconds."""
+        handle = TimerHandle(monotonic() + delay_s, fn, args)
+        if self.in_loop():
+            self._add_timer(handle)
+        else:
+            self.call_soon(self._add_timer, handle)
+        return handle
+
+    def run(self, fn: Callable[..., ResultT], *args: Any, timeout: float = 5.0) -> ResultT:
+        """Calls ``fn(*args)`` on the loop and returns its result; directly if on the loop, or if it is not running.
+
+        Raises:
+            DeadlineError: the loop did not come to it within ``timeout`` seconds.
+            Exception: whatever ``fn`` raises.
+        """
+        if self.in_loop() or not self.running:
+            return fn(*args)
+        done = threading.Event()
+        result: list[ResultT] = []
+        failure: list[BaseException] = []
+
+        def call() -> None:
+            try:
+                result.append(fn(*args))
+            except BaseException as error:  # noqa: BLE001 - handed to the caller
+                failure.append(error)
+            done.set()
+
+        self.call_soon(call)
+        limit = monotonic() + timeout
+        while not done.wait(min(0.1, max(0.0, limit - monotonic()))):
+            if not self.thread.is_alive() and not done.is_set():
+                return fn(*args)
+            if monotonic() >= limit:
+                raise DeadlineError(f"the thread {self.name!r} did not answer within {timeout:g} s")
+        if failure:
+            raise failure[0]
+        return result[0]
+
+    def report(self, error: BaseException) -> None:
+        """Hands an unexpected error to ``on_error``."""
+        self._on_error(error)
+
+    # ---- on the loop
+
+    @property
+    def resolver(self) -> Resolver:
+        """Looks up host names for this loop; made at first use."""
+        if self._resolver is None:
+            from pyros1.net.resolve import Resolver  # noqa: PLC0415 - most loops never need one
+
+            self._resolver = Resolver(self)
+        return self._resolver
+
+    def register(self, sock: socket.socket | int, events: int, callback: Callable[[int], object]) -> None:
+        """Calls ``callback(ready_events)`` whenever the socket is ready.
+
+        Args:
+            sock: a non-blocking socket (or a file descriptor).
+            events: READ, WRITE or both. A callback may be called once without need: it must bear with EAGAIN.
+        """
+        key = self._selector.register(sock, events, callback)
+        self._callbacks[key.fd] = callback
+
+    def modify(self, sock: socket.socket | int, events: int, callback: Callable[[int], object]) -> None:
+        """Changes what a registered socket waits for, or what is called."""
+        key = self._selector.modify(sock, events, callback)
+        self._callbacks[key.fd] = key.data  # not callback: the selector keeps the old object if it is equal
+
+    def unregister(self, sock: socket.socket | int) -> None:
+        """Forgets the socket; to be called before it is closed. Harmless if it is not registered."""
+        try:
+            key = self._selector.unregister(sock)
+        except (KeyError, ValueError):
+            return
+        self._callbacks.pop(key.fd, None)
+
+    # ---- inside
+
+    def _add_timer(self, handle: TimerHandle) -> None:
+        heapq.heappush(self._timers, (handle.when, next(self._tick), handle))
+
+    def _wake(self) -> None:
+        self._awake = True
+        try:
+            self._wake_out.send(b"\0")
+        except BlockingIOError:
+            pass  # it will wake: the pipe is full of reasons to
+        except OSError:
+            pass  # the loop has stopped
+
+    def _drain_wake(self, mask: int) -> None:
+        try:
+            while len(self._wake_in.recv(4096)) == 4096:
+                pass
+        except BlockingIOError:
+            pass
+        # After the pipe is emptied, or a byte written in between would be lost while the flag says that one is there;
+        # before this round's calls are taken, so that whoever saw the flag set is served by this round.
+        self._awake = False
+
+    def _run(self) -> None:
+        try:
+            while not self._stopping:
+                self._once()
+        finally:
+            self._close()
+
+    def _once(self) -> None:
+        timers = self._timers
+        while timers and timers[0][2].cancelled:
+            heapq.heappop(timers)
+        if self._calls:
+            timeout: float | None = 0.0
+        elif timers:
+            timeout = max(0.0, timers[0][0] - monotonic())
+        else:
+            timeout = None
+        callbacks = self._callbacks
+        for key, mask in self._selector.select(timeout):
+            # An earlier callback of this round may have unregistered this one.
+            callback = callbacks.get(key.fd)
+            if callback is not None and callback is key.data:
+                try:
+                    callback(mask)
+                except Exception as error:  # noqa: BLE001 - one socket's failure must not end the others
+                    self._on_error(error)
+        if timers and timers[0][0] <= monotonic():
+            self._run_timers()
+        # Only those queued by now: a call that queues itself must not starve the sockets.
+        for _ in range(len(self._calls)):
+            fn, args = self._calls.popleft()
+            try:
+                fn(*args)
+            except Exception as error:  # noqa: BLE001 - as above
+                self._on_error(error)
+
+    def _run_timers(self) -> None:
+        now = monotonic()
+        timers = self._timers
+        while timers and timers[0][0] <= now:
+            handle = heapq.heappop(timers)[2]
+            try:
+                handle._run()
+            except Exception as error:  # noqa: BLE001 - as above
+                self._on_error(error)
+
+    def _close(self) -> None:
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        self._calls.clear()
+        self._timers.clear()
+        if self._resolver is not None:
+            self._resolver.close()
+        self._selector.close()
+        self._wake_in.close()
+        self._wake_out.close()

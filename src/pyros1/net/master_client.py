@@ -1,0 +1,214 @@
+"""The ROS Master and Parameter Server API, as a node or a tool calls it
+(https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+from pyros1.errors import Error, MasterError, MasterUnreachableError, ParameterNotSetError, ProtocolError, XmlRpcFault
+
+from pyros1.errors import DeadlineError, UnreachableError  # isort: skip
+from pyros1.net.xmlrpc_client import XmlRpcClient
+
+SystemState = list[list[list[Any]]]
+
+
+def unpack(reply: Any, what: str) -> Any:
+    """The value of a ``[code, message, value]`` triple.
+
+    Args:
+        what: who answered, for the error's text.
+
+    Raises:
+        MasterError: the code is not 1; its text is the message.
+        ProtocolError: it is not such a triple.
+    """
+    if not isinstance(reply, (list, tuple)) or len(reply) != 3 or not isinstance(reply[0], int):
+        raise ProtocolError(f"{what} did not answer with [code, message, value]")
+    code, message, value = reply
+    if code != 1:
+        raise MasterError(str(message), code)
+    return value
+
+
+class MasterClient:
+    """One caller's view of the master; may be used from several threads.
+
+    Args:
+        caller_id: full name of the calling node; the master resolves relative and private names against it.
+        uri: the master's.
+        timeout: seconds that a call may take.
+
+    All methods raise MasterError (the master refused), MasterUnreachableError (it does not answer) and ProtocolError.
+    """
+
+    def __init__(self, caller_id: str, uri: str, *, timeout: float = 10.0) -> None:
+        self.caller_id = caller_id
+        self.uri = uri
+        self._client = XmlRpcClient(uri, timeout=timeout)
+
+    def close(self) -> None:
+        """Closes the connection; a call pending in another thread fails at once."""
+        self._client.close()
+
+    def call(self, method: str, *args: Any, timeout: float | None = None) -> Any:
+        """Calls any method with the caller id before ``args``, and returns the value of the triple."""
+        return unpack(self._raw(method, self.caller_id, *args, timeout=timeout), self._who(method))
+
+    def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]]) -> list[Any]:
+        """Makes many calls in one round trip; the caller id is put before each one's arguments.
+
+        Returns:
+            For each call its value, or, not raised, the MasterError, XmlRpcFault or ProtocolError that it got.
+        """
+        request = [{"methodName": method, "params": [self.caller_id, *args]} for method, args in calls]
+        replies = self._raw("system.multicall", request)
+        if not isinstance(replies, list) or len(replies) != len(calls):
+            raise ProtocolError(f"the master at {self.uri} did not answer each call of a system.multicall")
+        results: list[Any] = []
+        for (method, _), reply in zip(calls, replies, strict=True):
+            try:
+                if isinstance(reply, dict):
+                    raise XmlRpcFault(int(reply.get("faultCode", 1)), str(reply.get("faultString", "")))
+                if not isinstance(reply, list) or len(reply) != 1:
+                    raise ProtocolError(f"{self._who(method)}, inside a multicall, with something else than one value")
+                results.append(unpack(reply[0], self._who(method)))
+            except Error as error:
+                results.append(error)
+        return results
+
+    def _who(self, method: str) -> str:
+        return f"the master at {self.uri}, asked for {method},"
+
+    def _raw(self, method: str, *params: Any, timeout: float | None = None) -> Any:
+        try:
+            return self._client.call(method, *params, timeout=timeout)
+        except (UnreachableError, DeadlineError) as error:
+            raise MasterUnreachableError(
+                f"no answer from the master at {self.uri} ({error}).\n"
+                "Is it running? Start one with: pyros1 core. Is it elsewhere? Set ROS_MASTER_URI.",
+                0,
+            ) from error
+
+    # ---- master
+
+    def get_pid(self) -> int:
+        """The master's process id."""
+        return int(self.call("getPid"))
+
+    def get_uri(self) -> str:
+        """The master's own idea of its URI."""
+        return cast(str, self.call("getUri"))
+
+    def shutdown(self, reason: str = "") -> None:
+        """Ends the master."""
+        self.call("shutdown", reason)
+
+    def register_publisher(self, topic: str, topic_type: str, api: str) -> list[str]:
+        """Registers a publisher; returns the API URIs of the topic's subscribers."""
+        return cast("list[str]", self.call("registerPublisher", topic, topic_type, api))
+
+    def unregister_publisher(self, topic: str, api: str) -> int:
+        """Returns 1, or 0 if it was not registered with that API."""
+        return int(self.call("unregisterPublisher", topic, api))
+
+    def register_subscriber(self, topic: str, topic_type: str, api: str) -> list[str]:
+        """Registers a subscriber (type ``*``: any); returns the API URIs of the topic's publishers."""
+        return cast("list[str]", self.call("registerSubscriber", topic, topic_type, api))
+
+    def unregister_subscriber(self, topic: str, api: str) -> int:
+        """Returns 1, or 0 if it was not registered with that API."""
+        return int(self.call("unregisterSubscriber", topic, api))
+
+    def register_service(self, service: str, service_api: str, api: str) -> None:
+        """Registers the provider of a service, in place of any former one."""
+        self.call("registerService", service, service_api, api)
+
+    def unregister_service(self, service: str, service_api: str) -> int:
+        """Returns 1, or 0 if this provider was not registered."""
+        return int(self.call("unregisterService", service, service_api))
+
+    def lookup_service(self, service: str) -> str:
+        """The ``rosrpc://`` URI of a service's provider."""
+        return cast(str, self.call("lookupService", service))
+
+    def lookup_node(self, name: str) -> str:
+        """The API URI of a node."""
+        return cast(str, self.call("lookupNode", name))
+
+    def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
+        """``[[topic, type], ...]`` of topics with a publisher, in a namespace or (empty) everywhere."""
+        return cast("list[list[str]]", self.call("getPublishedTopics", subgraph))
+
+    def get_topic_types(self) -> list[list[str]]:
+        """``[[topic, type], ...]`` of all topics that ever had a type."""
+        return cast("list[list[str]]", self.call("getTopicTypes"))
+
+    def get_system_state(self) -> SystemState:
+        """``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]``."""
+        return cast(SystemState, self.call("getSystemState"))
+
+    # ---- parameters
+
+    def get_param(self, key: str) -> Any:
+        """A parameter's value, or the tree of a namespace.
+
+        Raises:
+            ParameterNotSetError: it is not set.
+        """
+        try:
+            return self.call("getParam", key)
+        except MasterUnreachableError:
+            raise
+        except MasterError as error:
+            if error.code == -1 and "not set" in str(error):
+                raise ParameterNotSetError(str(error)) from error
+            raise
+
+    def set_param(self, key: str, value: Any) -> None:
+        """Sets a parameter; a dict replaces the whole tree below the key."""
+        self.call("setParam", key, value)
+
+    def has_param(self, key: str) -> bool:
+        """Whether a parameter or namespace of that name exists."""
+        return bool(self.call("hasParam", key))
+
+    def delete_param(self, key: str) -> None:
+        """Removes a parameter or a whole namespace.
+
+        Raises:
+            ParameterNotSetError: it is not set.
+        """
+        try:
+            self.call("deleteParam", key)
+        except MasterUnreachableError:
+            raise
+        except MasterError as error:
+            if error.code == -1 and "not set" in str(error):
+                raise ParameterNotSetError(str(error)) from error
+            raise
+
+    def search_param(self, key: str) -> str | None:
+        """The full name of the nearest such parameter, looking from the caller's namespace upwards; None if none."""
+        try:
+            return cast(str, self.call("searchParam", key))
+        except MasterUnreachableError:
+            raise
+        except MasterError as error:
+            if error.code == -1 and str(error).startswith("Cannot find"):
+                return None
+            raise
+
+    def get_param_names(self) -> list[str]:
+        """The full names of all parameters."""
+        return cast("list[str]", self.call("getParamNames"))
+
+    def subscribe_param(self, api: str, key: str) -> Any:
+        """Asks for ``paramUpdate`` calls to ``api``; returns the present value, ``{}`` if not set."""
+        return self.call("subscribeParam", api, key)
+
+    def unsubscribe_param(self, api: str, key: str) -> int:
+        """Ends ``subscribe_param``."""
+        return int(self.call("unsubscribeParam", api, key))

@@ -1,0 +1,116 @@
+"""Host names to addresses for a loop, without making the loop wait.
+
+The system's look-up blocks, for many seconds if a name server is silent, so it runs on short-lived threads: at most
+``MAX_THREADS``, one per distinct name. Answers are remembered for a while.
+"""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable
+from time import monotonic
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import Loop
+
+MAX_THREADS: Final = 8
+MAX_REMEMBERED: Final = 1000
+FOUND_S: Final = 30.0
+NOT_FOUND_S: Final = 2.0
+
+Address = tuple[int, tuple[str, int]]
+"""Address family, and host and port as the socket calls want them."""
+OnResolved = Callable[[list[str], "OSError | None"], object]
+
+
+def direct_addresses(host: str) -> list[str] | None:
+    """The addresses of a numeric host or of localhost, None if the name must be looked up."""
+    if host == "localhost":
+        return ["127.0.0.1", "::1"]
+    for family in (socket.AF_INET, socket.AF_INET6):
+        try:
+            socket.inet_pton(family, host)
+        except (OSError, ValueError, UnicodeError):
+            continue
+        return [host]
+    return None
+
+
+def look_up(host: str) -> list[str]:
+    """The addresses of a host, by the system's look-up; may block.
+
+    Raises:
+        OSError: there is no such host, or it could not be found out.
+    """
+    try:
+        found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)
+    except UnicodeError as error:
+        raise OSError(f"{host[:60]!r} is not a host name") from error
+    return list(dict.fromkeys(str(entry[4][0]) for entry in found))
+
+
+class Resolver:
+    """Looks up names for one loop. All methods on the loop."""
+
+    def __init__(self, loop: Loop) -> None:
+        self._loop = loop
+        self._known: dict[str, tuple[float, list[str], OSError | None]] = {}
+        self._waiting: dict[str, list[OnResolved]] = {}
+        self._queue: deque[str] = deque()
+        self._threads = 0
+        self._closed = False
+
+    def resolve(self, host: str, on_done: OnResolved) -> None:
+        """Calls ``on_done(addresses, error)``: at once if the answer is known, else later, on the loop."""
+        direct = direct_addresses(host)
+        if direct is not None:
+            on_done(direct, None)
+            return
+        known = self._known.get(host)
+        if known is not None and known[0] > monotonic():
+            on_done(known[1], known[2])
+            return
+        waiting = self._waiting.get(host)
+        if waiting is not None:
+            waiting.append(on_done)
+            return
+        self._waiting[host] = [on_done]
+        self._queue.append(host)
+        if self._threads < MAX_THREADS:
+            self._threads += 1
+            threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
+
+    def close(self) -> None:
+        """No look-up is begun any more."""
+        self._closed = True
+        self._queue.clear()
+
+    def _work(self) -> None:
+        while not self._closed:
+            try:
+                host = self._queue.popleft()
+            except IndexError:
+                break
+            try:
+                addresses, error = look_up(host), None
+            except OSError as failure:
+                addresses, error = [], failure
+            self._loop.call_soon(self._done, host, addresses, error)
+        self._loop.call_soon(self._thread_ended)
+
+    def _thread_ended(self) -> None:
+        self._threads -= 1
+        if self._queue and not self._closed:
+            # A name was queued between the thread's last look and its end.
+            self._threads += 1
+            threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
+
+    def _done(self, host: str, addresses: list[str], error: OSError | None) -> None:
+        if len(self._known) >= MAX_REMEMBERED:
+            self._known.clear()
+        self._known[host] = (monotonic() + (NOT_FOUND_S if error else FOUND_S), addresses, error)
+        for on_done in self._waiting.pop(host, ()):
+            on_done(addresses, error)

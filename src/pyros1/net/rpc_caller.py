@@ -1,0 +1,302 @@
+"""Many XML-RPC calls at once without blocking: one in flight per URI, in order; URIs do not wait for each other.
+
+A call goes through: queued -> connecting (unless a kept connection exists) -> sent -> answered. A kept connection that
+turns out to be closed is replaced once, without notice.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from pyros1.errors import DeadlineError, Error, ProtocolError, UnreachableError
+from pyros1.net.connect import ConnectHandle, connect
+from pyros1.net.hosts import parse_uri
+from pyros1.net.loop import READ, WRITE
+from pyros1.wire.http import HttpLimits, Response, ResponseParser, build_request
+from pyros1.wire.xmlrpc import dumps_call, loads_response
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import Loop, TimerHandle
+
+OnDone = Callable[[Any, "Error | None"], object]
+
+_IDLE_S: Final = 30.0
+_MAX_QUEUED: Final = 10_000
+_RECEIVE: Final = 64 * 1024
+
+
+@dataclass
+class _Job:
+    body: bytes
+    on_done: OnDone
+    timeout_s: float
+
+
+class _Peer:
+    """What goes on with one URI."""
+
+    def __init__(self, caller: RpcCaller, uri: str, host: str, port: int) -> None:
+        self.caller = caller
+        self.loop = caller.loop
+        self.uri = uri
+        self.host = host
+        self.port = port
+        self.path = "/" + uri.partition("://")[2].partition("/")[2]
+        self.queue: deque[_Job] = deque()
+        self.job: _Job | None = None
+        self.sock: socket.socket | None = None
+        self.out = b""
+        self.writing = False
+        self.parser = ResponseParser(caller.limits)
+        self.fresh = True
+        self.connecting: ConnectHandle | None = None
+        self.deadline: TimerHandle | None = None
+        self.idle: TimerHandle | None = None
+
+    def add(self, job: _Job) -> None:
+        if len(self.queue) >= _MAX_QUEUED:
+            job.on_done(None, UnreachableError(f"{self.uri} does not answer: {_MAX_QUEUED} calls are waiting"))
+            return
+        self.queue.append(job)
+        if self.job is None:
+            self._next()
+
+    def close(self) -> None:
+        self._drop()
+        jobs = [self.job] if self.job else []
+        jobs += self.queue
+        self.job = None
+        self.queue.clear()
+        if self.deadline is not None:
+            self.deadline.cancel()
+        for job in jobs:
+            job.on_done(None, UnreachableError(f"the call to {self.uri} was given up: closed"))
+
+    def _next(self) -> None:
+        if self.idle is not None:
+            self.idle.cancel()
+            self.idle = None
+        if not self.queue:
+            if self.sock is None:
+                self.caller.forget(self)
+            else:
+                self.idle = self.loop.call_later(_IDLE_S, self._drop_idle)
+            return
+        job = self.job = self.queue.popleft()
+        self.deadline = self.loop.call_later(job.timeout_s, self._too_late, job)
+        if self.sock is not None:
+            self.fresh = False
+            self._send()
+        else:
+            self._connect()
+
+    def _connect(self) -> None:
+        self.fresh = True
+        job = self.job
+        if job is None:
+            return
+        self.connecting = None
+        handle = connect(self.loop, self.host, self.port, job.timeout_s + 1.0, self._connected)
+        if self.sock is None and self.job is job:  # still under way
+            self.connecting = handle
+
+    def _connected(self, sock: socket.socket | None, error: Error | None) -> None:
+        self.connecting = None
+        if sock is None:
+            self._finish(None, error)
+            return
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.sock = sock
+        self.loop.register(sock, READ, self._ready)
+        self._send()
+
+    def _send(self) -> None:
+        job = self.job
+        if job is None:
+            return
+        self.parser = ResponseParser(self.caller.limits)
+        self.out = build_request(f"{self.host}:{self.port}", self.path, job.body)
+        self._write()
+
+    def _write(self) -> None:
+        sock = self.sock
+        if sock is None:
+            return
+        try:
+            sent = sock.send(self.out)
+        except (BlockingIOError, InterruptedError):
+            sent = 0
+        except OSError as error:
+            self._lost(error.strerror or str(error))
+            return
+        self.out = self.out[sent:]
+        if bool(self.out) is not self.writing:
+            self.writing = not self.writing
+            self.loop.modify(sock, READ | WRITE if self.writing else READ, self._ready)
+
+    def _ready(self, mask: int) -> None:
+        if mask & READ:
+            self._read()
+        if mask & WRITE and self.out:
+            self._write()
+
+    def _read(self) -> None:
+        sock = self.sock
+        if sock is None:
+            return
+        try:
+            data = sock.recv(_RECEIVE)
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError as error:
+            self._lost(error.strerror or str(error))
+            return
+        if self.job is None:  # nothing was asked: closed while idle, or nonsense
+            self._drop()
+            self.caller.forget(self)
+            return
+        try:
+            if data:
+                self.parser.feed(data)
+                response = self.parser.next_message()
+            else:
+                response = self.parser.eof()
+                if response is None:
+                    self._lost("the connection was closed before an answer came")
+                    return
+        except ProtocolError as error:
+            self._drop()
+            self._finish(None, ProtocolError(f"{self.uri}: {error}"))
+            return
+        if response is not None:
+            self._answered(response)
+
+    def _answered(self, response: Response) -> None:
+        if not response.keep_alive or self.parser.in_message or self.out:
+            self._drop()
+        value: Any = None
+        error: Error | None = None
+        if response.status != 200:
+            error = ProtocolError(f"{self.uri} answered with HTTP status {response.status}")
+        else:
+            try:
+                value = loads_response(response.body)
+            except Error as failure:
+                error = failure
+        self._finish(value, error)
+
+    def _lost(self, reason: str) -> None:
+        began = self.parser.in_message
+        self._drop()
+        if self.job is None:
+            self.caller.forget(self)
+        elif self.fresh or began:
+            self._finish(None, UnreachableError(f"cannot reach {self.uri}: {reason}"))
+        else:
+            self._connect()
+
+    def _too_late(self, job: _Job) -> None:
+        if job is self.job:
+            self._drop()
+            self._finish(None, DeadlineError(f"{self.uri} did not answer within {job.timeout_s:g} s"))
+
+    def _finish(self, value: Any, error: Error | None) -> None:
+        job, self.job = self.job, None
+        if self.deadline is not None:
+            self.deadline.cancel()
+            self.deadline = None
+        try:
+            if job is not None:
+                job.on_done(value, error)
+        finally:
+            # It may have added a job, which then has begun already.
+            if self.job is None:
+                self._next()
+
+    def _drop_idle(self) -> None:
+        if self.job is None:
+            self._drop()
+            self.caller.forget(self)
+
+    def _drop(self) -> None:
+        self.out = b""
+        self.writing = False
+        if self.idle is not None:
+            self.idle.cancel()
+            self.idle = None
+        if self.connecting is not None:
+            self.connecting.cancel()
+            self.connecting = None
+        if self.sock is not None:
+            self.loop.unregister(self.sock)
+            self.sock.close()
+            self.sock = None
+
+
+class RpcCaller:
+    """Calls methods at any number of URIs.
+
+    Args:
+        loop: where everything runs.
+        timeout: seconds that one call may take from the moment its turn comes, connecting included.
+        limits: sizes of an answer.
+    """
+
+    def __init__(self, loop: Loop, *, timeout: float = 10.0, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008
+        self.loop = loop
+        self.limits = limits
+        self._timeout = timeout
+        self._peers: dict[str, _Peer] = {}
+        self._closed = False
+
+    def call(self, uri: str, method: str, params: Sequence[Any], on_done: OnDone, timeout: float | None = None) -> None:
+        """Queues a call; from any thread.
+
+        Args:
+            uri: ``http://host:port/``.
+            on_done: called once on the loop: ``(value, None)``, or ``(None, error)`` with an UnreachableError,
+                DeadlineError, ProtocolError or XmlRpcFault. Not called if the loop is stopped before.
+            timeout: seconds for this call; None: the caller's.
+
+        Raises:
+            SerializationError: a parameter cannot be sent.
+        """
+        job = _Job(dumps_call(method, params), on_done, self._timeout if timeout is None else timeout)
+        if self.loop.in_loop():
+            self._call(uri, job)
+        else:
+            self.loop.call_soon(self._call, uri, job)
+
+    def close(self) -> None:
+        """Gives up all calls (their ``on_done`` gets an UnreachableError) and closes all connections; any thread."""
+        self.loop.run(self._close)
+
+    def forget(self, peer: _Peer) -> None:
+        """Nothing is left to do for this URI (for the peers)."""
+        if self._peers.get(peer.uri) is peer:
+            del self._peers[peer.uri]
+
+    def _call(self, uri: str, job: _Job) -> None:
+        if self._closed:
+            job.on_done(None, UnreachableError(f"the call to {uri} was given up: closed"))
+            return
+        peer = self._peers.get(uri)
+        if peer is None:
+            try:
+                host, port = parse_uri(uri)
+            except ProtocolError as error:
+                job.on_done(None, error)
+                return
+            peer = self._peers[uri] = _Peer(self, uri, host, port)
+        peer.add(job)
+
+    def _close(self) -> None:
+        self._closed = True
+        peers = list(self._peers.values())
+        self._peers.clear()
+        for peer in peers:
+            peer.close()

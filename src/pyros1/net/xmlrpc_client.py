@@ -1,0 +1,175 @@
+"""A blocking XML-RPC client with deadlines, whose pending call can be interrupted."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+import threading
+from time import monotonic
+from typing import Any
+
+from pyros1.errors import DeadlineError, ProtocolError, UnreachableError
+from pyros1.net.hosts import parse_uri
+from pyros1.net.resolve import direct_addresses, look_up
+from pyros1.wire.http import Response, ResponseParser, build_request
+from pyros1.wire.xmlrpc import dumps_call, loads_response
+
+
+class _LostError(Exception):
+    """The connection ended before any byte of an answer came."""
+
+
+class XmlRpcClient:
+    """Calls methods at one URI, over one connection that is kept open.
+
+    Calls from several threads take turns.
+
+    Args:
+        uri: ``http://host:port/``.
+        timeout: seconds that a call may take, connecting included.
+
+    Raises:
+        ProtocolError: the URI is not one.
+    """
+
+    def __init__(self, uri: str, *, timeout: float = 10.0) -> None:
+        self.uri = uri
+        self.timeout = timeout
+        self._host, self._port = parse_uri(uri)
+        self._path = "/" + uri.partition("://")[2].partition("/")[2]
+        self._lock = threading.Lock()
+        self._sock: socket.socket | None = None
+        self._closed = False
+
+    def call(self, method: str, *params: Any, timeout: float | None = None) -> Any:
+        """Calls a method and waits for its answer.
+
+        Args:
+            timeout: seconds for this call; None: the client's.
+
+        Raises:
+            UnreachableError: no connection, or it was lost, or the client was closed.
+            DeadlineError: no answer in time.
+            ProtocolError: the answer is not XML-RPC over HTTP.
+            XmlRpcFault: the answer is a fault.
+            SerializationError: a parameter cannot be sent.
+        """
+        body = dumps_call(method, params)
+        seconds = self.timeout if timeout is None else timeout
+        deadline = monotonic() + seconds
+        if not self._lock.acquire(timeout=max(0.0, seconds)):
+            raise self._too_late(seconds)
+        try:
+            response = self._exchange(build_request(f"{self._host}:{self._port}", self._path, body), deadline)
+        except TimeoutError as error:
+            self._drop()
+            raise self._too_late(seconds) from error
+        except (OSError, _LostError, ProtocolError) as error:
+            self._drop()
+            if self._closed:
+                raise UnreachableError(f"the call to {self.uri} was given up: the client was closed") from error
+            if isinstance(error, ProtocolError):
+                raise
+            reason = getattr(error, "strerror", None) or str(error)
+            raise UnreachableError(f"cannot reach {self.uri}: {reason}") from error
+        finally:
+            self._lock.release()
+        if response.status != 200:
+            raise ProtocolError(f"{self.uri} answered with HTTP status {response.status} {response.reason}".rstrip())
+        return loads_response(response.body)
+
+    def close(self) -> None:
+        """Closes the connection; a call that is pending in another thread fails at once."""
+        self._closed = True
+        sock = self._sock
+        if sock is not None:
+            with contextlib.suppress(OSError):
+                sock.shutdown(socket.SHUT_RDWR)  # wakes the other thread; close() alone would not
+        if self._lock.acquire(blocking=False):
+            try:
+                self._drop()
+            finally:
+                self._lock.release()
+
+    def _too_late(self, seconds: float) -> DeadlineError:
+        return DeadlineError(f"{self.uri} did not answer within {seconds:g} s")
+
+    def _drop(self) -> None:
+        sock, self._sock = self._sock, None
+        if sock is not None:
+            sock.close()
+
+    def _exchange(self, request: bytes, deadline: float) -> Response:
+        """Sends a request and reads the answer, on a fresh connection if the kept one turns out to be closed."""
+        if self._sock is not None:
+            if not _readable_now(self._sock):
+                try:
+                    return self._once(self._sock, request, deadline)
+                except TimeoutError:
+                    raise
+                except (OSError, _LostError):
+                    if self._closed:
+                        raise
+            # It was closed by the other side, or has unasked-for bytes.
+            self._drop()
+        return self._once(self._connect(deadline), request, deadline)
+
+    def _connect(self, deadline: float) -> socket.socket:
+        last: OSError = OSError("no address")
+        for address in direct_addresses(self._host) or look_up(self._host):
+            sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
+            self._sock = sock  # so that close() can interrupt
+            if self._closed:
+                raise OSError("closed")
+            try:
+                sock.settimeout(_left(deadline))
+                sock.connect((address, self._port))
+                if sock.getsockname() == sock.getpeername():  # see net.connect
+                    raise ConnectionRefusedError(os.strerror(111))
+                sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            except TimeoutError:
+                raise
+            except OSError as error:
+                last = error
+                self._drop()
+                continue
+            return sock
+        raise last
+
+    def _once(self, sock: socket.socket, request: bytes, deadline: float) -> Response:
+        sock.settimeout(_left(deadline))
+        sock.sendall(request)
+        parser = ResponseParser()
+        while True:
+            sock.settimeout(_left(deadline))
+            data = sock.recv(256 * 1024)
+            if not data:
+                response = parser.eof()
+                if response is None:
+                    raise _LostError("the connection was closed before an answer came")
+                break
+            parser.feed(data)
+            response = parser.next_message()
+            if response is not None:
+                break
+        if not response.keep_alive or parser.in_message:
+            self._drop()
+        return response
+
+
+def _left(deadline: float) -> float:
+    left = deadline - monotonic()
+    if left <= 0:
+        raise TimeoutError
+    return left
+
+
+def _readable_now(sock: socket.socket) -> bool:
+    """A kept connection that has something to read before anything was asked has been closed by the other side."""
+    if hasattr(select, "poll"):
+        poll = select.poll()
+        poll.register(sock, select.POLLIN)
+        return bool(poll.poll(0))
+    return bool(select.select([sock], [], [], 0)[0])

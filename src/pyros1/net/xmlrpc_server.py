@@ -1,0 +1,336 @@
+"""An XML-RPC server on a loop, built to outlive its peers.
+
+Each connection is served in turns: read, answer every whole request in it, write. While an answer cannot be written,
+nothing more is read from that peer. Bounds on sizes, on connections and on time hold for every peer; when there are
+too many connections the one that has been quiet longest makes room, so newcomers are always served. (HTTP clients
+transparently open a kept-alive connection again.)
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Final
+
+from pyros1.errors import Error, XmlRpcFault
+from pyros1.net.loop import READ, WRITE
+from pyros1.wire.http import HttpError, HttpLimits, Request, RequestParser, build_response
+from pyros1.wire.xmlrpc import dumps_fault, dumps_response, loads_call
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import Loop, TimerHandle
+
+Dispatch = Callable[[str, Sequence[Any]], Any]
+
+_PATHS: Final = ("/", "/RPC2")
+_RECEIVE: Final = 256 * 1024
+_TEXT: Final = "text/plain"
+
+
+@dataclass(frozen=True)
+class ServerLimits:
+    """What peers may cost.
+
+    Attributes:
+        http: sizes of one request.
+        max_connections: connections open at the same time.
+        max_buffered: bytes of incomplete requests, of all connections together.
+        request_timeout_s: seconds in which a begun request must be complete, and in which a peer must read on.
+        idle_timeout_s: seconds after which a connection without a request is closed.
+    """
+
+    http: HttpLimits = field(default_factory=HttpLimits)
+    max_connections: int = 512
+    max_buffered: int = 256 * 1024 * 1024
+    request_timeout_s: float = 30.0
+    idle_timeout_s: float = 300.0
+
+
+def unknown_method(method: str) -> XmlRpcFault:
+    """The fault for a method that does not exist (M05)."""
+    return XmlRpcFault(1, f'method "{method}" is not supported')
+
+
+def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
+    """``system.multicall``: many calls in one (M04).
+
+    Args:
+        dispatch: performs one call.
+        params: one list of structs with methodName and params.
+
+    Returns:
+        For each call a list holding its result, or a fault struct.
+
+    Raises:
+        XmlRpcFault: the parameters have another shape.
+    """
+    if len(params) != 1 or not isinstance(params[0], list):
+        raise XmlRpcFault(1, "system.multicall takes one list of calls")
+    results: list[Any] = []
+    for call in params[0]:
+        try:
+            if not isinstance(call, dict) or not isinstance(call.get("methodName"), str):
+                raise XmlRpcFault(1, "system.multicall: a call is a struct with methodName and params")
+            arguments = call.get("params", [])
+            if not isinstance(arguments, list):
+                raise XmlRpcFault(1, "system.multicall: params is a list")
+            if call["methodName"] == "system.multicall":
+                raise XmlRpcFault(1, "system.multicall: recursive calls are not supported")
+            results.append([dispatch(call["methodName"], arguments)])
+        except XmlRpcFault as fault:
+            results.append({"faultCode": fault.code, "faultString": fault.message})
+    return results
+
+
+class _Connection:
+    """One peer."""
+
+    def __init__(self, server: XmlRpcServer, sock: socket.socket) -> None:
+        self.server = server
+        self.sock = sock
+        self.parser = RequestParser(server.limits.http)
+        self.out = bytearray()
+        self.closing = False
+        self.buffered = 0
+        self.active = self.began = monotonic()
+        server.loop.register(sock, READ, self._readable)
+
+    def close(self) -> None:
+        self.server.forget(self)
+        self.server.loop.unregister(self.sock)
+        self.sock.close()
+
+    def overdue(self, now: float) -> bool:
+        limits = self.server.limits
+        if self.out:
+            return now - self.active > limits.request_timeout_s
+        if self.parser.in_message:
+            return now - self.began > limits.request_timeout_s
+        return now - self.active > limits.idle_timeout_s
+
+    def _readable(self, mask: int) -> None:
+        try:
+            data = self.sock.recv(_RECEIVE)
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError:
+            self.close()
+            return
+        if not data:
+            self.close()
+            return
+        self.active = monotonic()
+        if not self.parser.in_message:
+            self.began = self.active
+        self.parser.feed(data)
+        self._serve()
+
+    def _serve(self) -> None:
+        """Answers every whole request that has arrived, as long as the answers can be written."""
+        try:
+            while not self.out and not self.closing:
+                request = self.parser.next_message()
+                if request is None:
+                    break
+                self.began = self.active
+                self.closing = not request.keep_alive
+                self._write(self.server.answer(request))
+        except HttpError as error:
+            self.closing = True
+            self._write(build_response(error.status, str(error).encode(), keep_alive=False, content_type=_TEXT))
+        if not self.server.account(self, self.parser.buffered):
+            self.close()
+
+    def _write(self, data: bytes) -> None:
+        sent = 0
+        try:
+            sent = self.sock.send(data)
+        except (BlockingIOError, InterruptedError):
+            pass
+        except OSError:
+            self.close()
+            self.closing = True
+            return
+        if sent == len(data):
+            if self.closing:
+                self.close()
+            return
+        self.out += memoryview(data)[sent:]
+        self.server.loop.modify(self.sock, WRITE, self._writable)
+
+    def _writable(self, mask: int) -> None:
+        try:
+            with memoryview(self.out) as view:
+                sent = self.sock.send(view[:_RECEIVE])
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError:
+            self.close()
+            return
+        del self.out[:sent]
+        self.active = monotonic()
+        if self.out:
+            return
+        if self.closing:
+            self.close()
+            return
+        self.began = self.active
+        self.server.loop.modify(self.sock, READ, self._readable)
+        self._serve()
+
+
+class XmlRpcServer:
+    """Listens as soon as it is made.
+
+    Args:
+        loop: where everything runs.
+        dispatch: ``dispatch(method, params)`` returns a value or raises XmlRpcFault; it runs on the loop and must be
+            quick. ``system.multicall`` is answered here by calling it many times.
+        bind_host: address to listen on, for example ``0.0.0.0`` or ``127.0.0.1``; one with a colon is IPv6.
+        advertised_host: the host in ``uri``.
+        port: 0 lets the system choose.
+        limits: what peers may cost.
+
+    Attributes:
+        uri: ``http://host:port/``.
+        port: the port listened on.
+
+    Raises:
+        OSError: the address cannot be listened on, for example because the port is taken.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        dispatch: Dispatch,
+        *,
+        bind_host: str,
+        advertised_host: str,
+        port: int = 0,
+        limits: ServerLimits = ServerLimits(),
+    ) -> None:
+        self.loop = loop
+        self.limits = limits
+        self._dispatch = dispatch
+        self._connections: dict[_Connection, None] = {}
+        self._buffered = 0
+        self._sweeper: TimerHandle | None = None
+        self._closed = False
+        family = socket.AF_INET6 if ":" in bind_host else socket.AF_INET
+        self._listener = socket.create_server((bind_host, port), family=family, backlog=128)
+        self._listener.setblocking(False)
+        self.port: int = self._listener.getsockname()[1]
+        host = f"[{advertised_host}]" if ":" in advertised_host else advertised_host
+        self.uri = f"http://{host}:{self.port}/"
+        loop.call_soon(self._listen)
+
+    @property
+    def num_connections(self) -> int:
+        """Connections that are open."""
+        return len(self._connections)
+
+    def close(self) -> None:
+        """Closes the port and all connections; from any thread."""
+        self.loop.run(self._close)
+
+    def _close(self) -> None:
+        self._closed = True
+        if self._sweeper is not None:
+            self._sweeper.cancel()
+        self.loop.unregister(self._listener)
+        self._listener.close()
+        for connection in list(self._connections):
+            connection.close()
+
+    # ---- on the loop, for the connections
+
+    def answer(self, request: Request) -> bytes:
+        """The whole HTTP answer to a request."""
+        if request.method != "POST":
+            text = f"Unsupported method ({request.method!r})".encode()
+            return build_response(501, text, keep_alive=request.keep_alive, content_type=_TEXT)
+        if request.path not in _PATHS:
+            return build_response(404, b"No such page", keep_alive=request.keep_alive, content_type=_TEXT)
+        return build_response(200, self._call(request.body), keep_alive=request.keep_alive)
+
+    def _call(self, body: bytes) -> bytes:
+        try:
+            method, params = loads_call(body)
+            if method == "system.multicall":
+                return dumps_response(multicall(self._guarded, params))
+            return dumps_response(self._guarded(method, params))
+        except XmlRpcFault as fault:
+            return dumps_fault(fault.code, fault.message)
+        except Error as error:  # the peer's bytes are not a call, or the result cannot be written
+            return dumps_fault(1, str(error))
+
+    def _guarded(self, method: str, params: Sequence[Any]) -> Any:
+        """A failure of our own is a fault for the peer and a report for us, not the end of the connection."""
+        try:
+            return self._dispatch(method, params)
+        except XmlRpcFault:
+            raise
+        except Exception as error:
+            self.loop.report(error)
+            raise XmlRpcFault(1, f"{type(error).__name__}: {error}") from error
+
+    def forget(self, connection: _Connection) -> None:
+        """The connection is being closed."""
+        self._connections.pop(connection, None)
+        self._buffered -= connection.buffered
+        connection.buffered = 0
+
+    def account(self, connection: _Connection, buffered: int) -> bool:
+        """Notes what a connection's incomplete request occupies; False if it is too much for all together."""
+        if connection in self._connections:
+            self._buffered += buffered - connection.buffered
+            connection.buffered = buffered
+        return self._buffered <= self.limits.max_buffered
+
+    def _listen(self) -> None:
+        if not self._closed:
+            self.loop.register(self._listener, READ, self._acceptable)
+
+    def _acceptable(self, mask: int) -> None:
+        for _ in range(64):  # then the others' turn
+            try:
+                sock, _address = self._listener.accept()
+            except (BlockingIOError, InterruptedError, ConnectionAbortedError):
+                return
+            except OSError:
+                # Out of file descriptors: accept() would fail again at once, so pause.
+                self._evict()
+                self.loop.unregister(self._listener)
+                self.loop.call_later(0.2, self._listen)
+                return
+            sock.setblocking(False)
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            if len(self._connections) >= self.limits.max_connections:
+                self._evict()
+            self._connections[_Connection(self, sock)] = None
+            if self._sweeper is None:
+                self._schedule_sweep()
+
+    def _evict(self) -> None:
+        """Closes a connection to make room: an idle one if there is one, else the one with the oldest request."""
+        if not self._connections:
+            return
+        idle = [peer for peer in self._connections if not peer.parser.in_message and not peer.out]
+        if idle:
+            min(idle, key=lambda peer: peer.active).close()
+        else:
+            min(self._connections, key=lambda peer: peer.began).close()
+
+    def _schedule_sweep(self) -> None:
+        period = min(self.limits.request_timeout_s, self.limits.idle_timeout_s) / 4
+        self._sweeper = self.loop.call_later(period, self._sweep)
+
+    def _sweep(self) -> None:
+        self._sweeper = None
+        now = monotonic()
+        for connection in [peer for peer in self._connections if peer.overdue(now)]:
+            connection.close()
+        if self._connections:
+            self._schedule_sweep()

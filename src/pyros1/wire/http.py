@@ -1,0 +1,384 @@
+"""HTTP/1.0 and 1.1 messages as far as XML-RPC needs them (RFC 9112): bytes in, whole messages out.
+
+A parser is fed whatever arrives and yields whole messages; several may follow each other on one connection. It moves
+through these states::
+
+    HEAD ──> BODY (Content-Length) ───────────────────────────────┐
+      ├────> CHUNK_SIZE ──> CHUNK ──> CHUNK_SIZE ... ──> TRAILER ──┤──> a message, then HEAD again
+      └────> UNTIL_EOF (an answer without a length) ── eof() ──────┘
+
+After an error a parser is dead: where the next message would begin is unknown, so the connection must be closed.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Final, Generic, TypeVar
+
+from pyros1.errors import ProtocolError
+
+
+@dataclass(frozen=True)
+class HttpLimits:
+    """What a peer may send.
+
+    Attributes:
+        head: bytes of a first line with all header fields.
+        body: bytes of a body.
+    """
+
+    head: int = 16 * 1024
+    body: int = 32 * 1024 * 1024
+
+
+class HttpError(ProtocolError):
+    """The peer broke HTTP's rules or a limit.
+
+    Args:
+        message: what is wrong.
+        status: the status code that a server answers with.
+    """
+
+    def __init__(self, message: str, status: int = 400) -> None:
+        self.status = status
+        super().__init__(message)
+
+
+@dataclass
+class Request:
+    """A request. ``headers`` has lower-case keys; ``keep_alive``: the connection stays open after the answer."""
+
+    method: str
+    path: str
+    headers: dict[str, str]
+    keep_alive: bool
+    body: bytes = b""
+
+
+@dataclass
+class Response:
+    """An answer. ``headers`` has lower-case keys; ``keep_alive``: the connection can be used again."""
+
+    status: int
+    reason: str
+    headers: dict[str, str]
+    keep_alive: bool
+    body: bytes = b""
+
+
+_HEAD_END: Final = re.compile(rb"\r?\n\r?\n")
+_REQUEST_LINE: Final = re.compile(r"([!#-'*+.^_`|~\w-]{1,32}) (\S+) HTTP/1\.([01])\Z", re.ASCII)
+_STATUS_LINE: Final = re.compile(r"HTTP/1\.([01]) ([1-9][0-9][0-9])(?: (.*))?\Z")
+_FIELD: Final = re.compile(r"([!#-'*+.^_`|~\w-]+):[ \t]*(.*?)[ \t]*\Z", re.ASCII)
+_CHUNK_LINE_LIMIT: Final = 256
+
+MessageT = TypeVar("MessageT", Request, Response)
+
+
+class _State(Enum):
+    HEAD = auto()
+    BODY = auto()
+    CHUNK_SIZE = auto()
+    CHUNK = auto()
+    TRAILER = auto()
+    UNTIL_EOF = auto()
+    DEAD = auto()
+
+
+class _Parser(Generic[MessageT]):
+    """The states that requests and answers share."""
+
+    def __init__(self, limits: HttpLimits) -> None:
+        self._limits = limits
+        self._buffer = bytearray()
+        self._searched = 0
+        self._state = _State.HEAD
+        self._message: MessageT | None = None
+        self._wanted = 0
+        self._chunks = bytearray()
+
+    @property
+    def buffered(self) -> int:
+        """Bytes held for a message that is not complete."""
+        return len(self._buffer) + len(self._chunks)
+
+    @property
+    def in_message(self) -> bool:
+        """A message has begun and is not complete."""
+        return bool(self._buffer) or self._state is not _State.HEAD
+
+    def feed(self, data: bytes | bytearray | memoryview) -> None:
+        """Takes bytes as they arrived; ask ``next_message`` afterwards."""
+        self._buffer += data
+
+    def next_message(self) -> MessageT | None:
+        """The next whole message, None if more bytes are needed.
+
+        Raises:
+            HttpError: the bytes are not HTTP, or exceed a limit; the parser cannot be used any more.
+        """
+        try:
+            while True:
+                before = self._state
+                message = self._step()
+                if message is not None:
+                    return message
+                if self._state is before and not (before is _State.HEAD and self._skipped_interim):
+                    return None
+        except HttpError:
+            self._state = _State.DEAD
+            self._buffer.clear()
+            self._chunks.clear()
+            raise
+
+    _skipped_interim = False
+
+    def _parse_head(self, first: str, headers: dict[str, str], fields: list[tuple[str, str]]) -> MessageT:
+        raise NotImplementedError
+
+    def _length_unknown(self) -> _State | None:
+        """The state for a message with neither length nor chunks; None if it has no body."""
+        raise NotImplementedError
+
+    def _step(self) -> MessageT | None:  # noqa: PLR0911 - one return per state
+        if self._state is _State.HEAD:
+            return self._head()
+        if self._state is _State.BODY:
+            if len(self._buffer) < self._wanted:
+                return None
+            return self._finish(self._take(self._wanted))
+        if self._state is _State.CHUNK_SIZE:
+            self._chunk_size()
+            return None
+        if self._state is _State.CHUNK:
+            self._chunk()
+            return None
+        if self._state is _State.TRAILER:
+            return self._trailer()
+        if self._state is _State.UNTIL_EOF:
+            if len(self._buffer) > self._limits.body:
+                raise HttpError(f"an HTTP body of more than {self._limits.body} bytes", 413)
+            return None
+        raise HttpError("bytes after a broken HTTP message")
+
+    def _trailer(self) -> MessageT | None:
+        """Skips the fields after the last chunk."""
+        while True:
+            line = self._line(self._wanted)
+            if line is None:
+                return None
+            if not line:
+                return self._finish(bytes(self._chunks))
+            self._wanted -= len(line)
+
+    def _take(self, count: int) -> bytes:
+        with memoryview(self._buffer) as view:
+            taken = bytes(view[:count])
+        del self._buffer[:count]
+        return taken
+
+    def _finish(self, body: bytes) -> MessageT:
+        message = self._message
+        if message is None:  # cannot be: only _head leaves the state HEAD, and it sets the message
+            raise HttpError("an HTTP body without a head")
+        message.body = body
+        self._message = None
+        self._chunks = bytearray()
+        self._state = _State.HEAD
+        self._searched = 0
+        return message
+
+    def _head(self) -> MessageT | None:
+        self._skipped_interim = False
+        # Empty lines before a first line are to be ignored (RFC 9112, 2.2).
+        while self._buffer[:1] in (b"\r", b"\n"):
+            if self._buffer[:1] == b"\r" and self._buffer[1:2] not in (b"\n", b""):
+                raise HttpError("not an HTTP message")
+            if self._buffer == b"\r":
+                return None
+            del self._buffer[: 2 if self._buffer[:1] == b"\r" else 1]
+        end = _HEAD_END.search(self._buffer, max(0, self._searched - 3))
+        if (end.start() if end else len(self._buffer)) > self._limits.head:
+            raise HttpError(f"an HTTP head of more than {self._limits.head} bytes", 431)
+        if end is None:
+            self._searched = len(self._buffer)
+            return None
+        text = self._buffer[: end.start()].decode("latin-1")
+        del self._buffer[: end.end()]
+        self._searched = 0
+        first, *lines = text.split("\n")
+        fields = []
+        for line in lines:
+            match = _FIELD.match(line.rstrip("\r"))
+            if match is None:
+                raise HttpError("not an HTTP header field: " + repr(line[:40]))
+            fields.append((match.group(1).lower(), match.group(2)))
+        headers = dict(fields)
+        self._message = self._parse_head(first.rstrip("\r"), headers, fields)
+        return self._choose_body(headers, fields)
+
+    def _choose_body(self, headers: dict[str, str], fields: list[tuple[str, str]]) -> MessageT | None:
+        coding = headers.get("transfer-encoding")
+        length = headers.get("content-length")
+        if coding is not None:
+            if length is not None or coding.lower() != "chunked":
+                raise HttpError(f"unsupported Transfer-Encoding {coding[:40]!r}", 501)
+            self._state = _State.CHUNK_SIZE
+            return None
+        if length is not None:
+            if any(name == "content-length" and value != length for name, value in fields):
+                raise HttpError("two different Content-Length fields")
+            if not (length.isascii() and length.isdigit() and len(length) <= 18):
+                raise HttpError(f"not a Content-Length: {length[:40]!r}")
+            self._wanted = int(length)
+            if self._wanted > self._limits.body:
+                raise HttpError(f"an HTTP body of {length} bytes; at most {self._limits.body} are accepted", 413)
+            self._state = _State.BODY
+            return None
+        state = self._length_unknown()
+        if state is None:
+            return self._finish(b"")
+        self._state = state
+        return None
+
+    def _line(self, limit: int) -> bytes | None:
+        """Takes a line without its end, None if it is not complete."""
+        end = self._buffer.find(b"\n")
+        if (end if end >= 0 else len(self._buffer)) > limit:
+            raise HttpError("an HTTP line that is too long")
+        return None if end < 0 else self._take(end + 1).rstrip(b"\r\n")
+
+    def _chunk_size(self) -> None:
+        line = self._line(_CHUNK_LINE_LIMIT)
+        if line is None:
+            return
+        size = line.split(b";", 1)[0].strip()
+        if not re.fullmatch(rb"[0-9A-Fa-f]{1,15}", size):
+            raise HttpError(f"not an HTTP chunk size: {size[:20]!r}")
+        self._wanted = int(size, 16)
+        if len(self._chunks) + self._wanted > self._limits.body:
+            raise HttpError(f"an HTTP body of more than {self._limits.body} bytes", 413)
+        if self._wanted:
+            self._state = _State.CHUNK
+        else:
+            self._wanted = self._limits.head  # bytes that the trailer may have
+            self._state = _State.TRAILER
+
+    def _chunk(self) -> None:
+        # A chunk ends with CRLF, or, from lax peers, LF.
+        if len(self._buffer) <= self._wanted:
+            return
+        end = bytes(self._buffer[self._wanted : self._wanted + 2])
+        if end == b"\r":
+            return
+        if end != b"\r\n" and end[:1] != b"\n":
+            raise HttpError("an HTTP chunk longer than announced")
+        self._chunks += self._take(self._wanted)
+        del self._buffer[: 2 if end == b"\r\n" else 1]
+        self._state = _State.CHUNK_SIZE
+
+
+def _keep_alive(minor: str, headers: dict[str, str]) -> bool:
+    connection = headers.get("connection", "").lower()
+    if minor == "1":
+        return "close" not in connection
+    return "keep-alive" in connection
+
+
+class RequestParser(_Parser[Request]):
+    """Reads requests. A POST must say how long its body is."""
+
+    def __init__(self, limits: HttpLimits = HttpLimits()) -> None:
+        super().__init__(limits)
+
+    def _parse_head(self, first: str, headers: dict[str, str], fields: list[tuple[str, str]]) -> Request:
+        match = _REQUEST_LINE.match(first)
+        if match is None:
+            raise HttpError(f"not an HTTP request: {first[:40]!r}")
+        if match.group(1) == "POST" and "content-length" not in headers and "transfer-encoding" not in headers:
+            raise HttpError("a POST request without Content-Length", 411)
+        return Request(match.group(1), match.group(2), headers, _keep_alive(match.group(3), headers))
+
+    def _length_unknown(self) -> _State | None:
+        return None
+
+
+class ResponseParser(_Parser[Response]):
+    """Reads answers. Interim answers (1xx) are skipped."""
+
+    def __init__(self, limits: HttpLimits = HttpLimits()) -> None:
+        super().__init__(limits)
+
+    def _parse_head(self, first: str, headers: dict[str, str], fields: list[tuple[str, str]]) -> Response:
+        match = _STATUS_LINE.match(first)
+        if match is None:
+            raise HttpError(f"not an HTTP answer: {first[:40]!r}")
+        return Response(int(match.group(2)), match.group(3) or "", headers, _keep_alive(match.group(1), headers))
+
+    def _choose_body(self, headers: dict[str, str], fields: list[tuple[str, str]]) -> Response | None:
+        message = self._message
+        if message is not None and message.status < 200:
+            self._message = None
+            self._skipped_interim = True
+            return None
+        if message is not None and message.status in (204, 304):
+            return self._finish(b"")
+        return super()._choose_body(headers, fields)
+
+    def _length_unknown(self) -> _State | None:
+        if self._message is not None:
+            self._message.keep_alive = False
+        return _State.UNTIL_EOF
+
+    def eof(self) -> Response | None:
+        """The peer closed its side.
+
+        Returns:
+            The answer that was ended by this, None if none had begun.
+
+        Raises:
+            HttpError: an answer was cut off.
+        """
+        if self._state is _State.UNTIL_EOF:
+            return self._finish(self._take(len(self._buffer)))
+        if self._state is _State.DEAD or not self.in_message:
+            return None
+        self._state = _State.DEAD
+        raise HttpError("the HTTP answer was cut off")
+
+
+_REASONS: Final = {
+    200: "OK",
+    400: "Bad Request",
+    404: "No such page",
+    411: "Length Required",
+    413: "Content Too Large",
+    431: "Request Header Fields Too Large",
+    501: "Unsupported method",
+    503: "Service Unavailable",
+}
+
+
+def build_request(host: str, path: str, body: bytes) -> bytes:
+    """A POST of XML.
+
+    Args:
+        host: for the Host field: ``name:port``.
+        path: for example ``/``.
+    """
+    return (
+        f"POST {path} HTTP/1.1\r\nHost: {host}\r\nUser-Agent: pyros1\r\nContent-Type: text/xml\r\n"
+        f"Content-Length: {len(body)}\r\n\r\n"
+    ).encode("latin-1") + body
+
+
+def build_response(status: int, body: bytes, *, keep_alive: bool = True, content_type: str = "text/xml") -> bytes:
+    """An answer, saying whether the connection stays open."""
+    # Said in both cases: HTTP/1.0 and 1.1 clients assume different things when it is left out.
+    connection = "keep-alive" if keep_alive else "close"
+    return (
+        f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nServer: pyros1\r\nContent-Type: {content_type}\r\n"
+        f"Content-Length: {len(body)}\r\nConnection: {connection}\r\n\r\n"
+    ).encode("latin-1") + body
