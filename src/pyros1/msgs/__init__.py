@@ -1,0 +1,43 @@
+"""Messages and services: from definition text to Python classes with the interface that genpy's have.
+
+::
+
+    from pyros1.msgs.geometry_msgs.msg import Twist       # classes are made when they are imported
+    from pyros1.msgs.std_srvs.srv import Trigger, TriggerResponse
+    cls = load_message("sensor_msgs/Image")               # the same, by name
+    cls = from_definition(header["type"], header["message_definition"])  # no definition files needed
+
+Definitions come from packages on ROS_PACKAGE_PATH, stock ROS installations, and those shipped with pyros1.
+"""
+
+from __future__ import annotations
+
+import os
+
+from pyros1.msgs.base import AnyMsg, Message, Service
+from pyros1.msgs.dynamic import DefinitionCache, from_definition
+from pyros1.msgs.importing import installed
+
+# An import statement has no place for arguments: the environment that decides where definitions are is the process's own.
+_finder = installed(os.environ)
+
+
+def load_message(type_name: str) -> type[Message]:
+    """Return the class of a message type.
+
+    Args:
+        type_name: ``package/Type``.
+
+    Raises:
+        UnknownTypeError: no definition was found.
+        DefinitionError: the definition is wrong; the text names file and line.
+    """
+    return _finder.message(type_name)
+
+
+def load_service(type_name: str) -> type[Service]:
+    """Return the class of a service type; arguments and errors as for :func:`load_message`."""
+    return _finder.service(type_name)
+
+
+__all__ = ["AnyMsg", "DefinitionCache", "Message", "Service", "from_definition", "load_message", "load_service"]

@@ -21,6 +21,8 @@ OWN_PACKAGES = Path(__file__).resolve().parent.parent / "packages"
 _NAME_TAG = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 _MAX_DEPTH = 20
+_Names = list[str]
+_Paths = list[Path]
 
 
 def stock_installs() -> list[Path]:
@@ -78,11 +80,7 @@ class PackageIndex:
                     result.setdefault(name_found, folder)
         return result
 
-    def list(self) -> list[str]:
-        """Return the names of all packages, sorted."""
-        return sorted(self.paths())
-
-    def find_resource(self, package: str, filename: str) -> list[Path]:
+    def find_resource(self, package: str, filename: str) -> _Paths:
         """Return the files of that name in a package.
 
         Args:
@@ -101,7 +99,7 @@ class PackageIndex:
             return [path] if path.is_file() else []
         return _unique(path for path in _walk(folder, filename) if path.is_file())
 
-    def find_executable(self, package: str, name: str) -> list[Path]:
+    def find_executable(self, package: str, name: str) -> _Paths:
         """Return the executables of that name: first in ``lib/<package>`` of an install prefix, then in the package.
 
         Args:
@@ -150,6 +148,10 @@ class PackageIndex:
                 if name is not None:
                     found.setdefault(name, folder)
         return found
+
+    def list(self) -> _Names:
+        """Return the names of all packages, sorted."""
+        return sorted(self.paths())
 
 
 def _package_name(folder: Path) -> str | None:

@@ -1,0 +1,149 @@
+"""Helpers of generated codecs: arrays of bytes, numbers, strings and times, and buffer lists."""
+
+from __future__ import annotations
+
+import struct
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from pyros1.msgs.base import Buffer
+from pyros1.timing import TVal
+
+_KEEP = 256
+_U32 = struct.Struct("<I")
+_unpack_u32 = _U32.unpack_from
+_PREFIXES = tuple(_U32.pack(size) for size in range(256))
+
+
+class Packers(dict[int, Callable[..., bytes]]):
+    """Number of elements to the pack function for so many numbers; only those of short arrays are kept."""
+
+    def __init__(self, code: str) -> None:
+        super().__init__()
+        self._code = code
+
+    def __missing__(self, count: int) -> Callable[..., bytes]:
+        function = struct.Struct(f"<{count}{self._code}").pack
+        if count <= _KEEP:
+            self[count] = function
+        return function
+
+    def pack(self, values: Any) -> bytes:
+        """Pack a long array: element by element, or as it is if it holds such numbers already (array, numpy)."""
+        if not isinstance(values, (list, tuple)) and sys.byteorder == "little":
+            try:
+                view = memoryview(values)
+            except TypeError:
+                pass
+            else:
+                # numpy's names for 8-byte integers vary between platforms: l and q are the same on most.
+                same = view.format == self._code or {view.format, self._code} <= _LONGS.get(self._code, set())
+                if same and view.ndim == 1 and view.itemsize == struct.calcsize("<" + self._code):
+                    return view.tobytes()
+        return self[len(values)](*values)
+
+
+_LONGS = {"q": {"q", "l"}, "Q": {"Q", "L"}}
+
+
+class Unpackers(dict[int, Callable[[Buffer, int], tuple[Any, ...]]]):
+    """Number of elements to the unpack function for so many numbers; only those of short arrays are kept."""
+
+    def __init__(self, code: str) -> None:
+        super().__init__()
+        self._code = code
+
+    def __missing__(self, count: int) -> Callable[[Buffer, int], tuple[Any, ...]]:
+        function = struct.Struct(f"<{count}{self._code}").unpack_from
+        if count <= _KEEP:
+            self[count] = function
+        return function
+
+
+def octets(value: Any, length: int) -> bytes:
+    """Return the bytes of a uint8[] or char[] field's value that is not bytes itself.
+
+    Args:
+        value: list or tuple of ints, or anything with the buffer interface. It is copied: it may change before it is sent.
+        length: the field's fixed length, or -1.
+
+    Raises:
+        TypeError, ValueError: it is none of these; a list of the wrong length.
+    """
+    if isinstance(value, (list, tuple)):
+        if length >= 0 and len(value) != length:
+            raise ValueError("wrong length")
+        return bytes(value)
+    return memoryview(value).tobytes()
+
+
+def to_bytes(data: Buffer) -> bytes:
+    """Return ``data`` as bytes, which it mostly is already."""
+    return data if data.__class__ is bytes else bytes(data)  # type: ignore[return-value]  # mypy knows no __class__ test
+
+
+def pack_strings(values: Sequence[str]) -> bytes:
+    """Return the elements of a string array, each with its length."""
+    encoded = list(map(str.encode, values))
+    try:
+        return b"".join([_PREFIXES[len(text)] + text for text in encoded])
+    except IndexError:
+        return b"".join([part for text in encoded for part in (_U32.pack(len(text)), text)])
+
+
+def read_strings(buffer: Buffer, position: int, count: int, end: int) -> tuple[list[str], int]:
+    """Return ``count`` strings and the position behind them.
+
+    Raises:
+        ValueError: there cannot be so many in the bytes left, or bad UTF-8.
+        struct.error: the buffer is too short.
+    """
+    if count > (end - position) // 4:
+        raise ValueError("count")
+    result = []
+    for _ in range(count):
+        (size,) = _unpack_u32(buffer, position)
+        position += 4
+        stop = position + size
+        result.append(str(buffer[position:stop], "utf-8"))
+        position = stop
+    return result, position
+
+
+def pack_times(values: Sequence[Any], code: str) -> bytes:
+    """Return the elements of an array of times or durations; ``code`` is the struct code of both parts."""
+    numbers = [number for value in values for number in (value.secs, value.nsecs)]
+    return struct.pack(f"<{len(numbers)}{code}", *numbers)
+
+
+def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[TVal]) -> list[TVal]:
+    """Return ``count`` times or durations; the caller has checked that they fit."""
+    numbers = struct.unpack_from(f"<{2 * count}{code}", buffer, position)
+    result = []
+    for secs, nsecs in zip(numbers[::2], numbers[1::2], strict=True):
+        value = cls.__new__(cls)
+        value.secs, value.nsecs = secs, nsecs
+        if not 0 <= nsecs < 1_000_000_000:
+            value.canon()
+        result.append(value)
+    return result
+
+
+def gather(parts: Sequence[bytes], large: int) -> Any:
+    """Return the parts of a frame as buffers to send in order: those of ``large`` bytes or more as they are, others joined."""
+    result: list[bytes | memoryview] = []
+    small: list[bytes] = []
+    for part in parts:
+        if len(part) < large:
+            small.append(part)
+        else:
+            if small:
+                result.append(b"".join(small))
+                small = []
+            result.append(part)
+    if small:
+        rest = b"".join(small)
+        if rest:
+            result.append(rest)
+    return result if len(result) > 1 else result[0]

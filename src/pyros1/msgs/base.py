@@ -1,0 +1,247 @@
+"""What every message and service class is made of: the interface that programs know from genpy (G15-G25).
+
+A message class has no code of its own. Its constructor and codec functions are generated from the field list when they
+are first asked for, so that making a class costs little and an unused direction costs nothing:
+
+* ``cls.__init__``: defaults, positional or keyword arguments;
+* ``cls._encode_frame(msg)``: the TCPROS frame, u32 little-endian length and body, as one bytes object, or as a list of
+  buffers when it holds large arrays, which are then not copied;
+* ``cls._encode(msg)``: the body only;
+* ``cls._decode(buffer, start, end)``: a message from exactly ``buffer[start:end]``;
+* ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar, Protocol, TypeVar
+
+from pyros1.errors import DefinitionError, DeserializationError, MessageError
+
+Buffer = bytes | bytearray | memoryview
+Frame = bytes | list[bytes | memoryview]
+_M = TypeVar("_M", bound="Message")
+
+_GENERATED = frozenset({"_encode_frame", "_encode", "_decode", "_read"})
+
+
+class Writable(Protocol):
+    """What :meth:`Message.serialize` writes to."""
+
+    def write(self, data: bytes, /) -> object:
+        """Take the bytes."""
+
+
+class MessageType(type):
+    """Type of message classes: generates a codec function when it is first looked up on the class."""
+
+    def __getattr__(cls, name: str) -> Any:
+        if name not in _GENERATED:
+            raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
+        from pyros1.msgs import codegen  # noqa: PLC0415  most classes of a program are never encoded or decoded
+
+        owner = message_class(cls)
+        function = staticmethod(getattr(codegen, "make" + name)(owner))
+        setattr(owner, name, function)
+        return function.__func__
+
+
+class Message(metaclass=MessageType):
+    """Base of all message classes.
+
+    Class attributes:
+        _type: full type name. _md5sum, _full_text: as in connection headers.
+        _slot_types: type of each field, in the order of ``__slots__``.
+        _has_header: whether the first field is the header whose ``seq`` publishers count.
+        _fixed_size: size of the encoded body in bytes if it is always the same, else None.
+
+    Args:
+        *args: all fields in order, or nothing.
+        **kwds: any fields by name; not together with positional ones. None stands for a field's default.
+
+    Raises:
+        TypeError: wrong number of arguments, or both kinds.
+        AttributeError: no such field.
+    """
+
+    __slots__ = ("_connection_header",)
+
+    _type: ClassVar[str]
+    _md5sum: ClassVar[str]
+    _full_text: ClassVar[str]
+    _has_header: ClassVar[bool] = False
+    _slot_types: ClassVar[list[str]]
+    _fixed_size: ClassVar[int | None]
+    _min_size: ClassVar[int]
+    _weight: ClassVar[int]
+    _classes: ClassVar[dict[str, type[Message]]]
+    _encode_frame: ClassVar[Callable[[Any], Frame]]
+    _encode: ClassVar[Callable[[Any], bytes]]
+    _decode: ClassVar[Callable[[Buffer, int, int], Any]]
+    _read: ClassVar[Callable[[Buffer, int, int], tuple[Any, int]]]
+
+    _connection_header: dict[str, str] | None
+
+    def __init__(self, *args: Any, **kwds: Any) -> None:
+        from pyros1.msgs import codegen  # noqa: PLC0415  as above
+
+        cls = message_class(type(self))
+        cls.__init__ = codegen.make_init(cls)  # type: ignore[method-assign]  # the specialised one takes its place
+        cls.__init__(self, *args, **kwds)
+
+    def serialize(self, buff: Writable) -> None:
+        """Write the encoded body to a file-like object.
+
+        Raises:
+            SerializationError: a value does not fit its field; the text names the field.
+        """
+        buff.write(message_class(type(self))._encode(self))
+
+    def deserialize(self: _M, data: Buffer) -> _M:
+        """Set the fields from the beginning of ``data`` and return self; bytes behind the message are ignored (G23).
+
+        Raises:
+            DeserializationError: ``data`` is too short or not such a message.
+        """
+        from pyros1.msgs.check import explain  # noqa: PLC0415  as above
+
+        cls = message_class(type(self))
+        try:
+            message, _ = cls._read(data, 0, len(data))
+        except DeserializationError:
+            raise
+        except Exception as error:  # noqa: BLE001  whatever it was, the bytes are to blame: say where and why
+            raise explain(cls, data, 0, len(data), exact=False) from error
+        for name in cls.__slots__:
+            setattr(self, name, getattr(message, name))
+        return self
+
+    def serialize_numpy(self, buff: Writable, numpy: object) -> None:
+        """Write as :meth:`serialize`, which takes numpy arrays as they are."""
+        self.serialize(buff)
+
+    def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
+        """Read as :meth:`deserialize`, with numpy arrays in place of tuples of numbers."""
+        from pyros1.msgs.numpy_arrays import to_numpy  # noqa: PLC0415  numpy programs only
+
+        return to_numpy(self.deserialize(data), numpy)
+
+    def _check_types(self, exc: Exception | None = None) -> None:
+        """Raise SerializationError if a value does not fit its field."""
+        from pyros1.msgs.check import check  # noqa: PLC0415  as above
+
+        check(self, exc)
+
+    def _get_types(self) -> list[str]:
+        return self._slot_types
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, self.__class__):
+            return False
+        for name in message_class(type(self)).__slots__:
+            mine, theirs = getattr(self, name, None), getattr(other, name, None)
+            if isinstance(mine, (list, tuple)) and isinstance(theirs, (list, tuple)):
+                if tuple(mine) != tuple(theirs):
+                    return False
+            elif mine is not theirs and not _same(mine, theirs):
+                return False
+        return True
+
+    __hash__ = None  # type: ignore[assignment]  # messages can change
+
+    def __str__(self) -> str:
+        from pyros1.msgs.text import format_message  # noqa: PLC0415  printing is rare
+
+        return format_message(self)
+
+    __repr__ = __str__
+
+
+def _same(a: object, b: object) -> bool:
+    equal: Any = a == b
+    if isinstance(equal, bool):
+        return equal
+    return bool(equal.all()) if hasattr(equal, "all") else bool(equal)  # numpy compares element by element
+
+
+def message_class(cls: type[Any]) -> type[Message]:
+    """Return the class made from the definition: ``cls`` itself or the base that a program derived it from."""
+    for base in cls.__mro__:
+        if "_slot_types" in base.__dict__:
+            found: type[Message] = base
+            return found
+    raise MessageError(f"{cls.__name__} is not a message class")
+
+
+class Service:
+    """Base of all service classes: the request and response classes and what a connection header needs."""
+
+    _type: ClassVar[str]
+    _md5sum: ClassVar[str]
+    _full_text: ClassVar[str]
+    _request_class: ClassVar[type[Message]]
+    _response_class: ClassVar[type[Message]]
+
+
+class AnyMsg:
+    """A message as it came, of whatever type: subscribe with this class to get any topic without its definitions.
+
+    ``_buff`` holds the encoded body, ``_connection_header`` the publisher's header.
+    """
+
+    __slots__ = ("_buff", "_connection_header")
+
+    _type: ClassVar[str] = "*"
+    _md5sum: ClassVar[str] = "*"
+    _full_text: ClassVar[str] = ""
+    _has_header: ClassVar[bool] = False
+    _slot_types: ClassVar[list[str]] = []
+    _fixed_size: ClassVar[int | None] = None
+
+    def __init__(self, buff: bytes = b"", connection_header: dict[str, str] | None = None) -> None:
+        self._buff = buff
+        self._connection_header = connection_header
+
+    @staticmethod
+    def _decode(buffer: Buffer, start: int, end: int) -> AnyMsg:
+        return AnyMsg(bytes(buffer[start:end]))
+
+    @staticmethod
+    def _encode(message: AnyMsg) -> bytes:
+        return bytes(message._buff)
+
+    @staticmethod
+    def _encode_frame(message: AnyMsg) -> Frame:
+        size = len(message._buff).to_bytes(4, "little")
+        return [size, message._buff] if len(message._buff) >= 16384 else size + message._buff
+
+    def serialize(self, buff: Writable) -> None:
+        """Write the bytes as they came."""
+        buff.write(self._buff)
+
+    def deserialize(self, data: Buffer) -> AnyMsg:
+        """Keep ``data`` and return self."""
+        self._buff = bytes(data)
+        return self
+
+    def decode(self, cls: type[Message] | None = None) -> Message:
+        """Return the real message.
+
+        Args:
+            cls: its class; None means to build it from the connection header. Many messages of one connection are best
+                decoded with one class from a :class:`pyros1.msgs.DefinitionCache`.
+
+        Raises:
+            DefinitionError: the header lacks type or definition, or the definition is wrong.
+            DeserializationError: the bytes are not such a message.
+        """
+        if cls is None:
+            from pyros1.msgs.dynamic import from_definition  # noqa: PLC0415  it needs this module
+
+            header = self._connection_header or {}
+            if "type" not in header or "message_definition" not in header:
+                raise DefinitionError("the connection header carries no type and message_definition")
+            cls = from_definition(header["type"], header["message_definition"])
+        message: Message = cls._decode(self._buff, 0, len(self._buff))
+        message._connection_header = self._connection_header
+        return message

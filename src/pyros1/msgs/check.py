@@ -1,0 +1,209 @@
+"""Why a value cannot be encoded, or bytes cannot be decoded: the slow walk behind the generated codecs.
+
+It runs only after a codec has failed, field by field along the class's ``_slot_types``, and finds the first culprit.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+from pyros1.errors import DeserializationError, MessageError, SerializationError
+from pyros1.msgs.base import Buffer, Message, message_class
+from pyros1.msgs.factory import MAX_EMPTY
+from pyros1.msgs.spec import STRUCT_CODES
+
+
+def refusal(cls: type[Message], message: Any, error: Exception) -> SerializationError:
+    """Return the error for a message that could not be encoded.
+
+    Args:
+        cls: its class.
+        message: the value.
+        error: what the encoder ran into; its text serves when no field is found to blame.
+    """
+    try:
+        _check_message(cls, message, "")
+    except SerializationError as found:
+        return found
+    return SerializationError(f"cannot encode {cls._type}: {error}")
+
+
+def check(message: Message, error: Exception | None = None) -> None:
+    """Check all fields of a message.
+
+    Raises:
+        SerializationError: naming the first field whose value does not fit; or with the text of ``error``, if given.
+    """
+    _check_message(message_class(type(message)), message, "")
+    if error is not None:
+        raise SerializationError(f"{type(error)}: '{error}' when writing '{message}'")
+
+
+def _check_message(cls: type[Message], message: Any, prefix: str) -> None:
+    for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
+        if not hasattr(message, name):
+            where = f"field {prefix.rstrip('.')}" if prefix else "the message"
+            raise SerializationError(f"{where} must be of type {cls._type}, it has no [{name}]: {_show(message)}")
+        _check_field(cls, slot_type, getattr(message, name), prefix + name)
+
+
+def _check_field(cls: type[Message], slot_type: str, value: Any, name: str) -> None:
+    base, bracket, count = slot_type.partition("[")
+    if not bracket:
+        _check_single(cls, base, value, name)
+        return
+    length = int(count[:-1]) if count != "]" else -1
+    is_octets = base in ("uint8", "char")
+    if isinstance(value, str):
+        if base != "string":
+            raise SerializationError(f"field {name} must be a list or tuple type. Only uint8[] can be a string")
+    elif is_octets and isinstance(value, (bytes, bytearray, memoryview)):
+        if 0 <= length < len(value):
+            raise SerializationError(f"field {name} has {len(value)} bytes, {slot_type} takes {length}")
+        return
+    elif not isinstance(value, (list, tuple, bytes)) and not hasattr(value, "__len__"):
+        raise SerializationError(f"field {name} must be a list or tuple type")
+    if length >= 0 and len(value) != length:
+        raise SerializationError(f"field {name} has {len(value)} elements, {slot_type} takes {length}")
+    for element in value:
+        _check_single(cls, base, element, name + "[]")
+
+
+def _check_single(cls: type[Message], base: str, value: Any, name: str) -> None:
+    code = STRUCT_CODES.get(base)
+    if code is None:
+        _check_other(cls, base, value, name)
+    elif base == "bool":
+        if value not in (0, 1):
+            raise SerializationError(f"field {name} is not a bool")
+    elif code in "fd":
+        try:
+            struct.pack(code, value)
+        except OverflowError:
+            raise SerializationError(f"field {name} exceeds specified width [{base}]") from None
+        except (struct.error, TypeError, ValueError):
+            raise SerializationError(f"field {name} must be float type") from None
+    elif not hasattr(value, "__index__"):
+        kind = "an integer" if code.islower() else "unsigned integer"
+        raise SerializationError(f"field {name} must be {kind} type")
+    else:
+        try:
+            struct.pack("<" + code, value)
+        except (struct.error, OverflowError):
+            raise SerializationError(f"field {name} exceeds specified width [{base}]") from None
+
+
+def _check_other(cls: type[Message], base: str, value: Any, name: str) -> None:
+    if base == "string":
+        if not isinstance(value, str):
+            raise SerializationError(f"field {name} must be of type bytes or an ascii string")
+        try:
+            value.encode()
+        except UnicodeEncodeError as error:
+            raise SerializationError(f"field {name} cannot be written as UTF-8: {error}") from None
+    elif base in ("time", "duration"):
+        if not hasattr(value, "secs") or not hasattr(value, "nsecs"):
+            raise SerializationError(f"field {name} must be a {base}, not {_show(value)}")
+        try:
+            struct.pack("<2I" if base == "time" else "<2i", value.secs, value.nsecs)
+        except (struct.error, TypeError):
+            raise SerializationError(f"field {name} exceeds specified width [{base}]: {_show(value)}") from None
+    else:
+        _check_message(cls._classes[base], value, name + ".")
+
+
+def _show(value: object) -> str:
+    text = f"{type(value).__name__} {value!r}"
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def explain(cls: type[Message], buffer: Buffer, start: int, end: int, *, exact: bool = True) -> DeserializationError:
+    """Return the error for bytes that could not be decoded.
+
+    Args:
+        cls: the class whose message they should be.
+        buffer: holds the bytes.
+        start: where the message begins in ``buffer``; the error's offset counts from here.
+        end: where it should end.
+        exact: whether bytes left over are an error.
+    """
+    walk = _Walk(bytes(memoryview(buffer)[start:end]))
+    try:
+        walk.message(cls, "")
+    except MessageError as error:
+        return DeserializationError(cls._type, walk.position, str(error))
+    if exact and walk.left:
+        return DeserializationError(cls._type, walk.position, f"{walk.left} bytes left over")
+    return DeserializationError(cls._type, walk.position, "the buffer ends here")
+
+
+class _Walk:
+    """Goes over an encoded message without keeping any of it."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+        self.position = 0
+
+    @property
+    def left(self) -> int:
+        return len(self.data) - self.position
+
+    def skip(self, size: int, what: str) -> None:
+        if size > self.left:
+            raise MessageError(f"{what} needs {size} bytes, {self.left} are left")
+        self.position += size
+
+    def count(self, what: str) -> int:
+        self.skip(4, f"the length of {what}")
+        return int.from_bytes(self.data[self.position - 4 : self.position], "little")
+
+    def message(self, cls: type[Message], prefix: str) -> None:
+        for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
+            self.field(cls, slot_type, prefix + name)
+
+    def field(self, cls: type[Message], slot_type: str, name: str) -> None:
+        base, bracket, count = slot_type.partition("[")
+        what = f"field {name}"
+        if not bracket:
+            self.single(cls, base, name)
+            return
+        if count != "]":
+            number = int(count[:-1])
+        else:
+            number = self.count(what)
+            self._check_count(number, self._least(cls, base), what)
+        if base == "string" or (base in cls._classes and cls._classes[base]._fixed_size is None):
+            for _ in range(number):
+                self.single(cls, base, name + "[]")
+        else:
+            self.skip(number * self._least(cls, base), what)
+
+    def _check_count(self, number: int, least: int, what: str) -> None:
+        if least == 0:
+            if number > MAX_EMPTY:
+                raise MessageError(f"{what} claims {number} elements without content, at most {MAX_EMPTY} are accepted")
+        elif number > self.left // least:
+            raise MessageError(f"{what} claims {number} elements of at least {least} bytes, {self.left} bytes are left")
+
+    @staticmethod
+    def _least(cls: type[Message], base: str) -> int:
+        if base in STRUCT_CODES:
+            return struct.calcsize("<" + STRUCT_CODES[base])
+        return {"string": 4, "time": 8, "duration": 8}.get(base) or cls._classes[base]._min_size
+
+    def single(self, cls: type[Message], base: str, name: str) -> None:
+        what = f"field {name}"
+        if base == "string":
+            size = self.count(what)
+            begin = self.position
+            self.skip(size, what)
+            try:
+                self.data[begin : self.position].decode()
+            except UnicodeDecodeError as error:
+                self.position = begin + error.start
+                raise MessageError(f"{what} is not UTF-8: {error.reason}") from None
+        elif base in cls._classes:
+            self.message(cls._classes[base], name + ".")
+        else:
+            self.skip(self._least(cls, base), what)

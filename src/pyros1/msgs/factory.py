@@ -1,0 +1,108 @@
+"""Spec to class: the attributes of a message or service class and the limits that it must keep."""
+
+from __future__ import annotations
+
+import keyword
+import struct
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.errors import DefinitionError
+from pyros1.msgs.base import Message, MessageType, Service
+from pyros1.msgs.digest import Digests
+from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
+
+MAX_WEIGHT = 1 << 28
+"""Most bytes of memory, roughly, that the default value of a type may need: fixed arrays can ask for any amount."""
+
+MAX_EMPTY = 16
+"""Most elements of an array whose elements take no bytes: nothing in the received bytes backs their number."""
+
+
+def python_name(name: str) -> str:
+    """Return the attribute name of a field or constant: Python's reserved words get an underscore (G10)."""
+    return name + "_" if keyword.iskeyword(name) or name == "self" else name
+
+
+def make_message_class(
+    spec: MessageSpec, digests: Digests, lookup: Callable[[str], type[Message]], module: str
+) -> type[Message]:
+    """Make the class of a message.
+
+    Args:
+        spec: the parsed definition.
+        digests: for md5 and full text.
+        lookup: returns the class of a message type that a field has.
+        module: ``__module__`` of the class.
+
+    Raises:
+        DefinitionError: the type contains itself, is too large, or a constant and a field have one name.
+    """
+    md5sum = digests.md5(spec)  # first: it refuses types that contain themselves
+    classes = {field.base: lookup(field.base) for field in spec.fields if not field.is_builtin}
+    constants = {python_name(constant.name): constant.value for constant in spec.constants}
+    slots = [python_name(field.name) for field in spec.fields]
+    if not constants.keys().isdisjoint(slots):
+        raise DefinitionError("a field and a constant have the same name", spec.name)
+    minimum, weight, fixed = 0, 64, True
+    for field in spec.fields:
+        size, cost, same = _measure(field, classes)
+        minimum, weight, fixed = minimum + size, weight + cost, fixed and same
+        if weight > MAX_WEIGHT:
+            raise DefinitionError(f"field [{field.name}] makes the type too large", spec.name)
+        if size == 0 and cost > 128 * MAX_EMPTY:
+            raise DefinitionError(f"field [{field.name}] holds more than {MAX_EMPTY} empty values", spec.name)
+    short = spec.name.partition("/")[2]
+    body: dict[str, Any] = {
+        "__slots__": slots,
+        "__module__": module,
+        "__qualname__": short,
+        "__doc__": f"Message type {spec.name}.",
+        **constants,
+        "_type": spec.name,
+        "_md5sum": md5sum,
+        "_full_text": digests.full_text(spec),
+        "_has_header": spec.has_header,
+        "_slot_types": [field.type for field in spec.fields],
+        "_fixed_size": minimum if fixed else None,
+        "_min_size": minimum,
+        "_weight": weight,
+        "_classes": classes,
+    }
+    try:
+        return MessageType(short, (Message,), body)
+    except (TypeError, ValueError) as error:
+        raise DefinitionError(f"no class can be made: {error}", spec.name) from error
+
+
+def make_service_class(
+    spec: ServiceSpec, digests: Digests, lookup: Callable[[str], type[Message]], module: str
+) -> type[Service]:
+    """Make the class of a service with its request and response classes; arguments as for messages."""
+    short = spec.name.partition("/")[2]
+    body: dict[str, Any] = {
+        "__module__": module,
+        "__doc__": f"Service type {spec.name}.",
+        "_type": spec.name,
+        "_md5sum": digests.md5(spec),
+        "_full_text": digests.full_text(spec),
+        "_request_class": make_message_class(spec.request, digests, lookup, module),
+        "_response_class": make_message_class(spec.response, digests, lookup, module),
+    }
+    return type(short, (Service,), body)
+
+
+def _measure(field: Field, classes: dict[str, type[Message]]) -> tuple[int, int, bool]:
+    """Return a field's least size in bytes, the rough memory need of its default, and whether its size is fixed."""
+    if field.length == -1:
+        return 4, 64, False
+    count = 1 if field.length is None else field.length
+    if field.base in STRUCT_CODES:
+        size = struct.calcsize("<" + STRUCT_CODES[field.base])
+        return size * count, (1 if size == 1 else 8) * count, True
+    if field.base == "string":
+        return 4 * count, 8 * count, False
+    if field.base in ("time", "duration"):
+        return 8 * count, 64 * count, True
+    cls = classes[field.base]
+    return cls._min_size * count, cls._weight * count, cls._fixed_size is not None
