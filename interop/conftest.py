@@ -1,0 +1,123 @@
+"""Fixtures of the interop tests: real masters and real peers, see README.md."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parent / "peers"))
+pytest.register_assert_rewrite("harness", "cases")
+
+from harness import Master, Peer, free_port, missing_stock  # noqa: E402  found through the path set above
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--ours", default="pyros1", help="stand-in for pyros1 that checks the tests themselves")
+    parser.addoption("--masters", default="ours,stock", help="the masters to run under: ours, stock or both")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "ours_only: says something about pyros1 that no stand-in can show")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "master" in metafunc.fixturenames:
+        kinds = metafunc.config.getoption("--masters").split(",")
+        metafunc.parametrize("master", kinds, indirect=True, scope="session")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    here = Path(__file__).resolve().parent
+    reason = missing_stock()
+    if reason and os.environ.get("CI", "").lower() not in ("true", "1") and not os.environ.get("PYROS1_REQUIRE_STOCK"):
+        for item in items:
+            if here in item.path.parents:
+                item.add_marker(pytest.mark.skip(reason=reason))
+    if config.getoption("--ours") != "pyros1":
+        for item in items:
+            if item.get_closest_marker("ours_only"):
+                item.add_marker(pytest.mark.skip(reason="needs pyros1 itself"))
+
+
+@pytest.fixture(scope="session")
+def running_masters(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Master]]:
+    """The masters that the session has started; all end with it."""
+    reason = missing_stock()
+    if reason:
+        pytest.fail(reason)
+    running: dict[str, Master] = {}
+    yield running
+    for master in running.values():
+        master.close()
+
+
+@pytest.fixture(scope="session")
+def new_master(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Master]:
+    """Makes a master of a kind, not yet started, on a free port with a folder of its own."""
+    return lambda kind: Master(kind, tmp_path_factory.mktemp(f"{kind}_master"), free_port())
+
+
+@pytest.fixture(scope="session")
+def master(
+    request: pytest.FixtureRequest, running_masters: dict[str, Master], new_master: Callable[[str], Master]
+) -> Master:
+    """A running master with rosout: ``ours`` or ``stock``, shared by all tests of the session."""
+    kind: str = request.param
+    if kind not in running_masters:
+        running_masters[kind] = started = new_master(kind)
+        started.start()
+    return running_masters[kind]
+
+
+@pytest.fixture
+def launcher(master: Master) -> Iterator[Master]:
+    """The master, for tests that start processes of their own: what they started ends with the test."""
+    mark = len(master.processes)
+    yield master
+    master.close_since(mark)
+
+
+@pytest.fixture
+def own_master(new_master: Callable[[str], Master]) -> Iterator[Callable[[str], Master]]:
+    """Makes masters for one test alone: call it with ``ours`` or ``stock``, then ``start()`` the result."""
+    made: list[Master] = []
+
+    def make(kind: str) -> Master:
+        made.append(new_master(kind))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+@pytest.fixture
+def ours_kind(request: pytest.FixtureRequest) -> str:
+    """``pyros1``, unless a stand-in checks the harness."""
+    return str(request.config.getoption("--ours"))
+
+
+@pytest.fixture
+def ours(ours_kind: str, master: Master) -> Peer:
+    """The pyros1 peer under *master*."""
+    return master.shared("our", ours_kind)
+
+
+@pytest.fixture
+def peer(request: pytest.FixtureRequest, master: Master) -> Peer:
+    """The stock peer under *master*, of the kind that the test's class names."""
+    return master.shared("stock", request.cls.kind)
+
+
+_numbers = itertools.count(1)
+
+
+@pytest.fixture
+def topic() -> str:
+    """A topic, service or parameter name that no other test uses."""
+    return f"/interop/n{next(_numbers)}"

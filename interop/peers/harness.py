@@ -1,0 +1,388 @@
+"""Processes of the interop tests: masters, peers and command-line tools, always with deadlines, always cleaned up."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import xmlrpc.client
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+PEERS = Path(__file__).resolve().parent
+INTEROP = PEERS.parent
+SOURCE = INTEROP.parent / "src"
+ROSCPP_PEER = INTEROP / "build" / "roscpp_peer"
+STOCK_PYTHON = "/usr/bin/python3"
+DEADLINE = 15.0  # seconds; every wait without a deadline of its own
+
+
+def missing_stock() -> str | None:
+    """What is not there of stock ROS, or None when the tests can run."""
+    tools = [tool for tool in ("rosmaster", "rostopic", "rosnode", "rosservice", "roslaunch") if not shutil.which(tool)]
+    if tools:
+        return f"stock ROS is not installed ({', '.join(tools)} not found); run interop/setup as root"
+    if not ROSCPP_PEER.exists():
+        return f"{ROSCPP_PEER} is not built; run interop/setup"
+    return None
+
+
+def free_port() -> int:
+    """A TCP port that was free a moment ago."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def until(reached: Callable[[], Any], what: str, timeout: float = DEADLINE) -> Any:
+    """Ask again and again until *reached* returns something true, and return that; fail after *timeout* seconds."""
+    end = time.monotonic() + timeout
+    while True:
+        value = reached()
+        if value:
+            return value
+        assert time.monotonic() < end, f"not within {timeout} s: {what}"
+        time.sleep(0.02)
+
+
+class Process:
+    """A child process whose output is collected line by line, stdout and stderr together.
+
+    Args:
+        command: program and arguments.
+        environ: the whole environment.
+        label: name in failure messages.
+    """
+
+    def __init__(self, command: Sequence[str], environ: Mapping[str, str], label: str = "") -> None:
+        self.label = label or Path(command[0]).name
+        self.lines: list[str] = []
+        self._unread: deque[str] = deque()
+        self._changed = threading.Condition()
+        self._ended = False
+        self.child = subprocess.Popen(
+            list(command),
+            env=dict(environ),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,  # its own process group, which teardown kills as one
+        )
+        self._reader = threading.Thread(target=self._read, name=f"output of {self.label}", daemon=True)
+        self._reader.start()
+
+    @property
+    def pid(self) -> int:
+        return self.child.pid
+
+    def _read(self) -> None:
+        assert self.child.stdout is not None
+        for raw in self.child.stdout:
+            line = raw.decode("utf-8", "replace").rstrip("\n")
+            with self._changed:
+                self.lines.append(line)
+                self._unread.append(line)
+                self._changed.notify_all()
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def wait_line(self, pattern: str, timeout: float = DEADLINE) -> re.Match[str]:
+        """The first line not yet taken in which the regular expression occurs; it is taken out of the unread ones."""
+        wanted = re.compile(pattern)
+        end = time.monotonic() + timeout
+        with self._changed:
+            while True:
+                for line in self._unread:
+                    match = wanted.search(line)
+                    if match:
+                        self._unread.remove(line)
+                        return match
+                left = end - time.monotonic()
+                why = "ended" if self._ended else f"{timeout} s passed"
+                assert left > 0 and not self._ended, f"{self.label}: {why} without {pattern!r}\n{self.transcript()}"
+                self._changed.wait(left)
+
+    def unread(self, pattern: str) -> list[str]:
+        """The lines not yet taken in which the regular expression occurs; they stay."""
+        wanted = re.compile(pattern)
+        with self._changed:
+            return [line for line in self._unread if wanted.search(line)]
+
+    def transcript(self) -> str:
+        """The last lines that it printed, for failure messages."""
+        return "".join(f"  | {line}\n" for line in self.lines[-40:])
+
+    def write(self, line: str) -> None:
+        """Send one line to its standard input."""
+        assert self.child.stdin is not None
+        self.child.stdin.write(line.encode() + b"\n")
+        self.child.stdin.flush()
+
+    def signal(self, number: int) -> None:
+        """Send a signal to the whole process group."""
+        if self.child.poll() is None:
+            os.killpg(self.child.pid, number)
+
+    def wait(self, timeout: float = DEADLINE) -> int:
+        """Wait for the end and return the exit code (negative: the signal)."""
+        try:
+            code = self.child.wait(timeout)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self.label} did not end within {timeout} s\n{self.transcript()}") from None
+        self._reader.join(timeout)
+        return code
+
+    def close(self) -> None:
+        """End the process if it still runs, in the end by SIGKILL, and release everything."""
+        for number, patience in ((signal.SIGINT, 4.0), (signal.SIGKILL, 5.0)):
+            self.signal(number)
+            try:
+                self.child.wait(patience)
+                break
+            except subprocess.TimeoutExpired:
+                continue
+        self._kill_group()
+        self._reader.join(5.0)
+        for stream in (self.child.stdin, self.child.stdout):
+            if stream is not None:
+                with contextlib.suppress(BrokenPipeError):  # unsent input of a process that is gone
+                    stream.close()
+
+    def _kill_group(self) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.child.pid, signal.SIGKILL)  # children that outlived their parent
+
+
+class Peer(Process):
+    """A peer program: commands go in, event lines come out (see interop/README.md)."""
+
+    kind: str
+    name: str
+
+    def tell(self, *words: object) -> None:
+        """Send a command without waiting for its event."""
+        self.write(" ".join(str(word) for word in words))
+
+    def ask(self, *words: object, event: str | None = None, timeout: float = DEADLINE) -> str:
+        """Send a command and return what follows in its event line.
+
+        Args:
+            words: the command.
+            event: the words that the awaited line starts with.
+        """
+        self.tell(*words)
+        return self.event(*(event or " ".join(str(word) for word in words)).split(), timeout=timeout)
+
+    def event(self, *words: str, timeout: float = DEADLINE) -> str:
+        """The rest of the first unread event line that starts with *words*; a failed command fails the test."""
+        start = re.escape(" ".join(words))
+        match = self.wait_line(rf"^(?:{start}(?: (?P<rest>.*))?|(?P<bad>error .*|timeout .*))$", timeout)
+        assert not match["bad"], f"{self.label}: {match['bad']}"
+        return match["rest"] or ""
+
+    # the commands as methods, in the words of ROS
+
+    def advertise(self, topic: str, type_name: str, queue_size: int = 100, latch: bool = False) -> None:
+        self.ask("pub", topic, type_name, queue_size, int(latch), event=f"advertised {topic}")
+
+    def publish(self, topic: str, seed: int = 1) -> str:
+        """Publish the sample message of the topic's type; returns the serialized message as the sender printed it."""
+        return self.ask("send", topic, seed, event=f"sent {topic}")
+
+    def subscribe(self, topic: str, type_name: str, queue_size: int = 100) -> None:
+        self.ask("sub", topic, type_name, queue_size, event=f"subscribed {topic}")
+
+    def received(self, topic: str, timeout: float = DEADLINE) -> str:
+        """The next message on *topic*, serialized."""
+        return self.event("got", topic, timeout=timeout)
+
+    def linked(self, topic: str, count: int = 1) -> None:
+        """Wait until the publisher or subscriber of *topic* has exactly *count* connections."""
+        self.ask("linked", topic, count)
+
+    def header(self, topic: str) -> dict[str, str]:
+        """Connection header of the last message received on *topic*; the definition is a checksum."""
+        return dict(field.split("=", 1) for field in self.ask("header", topic).split())
+
+    def serve(self, name: str, type_name: str, mode: str = "answer") -> None:
+        self.ask("serve", name, type_name, mode, event=f"serving {name}")
+
+    def available(self, name: str) -> None:
+        self.ask("available", name)
+
+    def call(self, name: str, type_name: str, seed: int = 1, persistent: bool = False) -> tuple[str, str]:
+        """Call a service that answers: the request and the response, serialized, as the caller saw them."""
+        self.tell("call", name, type_name, seed, int(persistent))
+        return self.event("called", name), self.event("answer", name)
+
+    def call_failing(self, name: str, type_name: str, seed: int = 1, persistent: bool = False) -> str:
+        """Call a service that fails: the error as the caller saw it."""
+        self.tell("call", name, type_name, seed, int(persistent))
+        self.event("called", name)
+        return self.event("failed", name)
+
+    def quit(self) -> int:
+        """End the program the ordinary way; returns the exit code."""
+        self.write("quit")
+        return self.wait()
+
+
+class Master:
+    """Address and processes of a running ROS master with its rosout node, and what to start against it.
+
+    Args:
+        kind: ``ours`` or ``stock``.
+        home: folder for logs, pid files and caches.
+        port: TCP port of the master.
+    """
+
+    def __init__(self, kind: str, home: Path, port: int) -> None:
+        self.kind = kind
+        self.home = home
+        self.port = port
+        self.uri = f"http://localhost:{port}/"
+        self.processes: list[Process] = []
+        self._shared: dict[str, Peer] = {}
+        home.mkdir(parents=True, exist_ok=True)
+
+    def environ(self, python: str = "stock", **extra: str) -> dict[str, str]:
+        """The environment of a child: nothing of the developer's ROS set-up, everything below ``home``."""
+        out = {
+            "PATH": "/usr/local/bin:/usr/bin:/bin",
+            "HOME": str(self.home),
+            "LANG": "C.UTF-8",
+            "PYTHONUNBUFFERED": "1",
+            "ROS_MASTER_URI": self.uri,
+            "ROS_HOSTNAME": "localhost",
+            "ROS_HOME": str(self.home),
+            "ROS_LOG_DIR": str(self.home / "log"),
+        }
+        if python == "ours":
+            out["PATH"] = f"{Path(sys.executable).parent}:{out['PATH']}"
+            if not _installed():
+                out["PYTHONPATH"] = str(SOURCE)
+        return {**out, **extra}
+
+    def start(self) -> None:
+        """Start the master and rosout, and wait until both answer."""
+        if self.kind == "ours":
+            self.run([sys.executable, "-m", "pyros1", "core", "-p", str(self.port)], python="ours", label="pyros1 core")
+        else:
+            self.run(["rosmaster", "--core", "-p", str(self.port)], label="rosmaster")
+        self.await_up()
+        if self.kind == "stock":
+            self.run(["/usr/lib/rosout/rosout"], label="rosout")
+        until(lambda: self.publishers("/rosout_agg"), f"rosout under the {self.kind} master")
+
+    def await_up(self) -> None:
+        """Wait until the master answers."""
+
+        def answers() -> bool:
+            try:
+                return bool(self.call("getPid")[0] == 1)
+            except OSError:
+                if self.processes and self.processes[0].child.poll() is not None:
+                    raise AssertionError("the master ended:\n" + "\n".join(self.processes[0].lines)) from None
+                return False
+
+        until(answers, f"the {self.kind} master answers", timeout=30)
+
+    def call(self, method: str, *arguments: Any) -> list[Any]:
+        """One call to the master's API as the node ``/harness``; returns code, message, value."""
+        with xmlrpc.client.ServerProxy(self.uri) as proxy:
+            return list(getattr(proxy, method)("/harness", *arguments))  # type: ignore[call-overload]  # dynamic proxy
+
+    def node(self, name: str, method: str, *arguments: Any) -> list[Any]:
+        """One call to a node's API."""
+        with xmlrpc.client.ServerProxy(self.call("lookupNode", name)[2]) as proxy:
+            return list(getattr(proxy, method)("/harness", *arguments))  # type: ignore[call-overload]  # dynamic proxy
+
+    def publishers(self, topic: str) -> list[str]:
+        """Names of the nodes that are registered as publishers of *topic*."""
+        return dict(self.call("getSystemState")[2][0]).get(topic, [])
+
+    def subscribers(self, topic: str) -> list[str]:
+        """Names of the nodes that are registered as subscribers of *topic*."""
+        return dict(self.call("getSystemState")[2][1]).get(topic, [])
+
+    def run(self, command: Sequence[str], *, python: str = "stock", label: str = "", **extra: str) -> Process:
+        """Start a program that lives until teardown at most."""
+        process = Process(command, self.environ(python, **extra), label)
+        self.processes.append(process)
+        return process
+
+    def peer(self, kind: str, name: str, *arguments: str, **extra: str) -> Peer:
+        """Start a peer program of its own, without waiting for it to be ready.
+
+        Args:
+            kind: ``pyros1``, ``rospy`` or ``roscpp``.
+            name: node name.
+            arguments: remappings.
+            extra: more environment variables.
+        """
+        command = {
+            "pyros1": [sys.executable, str(PEERS / "pyros1_peer.py")],
+            "rospy": [STOCK_PYTHON, str(PEERS / "rospy_peer.py")],
+            "roscpp": [str(ROSCPP_PEER)],
+        }[kind]
+        environ = self.environ("ours" if kind == "pyros1" else "stock", **extra)
+        peer = Peer([*command, name, *arguments], environ, f"{kind} peer {name}")
+        peer.kind, peer.name = kind, "/" + name
+        self.processes.append(peer)
+        return peer
+
+    def ready_peer(self, kind: str, name: str, *arguments: str, **extra: str) -> Peer:
+        """Start a peer program of its own and wait until its node is up."""
+        peer = self.peer(kind, name, *arguments, **extra)
+        peer.name = peer.event("ready", timeout=30)
+        return peer
+
+    def shared(self, role: str, kind: str) -> Peer:
+        """The peer that all tests share, one for each *role* and *kind*; tests keep apart by their topic names."""
+        peer = self._shared.get(role + kind)
+        if peer is None or peer.child.poll() is not None:
+            peer = self._shared[role + kind] = self.ready_peer(kind, f"{role}_{kind}_peer")
+        return peer
+
+    def tool(self, *command: str, code: int | None = 0, timeout: float = 30, stdin: str = "") -> str:
+        """Run a stock command-line tool to its end; returns stdout and stderr, in this order.
+
+        Args:
+            command: for example ``rostopic``, ``list``.
+            code: the expected exit code, None if it does not matter.
+        """
+        done = subprocess.run(
+            command, env=self.environ(), input=stdin.encode(), capture_output=True, timeout=timeout, check=False
+        )
+        out = (done.stdout + done.stderr).decode("utf-8", "replace")
+        assert code is None or done.returncode == code, f"{' '.join(command)}: exit code {done.returncode}\n{out}"
+        return out
+
+    def close_since(self, mark: int) -> None:
+        """End the processes that were started after *mark* of them ran, newest first."""
+        shared = list(self._shared.values())
+        for process in reversed(self.processes[mark:]):
+            if process not in shared:
+                process.close()
+                self.processes.remove(process)
+
+    def close(self) -> None:
+        """End everything."""
+        self._shared.clear()
+        self.close_since(0)
+
+
+def _installed() -> bool:
+    """Whether the Python that runs the tests has pyros1 installed."""
+    probe = [sys.executable, "-I", "-c", "import importlib.util, sys; sys.exit(not importlib.util.find_spec('pyros1'))"]
+    return subprocess.run(probe, check=False, timeout=30).returncode == 0

@@ -1,0 +1,9 @@
+"""Latched topics between pyros1 and rospy."""
+
+from __future__ import annotations
+
+from cases import Latching
+
+
+class TestRospy(Latching):
+    kind = "rospy"

@@ -1,0 +1,9 @@
+"""A pyros1 publisher and a roscpp subscriber."""
+
+from __future__ import annotations
+
+from cases import Publishing
+
+
+class TestRoscpp(Publishing):
+    kind = "roscpp"
