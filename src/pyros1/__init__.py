@@ -1,1 +1,48 @@
-"""pyros1: ROS 1 as a Python package."""
+"""pyros1: ROS 1 as a Python package.
+
+::
+
+    import pyros1
+    from pyros1.msgs.std_msgs.msg import Float64
+
+    with pyros1.Node("minimal_publisher") as node:
+        publisher = node.advertise("topic1", Float64, queue_size=1)
+        rate = node.rate(1.0)
+        message = Float64()
+        while node.ok():
+            message.data += 0.001
+            publisher.publish(message)
+            rate.sleep()
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pyros1.errors import Error
+    from pyros1.msgs import AnyMsg
+    from pyros1.node import Node
+    from pyros1.timing import Duration, Time
+
+__version__ = "0.1.0"
+
+__all__ = ["AnyMsg", "Duration", "Error", "Node", "Time", "__version__"]
+
+_HOMES = {
+    "AnyMsg": "pyros1.msgs",
+    "Duration": "pyros1.timing",
+    "Error": "pyros1.errors",
+    "Node": "pyros1.node",
+    "Time": "pyros1.timing",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used: small commands need none of them."""
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'pyros1' has no attribute {name!r}")
+    import importlib  # noqa: PLC0415
+
+    return getattr(importlib.import_module(home), name)

@@ -41,6 +41,11 @@ class FrameBuffer:
         self._begin = 0  # first byte of the first incomplete frame
         self._end = len(first)
 
+    @property
+    def partial(self) -> bool:
+        """Whether a part of a frame is here."""
+        return self._begin != self._end
+
     def writable(self) -> memoryview:
         """Return the memory to receive into, never empty. Positions returned earlier become invalid."""
         begin, end = self._begin, self._end

@@ -1,0 +1,47 @@
+"""The callback queue of a node made for `spin` and `spin_once`: callbacks wait here until the user's thread runs them."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+
+
+class CallbackQueue:
+    """Callables in order of arrival (https://wiki.ros.org/roscpp/Overview/Callbacks%20and%20Spinning)."""
+
+    def __init__(self) -> None:
+        self._ready: deque[Callable[[], object]] = deque()
+        self._changed = threading.Condition()
+
+    def __len__(self) -> int:
+        return len(self._ready)
+
+    def push(self, callback: Callable[[], object]) -> None:
+        """Add a callback. Any thread."""
+        with self._changed:
+            self._ready.append(callback)
+            self._changed.notify()
+
+    def wake(self) -> None:
+        """End all waits, with or without callbacks."""
+        with self._changed:
+            self._changed.notify_all()
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until there is a callback, at most ``timeout`` seconds; tell whether there is one."""
+        with self._changed:
+            if not self._ready and timeout > 0:
+                self._changed.wait(timeout)
+            return bool(self._ready)
+
+    def run_available(self) -> int:
+        """Run what is queued now, not what these callbacks add; return how many were run."""
+        count = len(self._ready)
+        for done in range(count):
+            try:
+                callback = self._ready.popleft()
+            except IndexError:  # another thread spins too
+                return done
+            callback()
+        return count

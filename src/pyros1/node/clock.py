@@ -1,0 +1,250 @@
+"""A node's time: wall time, or the time that a simulation publishes on /clock (https://wiki.ros.org/Clock)."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pyros1.errors import NodeShutdownError, TimeMovedBackwardsError
+from pyros1.timing import Duration, Time
+
+if TYPE_CHECKING:
+    from pyros1.node.callbacks import CallbackQueue
+    from pyros1.node.log import Log
+
+_STEP = 0.3
+"""Longest wait for a tick of simulated time, in seconds, before looking whether the node is shutting down."""
+
+
+class Clock:
+    """Where a node's time comes from.
+
+    Args:
+        stopping: ends all sleeps.
+    """
+
+    def __init__(self, stopping: threading.Event) -> None:
+        self.simulated = False
+        self._stopping = stopping
+        self._now = Time()
+        self._ticked = threading.Condition()
+
+    def use_simulated_time(self) -> None:
+        """From now on, time is what `tick` says; 0 until the first tick."""
+        self.simulated = True
+
+    def tick(self, now: Time) -> None:
+        """Take the time that a simulation announced."""
+        with self._ticked:
+            self._now = now
+            self._ticked.notify_all()
+
+    def wake(self) -> None:
+        """End sleeps in simulated time, to let them see that the node is shutting down."""
+        with self._ticked:
+            self._ticked.notify_all()
+
+    def now(self) -> Time:
+        """Return the current time."""
+        if self.simulated:
+            return self._now
+        return Time(*divmod(time.time_ns(), 1_000_000_000))
+
+    def sleep(self, seconds: float) -> bool:
+        """Sleep.
+
+        Args:
+            seconds: in the node's time; 0 or less returns at once.
+
+        Returns:
+            False if the sleep was cut short because the node is shutting down.
+
+        Raises:
+            TimeMovedBackwardsError: simulated time jumped back meanwhile.
+        """
+        if not self.simulated:
+            return not (self._stopping.wait(seconds) if seconds > 0 else self._stopping.is_set())
+        if seconds <= 0:
+            return not self._stopping.is_set()
+        self._await_tick(lambda: self._now.is_zero())
+        start = last = self._now
+        until = start + Duration.from_sec(seconds)
+
+        def waiting() -> bool:
+            nonlocal last
+            now = self._now
+            if now < last:
+                raise TimeMovedBackwardsError((now - last).to_sec())
+            last = now
+            return now < until
+
+        return self._await_tick(waiting)
+
+    def _await_tick(self, waiting: Callable[[], bool]) -> bool:
+        with self._ticked:
+            while waiting():
+                if self._stopping.is_set():
+                    return False
+                self._ticked.wait(_STEP)
+        return not self._stopping.is_set()
+
+
+class Rate:
+    """Keeps a loop at a rate (https://wiki.ros.org/rospy/Overview/Time).
+
+    Args:
+        clock: the node's.
+        frequency: in Hz.
+    """
+
+    def __init__(self, clock: Clock, frequency: float) -> None:
+        if not frequency > 0:
+            raise ValueError(f"a rate must be above 0 Hz, not {frequency}")
+        self.period = 1.0 / frequency
+        self._clock = clock
+        self._next = self._time() + self.period
+
+    def _time(self) -> float:
+        # monotonic time knows no leaps of the wall clock
+        return self._clock.now().to_sec() if self._clock.simulated else time.monotonic()
+
+    def remaining(self) -> float:
+        """Return the seconds left of the current cycle; negative when it is late."""
+        return self._next - self._time()
+
+    def sleep(self) -> bool:
+        """Sleep until the end of the current cycle.
+
+        A cycle that is more than one period late starts the beat anew. Returns at once when the node is shutting down.
+
+        Returns:
+            Whether the node goes on.
+        """
+        now = self._time()
+        if now < self._next - 2 * self.period:  # simulated time has jumped back
+            self._next = now + self.period
+        try:
+            alive = self._clock.sleep(self._next - now)
+        except TimeMovedBackwardsError:
+            alive = True
+        now = self._time()
+        self._next += self.period
+        if not self._next - 2 * self.period <= now <= self._next:
+            self._next = now + self.period
+        return alive
+
+
+class TimerEvent:
+    """What a timer's callback is told, as rospy's and roscpp's.
+
+    Attributes:
+        last_expected, last_real: when the previous call should have happened, and did; None at the first.
+        current_expected, current_real: the same for this call.
+        last_duration: seconds that the previous callback took; None at the first.
+    """
+
+    __slots__ = ("current_expected", "current_real", "last_duration", "last_expected", "last_real")
+
+    def __init__(
+        self,
+        last_expected: Time | None,
+        last_real: Time | None,
+        current_expected: Time,
+        current_real: Time,
+        last_duration: float | None,
+    ) -> None:
+        self.last_expected = last_expected
+        self.last_real = last_real
+        self.current_expected = current_expected
+        self.current_real = current_real
+        self.last_duration = last_duration
+
+
+class Timer:
+    """Calls a function periodically; made by ``Node.timer``.
+
+    Args:
+        clock: the node's.
+        period: seconds.
+        callback: called with a TimerEvent.
+        oneshot: only once.
+        callbacks: where the calls are queued, for a node that spins.
+        log: for callbacks that raise.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        period: float,
+        callback: Callable[[TimerEvent], object],
+        oneshot: bool,
+        callbacks: CallbackQueue | None,
+        log: Log,
+    ) -> None:
+        if not period > 0:
+            raise ValueError(f"a timer's period must be above 0 s, not {period}")
+        self._clock = clock
+        self._period = period
+        self._callback = callback
+        self._oneshot = oneshot
+        self._callbacks = callbacks
+        self._log = log
+        self._stopped = threading.Event()
+        self._pending = False
+        self._last: tuple[Time, Time, float] | None = None
+        self._thread = threading.Thread(target=self._run, name="timer", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        rate = Rate(self._clock, 1.0 / self._period)
+        while not self._stopped.is_set():
+            expected = self._clock.now() + Duration.from_sec(max(0.0, rate.remaining()))
+            if self._clock.simulated:
+                alive = rate.sleep()
+            else:
+                alive = self._sleep(rate)
+            if not alive or self._stopped.is_set():
+                return
+            if self._callbacks is None:
+                self._fire(expected)
+            elif not self._pending:  # a spinner that is late gets one call, not a heap of them
+                self._pending = True
+                self._callbacks.push(lambda expected=expected: self._fire(expected))  # type: ignore[misc]
+            if self._oneshot:
+                return
+
+    def _sleep(self, rate: Rate) -> bool:
+        """Sleep so that `shutdown` of this timer ends it too."""
+        while (left := rate.remaining()) > 0.2:
+            if self._stopped.wait(0.2 if left > 0.4 else left - 0.2):
+                return False
+            if not self._clock.sleep(0):
+                return False
+        return rate.sleep()
+
+    def _fire(self, expected: Time) -> None:
+        self._pending = False
+        if self._stopped.is_set():
+            return
+        real = self._clock.now()
+        last = self._last
+        event = TimerEvent(last and last[0], last and last[1], expected, real, last and last[2])
+        start = time.perf_counter()
+        try:
+            self._callback(event)
+        except NodeShutdownError:
+            return
+        except Exception as error:  # noqa: BLE001 - user code: the timer goes on
+            self._log.exception(f"bad timer callback {self._callback!r}", error)
+        self._last = (expected, real, time.perf_counter() - start)
+
+    def shutdown(self) -> None:
+        """End the timer; a callback that is running ends by itself."""
+        self._stopped.set()
+
+    def join(self, timeout: float) -> None:
+        """Wait for the timer's thread to end, at most ``timeout`` seconds."""
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout)

@@ -1,0 +1,224 @@
+"""A subscription's way to one publisher, on the loop: ask its node, connect, greet, hand the link to the reader.
+
+States::
+
+    asking ──────> connecting ──────> greeting ──────> linked
+      ^  requestTopic      TCP connect       header         │ link lost
+      └────────────── resting <─────────────────────────────┘
+                         (waits, longer after each failure)
+
+* *refused*: the publisher answered with an error, or its type is not ours. Asking again would get the same answer, so
+  we rest until the master announces the publishers anew.
+* *ended*: the master no longer lists the publisher: nothing is tried any more; a link that is up stays until the
+  publisher closes it, so that its last messages are not lost.
+
+Every step has a deadline. A publisher that cannot be reached delays no other.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import selectors
+import socket
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import ConnectionRefusedByPeerError, Error, ProtocolError
+from pyros1.net.connect import connect
+from pyros1.node.context import find_local_context
+from pyros1.node.reader import InLink
+from pyros1.wire.handshake import Refusal, check_publisher_answer
+from pyros1.wire.header import HeaderReader, encode_header
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import TimerHandle
+    from pyros1.node.subscription import Subscription
+
+STEP_TIMEOUT = 10.0
+FIRST_REST = 0.1
+LONGEST_REST = 20.0
+
+
+class Connector:
+    """Keeps a subscription connected to one publisher. All methods run on the loop.
+
+    Args:
+        subscription: who wants the messages.
+        uri: the publisher's slave API.
+    """
+
+    def __init__(self, subscription: Subscription, uri: str) -> None:
+        self.uri = uri
+        self.linked = False
+        self._subscription = subscription
+        self._context = subscription.context
+        self._rest = FIRST_REST
+        self._refused = False
+        self._ended = False
+        self._attempt = 0  # answers to older attempts are ignored
+        self._timer: TimerHandle | None = None
+        self._sock: socket.socket | None = None
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing is linked and nothing is under way."""
+        return not self.linked and (self._ended or self._refused)
+
+    def announced(self) -> None:
+        """The master lists the publisher, again or for the first time."""
+        self._ended = False
+        if self._refused or (not self.linked and self._timer is None and self._attempt == 0):
+            self._refused = False
+            self._start()
+
+    def vanished(self) -> None:
+        """The master no longer lists the publisher."""
+        self._ended = True
+        if not self.linked:
+            self.stop()
+
+    def stop(self) -> None:
+        """Give up what is under way."""
+        self._ended = True
+        self._attempt += 1
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._close_socket()
+
+    def lost(self, reason: str | None) -> None:
+        """The link broke: try again soon, if the master still lists the publisher."""
+        self.linked = False
+        self._rest = FIRST_REST
+        if reason is not None:
+            self._context.log.warn("lost %s from %s: %s", self._subscription.topic, self.uri, reason)
+        self._retry()
+
+    # Steps ------------------------------------------------------------------------------------------------------------
+
+    def _start(self) -> None:
+        self._timer = None
+        if self._ended:
+            return
+        self._attempt += 1
+        local = find_local_context(self.uri)
+        if local is not None:
+            publication = local.publications.get(self._subscription.topic)
+            if publication is None:
+                self._retry()
+                return
+            try:
+                self._subscription.link_local(self, publication)
+            except (Refusal, Error) as refusal:
+                self._refuse(str(refusal))
+            return
+        attempt = self._attempt
+        self._context.rpc.call(
+            self.uri,
+            "requestTopic",
+            (self._context.name, self._subscription.topic, [["TCPROS"]]),
+            lambda value, error: self._asked(attempt, value, error),
+            timeout=STEP_TIMEOUT,
+        )
+
+    def _asked(self, attempt: int, value: Any, error: Exception | None) -> None:
+        if attempt != self._attempt:
+            return
+        if error is not None:
+            self._retry()
+            return
+        match value:
+            case [1, str(), ["TCPROS", str(host), int(port), *_]] if 0 < port < 65536:
+                connect(self._context.loop, host, port, STEP_TIMEOUT, lambda s, e: self._connected(attempt, s, e))
+            case _:  # not a publisher (yet, or any more), or nonsense
+                self._retry()
+
+    def _connected(self, attempt: int, sock: socket.socket | None, error: Exception | None) -> None:
+        if attempt != self._attempt:
+            if sock is not None:
+                sock.close()
+            return
+        if sock is None:
+            self._retry()
+            return
+        self._sock = sock
+        subscription = self._subscription
+        _keep_alive(sock)
+        reader = HeaderReader()
+        try:
+            sock.send(encode_header(subscription.request_header()))  # the first bytes on a new connection: they fit
+        except OSError:
+            self._retry()
+            return
+        self._context.loop.register(sock, selectors.EVENT_READ, lambda _: self._greeted(attempt, reader))
+        self._timer = self._context.loop.call_later(STEP_TIMEOUT, self._silent, attempt)
+
+    def _silent(self, attempt: int) -> None:
+        if attempt == self._attempt:
+            self._timer = None
+            self._retry()
+
+    def _greeted(self, attempt: int, reader: HeaderReader) -> None:
+        sock = self._sock
+        if attempt != self._attempt or sock is None:
+            return
+        try:
+            data = sock.recv(65536)
+            if not data:
+                self._retry()
+                return
+            header = reader.feed(data)
+            if header is None:
+                return
+            check_publisher_answer(header, self._subscription.topic, self._subscription.type, self.uri)
+        except BlockingIOError:
+            return
+        except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
+            self._refuse(str(refusal))
+            return
+        except OSError:
+            self._retry()
+            return
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._context.loop.unregister(sock)
+        self._sock = None
+        self.linked = True
+        self._rest = FIRST_REST
+        self._subscription.link(self, InLink(sock, self.uri, header, reader.rest))
+
+    def _refuse(self, reason: str) -> None:
+        self._refused = True
+        self._attempt += 1
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._close_socket()
+        self._context.log.error("%s", reason)
+
+    def _retry(self) -> None:
+        self._attempt += 1
+        self._close_socket()
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if not self._ended and not self._context.stopping.is_set():
+            self._timer = self._context.loop.call_later(self._rest, self._start)
+            self._rest = min(2 * self._rest, LONGEST_REST)
+
+    def _close_socket(self) -> None:
+        sock, self._sock = self._sock, None
+        if sock is not None:
+            with contextlib.suppress(KeyError, ValueError):
+                self._context.loop.unregister(sock)
+            sock.close()
+
+
+def _keep_alive(sock: socket.socket) -> None:
+    """Notice within some minutes that the other machine is gone (T37)."""
+    with contextlib.suppress(OSError):
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for option, value in (("TCP_KEEPIDLE", 60), ("TCP_KEEPINTVL", 10), ("TCP_KEEPCNT", 9)):
+            if hasattr(socket, option):  # not on every system
+                sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)

@@ -1,0 +1,106 @@
+"""What the parts of one node share: its name, its loop thread, its log and the fact that it is stopping."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pyros1.errors import NodeShutdownError
+from pyros1.net.loop import Loop, LoopThread
+
+if TYPE_CHECKING:
+    from pyros1.net.rpc_caller import RpcCaller
+    from pyros1.node.callbacks import CallbackQueue
+    from pyros1.node.log import Log
+    from pyros1.node.publisher import Publication
+
+
+@dataclass
+class Context:
+    """The parts of a node see each other only through this.
+
+    Attributes:
+        name: the node's full name.
+        loop: its loop thread; user code never runs there.
+        rpc: calls to other nodes' APIs, on the loop.
+        log: its log.
+        callbacks: where a node made for `spin` queues its callbacks; None when they run in the reader threads.
+        environ: environment variables.
+        uri: its slave API's address, once there is one.
+        stopping: set when the node begins to shut down; every wait ends then.
+        publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
+    """
+
+    name: str
+    loop: Loop
+    rpc: RpcCaller
+    log: Log
+    callbacks: CallbackQueue | None
+    environ: Mapping[str, str]
+    uri: str = ""
+    stopping: threading.Event = field(default_factory=threading.Event)
+    publications: dict[str, Publication] = field(default_factory=dict)
+
+    def pause(self, seconds: float) -> None:
+        """Wait in wall time.
+
+        Raises:
+            NodeShutdownError: the node is shutting down.
+        """
+        if self.stopping.wait(seconds):
+            raise NodeShutdownError(f"{self.name} is shutting down")
+
+    def check_running(self) -> None:
+        """Raise NodeShutdownError when the node is shutting down."""
+        if self.stopping.is_set():
+            raise NodeShutdownError(f"{self.name} is shutting down")
+
+
+def find_local_context(uri: str) -> Context | None:
+    """Return the context of the node in this process whose slave API has that address, else None.
+
+    Nodes of one process exchange messages without sockets. They find each other through the interpreter's list of
+    threads, where each node's loop thread stands, rather than through a registry of our own.
+    """
+    for thread in threading.enumerate():
+        if isinstance(thread, LoopThread) and isinstance(thread.owner, Context) and thread.owner.uri == uri:
+            return thread.owner
+    return None
+
+
+class Linked(Protocol):
+    """A publication or a subscription: something with links that come and go."""
+
+    context: Context
+    on_change: list[Callable[[], None]]
+
+    @property
+    def links(self) -> tuple[Any, ...]: ...
+
+
+def wait_for_links(topic: Linked, count: int, timeout: float | None) -> bool:
+    """Wait until a publication or subscription has that many links.
+
+    Args:
+        timeout: seconds; None waits until the node shuts down.
+
+    Returns:
+        Whether it has.
+    """
+    changed = threading.Event()
+    stopping = topic.context.stopping
+    until = None if timeout is None else monotonic() + timeout
+    topic.on_change.append(changed.set)
+    try:
+        while len(topic.links) < count and not stopping.is_set():
+            left = 0.2 if until is None else min(0.2, until - monotonic())  # so that a shutdown is noticed
+            if left <= 0:
+                break
+            changed.wait(left)
+            changed.clear()
+    finally:
+        topic.on_change.remove(changed.set)
+    return len(topic.links) >= count

@@ -1,0 +1,87 @@
+"""Links within one process: the publisher hands its encoded frame to the subscription, no socket in between.
+
+The frame is encoded once, as for TCP, so that publisher and subscriber never share an object: either may change its
+message at any time.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pyros1.wire.outqueue import Frame
+
+if TYPE_CHECKING:
+    from pyros1.node.subscription import Subscription
+
+UNBOUNDED_LIMIT = 1000
+"""Messages that wait at most when neither side set a queue size; the publisher then waits, as with TCP."""
+
+
+class LocalLink:
+    """Both ends of a link within the process.
+
+    Args:
+        subscription: the receiving end.
+        uri: the publisher's slave API.
+        header: the subscriber's connection header.
+        answer: the publisher's.
+        queue_size: of the publisher: bounds what waits here; None: `send` waits while the subscriber is behind.
+        on_closed: called once, when the link is gone.
+    """
+
+    transport = "INTRAPROCESS"
+
+    def __init__(
+        self,
+        subscription: Subscription,
+        uri: str,
+        header: dict[str, str],
+        answer: dict[str, str],
+        queue_size: int | None,
+        on_closed: Callable[[LocalLink], None],
+    ) -> None:
+        self.peer = header.get("callerid", "")
+        self.uri = uri
+        self.header = answer
+        self.messages = 0
+        self.bytes_sent = 0
+        self.address = "INTRAPROCESS connection on port 0 to [127.0.0.1:0 on socket 0]"
+        self._subscription = subscription
+        self._limit = queue_size
+        self._on_closed = on_closed
+        self._open = True
+        self._lock = threading.Lock()
+
+    @property
+    def dropped(self) -> int:
+        """Messages thrown away because the subscription was too slow: the subscription counts them."""
+        return 0
+
+    @property
+    def connected(self) -> bool:
+        """Whether the link is up."""
+        return self._open
+
+    def send(self, frame: Frame) -> None:
+        """Hand over a frame."""
+        if not self._open:
+            return
+        data = frame if isinstance(frame, bytes) else b"".join(frame)
+        self.messages += 1
+        self.bytes_sent += len(data)
+        self._subscription.reader.push_local(self, data, self._limit)
+
+    def close(self) -> None:
+        """End the link; what was handed over is still delivered."""
+        with self._lock:
+            if not self._open:
+                return
+            self._open = False
+        self._on_closed(self)
+        self._subscription.local_closed(self)
+
+    def finish(self, until: float) -> None:
+        """End the link; nothing waits on this side."""
+        self.close()

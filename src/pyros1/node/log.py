@@ -1,0 +1,252 @@
+"""A node's log: to the terminal in rosconsole's format, to its log file and to /rosout.
+
+Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT). Not built on
+the `logging` module: importing that costs as much as the rest of a small node, and its levels are not ROS's.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TextIO
+
+from pyros1.timing import Time
+
+DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
+LEVELS = {"DEBUG": DEBUG, "INFO": INFO, "WARN": WARN, "ERROR": ERROR, "FATAL": FATAL}
+NAMES = {level: name for name, level in LEVELS.items()}
+
+DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
+MAX_FILE_SIZE = 50 << 20
+_COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
+_TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
+_MOST_SITES = 10_000
+
+
+@dataclass(frozen=True)
+class Record:
+    """One log message.
+
+    Attributes:
+        level: 1, 2, 4, 8 or 16, as rosgraph_msgs/Log.
+        text: the message, arguments filled in.
+        logger: name of the logger, ``rosout`` or below it.
+        file, line, function: where it was logged.
+        wall: seconds since the epoch.
+        stamp: the node's time (simulated, if it runs on simulated time).
+    """
+
+    level: int
+    text: str
+    logger: str
+    file: str
+    line: int
+    function: str
+    wall: float
+    stamp: Time
+
+
+def level_from_name(name: str) -> int:
+    """Return the level called ``name``, in any case; ``warning`` and ``critical`` are understood too.
+
+    Raises:
+        ValueError: there is no such level.
+    """
+    upper = name.upper()
+    upper = {"WARNING": "WARN", "CRITICAL": "FATAL"}.get(upper, upper)
+    if upper not in LEVELS:
+        raise ValueError(f"{name!r} is not a log level: use one of {', '.join(LEVELS).lower()}")
+    return LEVELS[upper]
+
+
+class LogSink:
+    """Where a node's log messages go; shared by all its loggers.
+
+    Args:
+        node_name: full name.
+        environ: for ROSCONSOLE_FORMAT.
+        file_path: the log file; made, with its folder, at the first line; None for none.
+        now: returns (time, whether it is simulated).
+    """
+
+    def __init__(
+        self,
+        node_name: str,
+        environ: Mapping[str, str],
+        file_path: str | None,
+        now: Callable[[], tuple[Time, bool]],
+    ) -> None:
+        self.node_name = node_name
+        self.now = now
+        self.levels: dict[str, int] = {}
+        self.seen: dict[tuple[str, int], float] = {}
+        self.publish: Callable[[Record], None] | None = None
+        self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
+        self._path = file_path
+        self._file: TextIO | None = None
+        self._lock = threading.Lock()
+
+    def emit(self, record: Record, simulated: bool) -> None:
+        """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node."""
+        stream = sys.stdout if record.level <= INFO else sys.stderr
+        text = self.format(record, simulated)
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            colour = _COLOURS.get(record.level) if stream.isatty() else None
+            stream.write(f"{colour}{text}\x1b[0m\n" if colour else text + "\n")
+            stream.flush()
+        self.write_file(record)
+        if self.publish is not None:
+            self.publish(record)
+
+    def format(self, record: Record, simulated: bool) -> str:
+        """Return the record as ROSCONSOLE_FORMAT says (N31)."""
+        wall = f"{record.wall:.6f}"
+
+        def replace(token: re.Match[str]) -> str:
+            name, strftime = token.group(1), token.group(2)
+            if name in ("time", "walltime"):
+                if strftime:
+                    return time.strftime(strftime, time.localtime(record.wall))
+                return f"{wall}, {record.stamp.to_sec():.6f}" if name == "time" and simulated else wall
+            values = {
+                "severity": NAMES[record.level],
+                "message": record.text,
+                "logger": record.logger,
+                "file": record.file,
+                "line": str(record.line),
+                "function": record.function,
+                "node": self.node_name,
+                "thread": str(threading.get_ident()),
+            }
+            return values.get(name, token.group(0))
+
+        return _TOKEN.sub(replace, self._format)
+
+    def write_file(self, record: Record) -> None:
+        """Append the record to the log file."""
+        if self._path is None:
+            return
+        stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.wall))
+        line = f"[{record.logger}][{NAMES[record.level]}] {stamp},{int(record.wall % 1 * 1000):03d}: {record.text}\n"
+        with self._lock:
+            try:
+                if self._file is None:
+                    os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
+                    self._file = open(self._path, "a", encoding="utf-8", errors="replace")  # noqa: SIM115 - stays open
+                self._file.write(line)
+                self._file.flush()
+                if self._file.tell() > MAX_FILE_SIZE:
+                    self._file.close()
+                    self._file = None
+                    os.replace(self._path, self._path + ".1")
+            except OSError as error:
+                path, self._path = self._path, None
+                sys.stderr.write(f"WARNING: cannot write the log file {path}: {error.strerror}; going on without it\n")
+
+    def close(self) -> None:
+        """Close the log file."""
+        with self._lock:
+            if self._file is not None:
+                self._file.close()
+                self._file = None
+            self._path = None
+
+
+class Log:
+    """A logger of a node: ``node.log``.
+
+    Arguments are filled in as in C's printf: ``log.info("x is %.3f", x)``. ``throttle=seconds`` logs at most that often
+    from this place in the program; ``once=True`` only the first time.
+    """
+
+    def __init__(self, sink: LogSink, name: str = "rosout", level: int = INFO) -> None:
+        self._sink = sink
+        self.name = name
+        sink.levels.setdefault(name, level)
+
+    @property
+    def level(self) -> int:
+        """Least level that is logged: 1, 2, 4, 8 or 16."""
+        return self._sink.levels[self.name]
+
+    @level.setter
+    def level(self, level: int) -> None:
+        self._sink.levels[self.name] = level
+
+    def named(self, name: str) -> Log:
+        """Return the logger ``<this one>.<name>``, whose level can be set on its own."""
+        return Log(self._sink, f"{self.name}.{name}", self.level)
+
+    def debug(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
+        """Log for those who look for a fault."""
+        self._log(DEBUG, text, args, throttle, once)
+
+    def info(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
+        """Log what a user may like to know."""
+        self._log(INFO, text, args, throttle, once)
+
+    def warn(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
+        """Log what may be wrong."""
+        self._log(WARN, text, args, throttle, once)
+
+    def error(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
+        """Log what went wrong."""
+        self._log(ERROR, text, args, throttle, once)
+
+    def fatal(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
+        """Log what the node cannot go on after."""
+        self._log(FATAL, text, args, throttle, once)
+
+    def exception(self, text: str, error: BaseException) -> None:
+        """Log an error in user code with its traceback."""
+        lines = traceback.format_exception(type(error), error, error.__traceback__)
+        self._log(ERROR, f"{text}\n{''.join(lines).rstrip()}", (), None, False)
+
+    def _log(self, level: int, text: object, args: tuple[object, ...], throttle: float | None, once: bool) -> None:
+        sink = self._sink
+        if level < sink.levels[self.name]:
+            return
+        frame = sys._getframe(2)
+        file, line = frame.f_code.co_filename, frame.f_lineno
+        stamp, simulated = sink.now()
+        if (throttle is not None or once) and not self._due((file, line), stamp.to_sec(), throttle, once):
+            return
+        message = str(text)
+        if args:
+            try:
+                message = message % args
+            except (TypeError, ValueError) as error:
+                message = f"{message} {args!r} (bad log arguments: {error})"
+        sink.emit(
+            Record(
+                level, message, self.name, os.path.basename(file), line, frame.f_code.co_name, time.time(), stamp
+            ),
+            simulated,
+        )
+
+    def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
+        seen = self._sink.seen
+        last = seen.get(site)
+        if last is not None and (once or (throttle is not None and 0 <= now - last < throttle)):
+            return False
+        if len(seen) > _MOST_SITES:
+            seen.clear()
+        seen[site] = now
+        return True
+
+
+def default_log_file(node_name: str, environ: Mapping[str, str], special: Mapping[str, str]) -> str:
+    """Return the node's log file: ``__log:=``, else ``$ROS_LOG_DIR/<name>.log`` (N14, N30, P38)."""
+    if special.get("__log"):
+        return special["__log"]
+    folder = environ.get("ROS_LOG_DIR") or os.path.join(
+        environ.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros"), "log"
+    )
+    return os.path.join(folder, node_name.strip("/").replace("/", "_") + ".log")

@@ -1,0 +1,60 @@
+"""What a node offers around its log: the topic /rosout and the services ~get_loggers and ~set_logger_level (O18)."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import Error
+from pyros1.msgs import load_message, load_service
+from pyros1.node.log import NAMES, LogSink, Record, level_from_name
+
+if TYPE_CHECKING:
+    from pyros1.node.node import Node
+
+QUEUE_SIZE = 100
+
+
+def offer(node: Node, sink: LogSink) -> None:
+    """Publish what a node logs on /rosout, latched, and let others see and set its log levels."""
+    log_class: Any = load_message("rosgraph_msgs/Log")
+    publisher = node.advertise("/rosout", log_class, queue_size=QUEUE_SIZE, latch=True)
+    inside = threading.local()
+
+    def publish(record: Record) -> None:
+        if getattr(inside, "publishing", False):
+            return  # publishing a log message must not log messages about itself
+        inside.publishing = True
+        try:
+            message = log_class()
+            message.header.stamp = record.stamp
+            message.level = record.level
+            message.name = node.name
+            message.msg = record.text
+            message.file = record.file
+            message.function = record.function
+            message.line = record.line
+            message.topics = [*node._context.publications, *node._subscriptions]
+            publisher.publish(message)
+        except Error:
+            pass  # the node is closing; the message has been printed
+        finally:
+            inside.publishing = False
+
+    get_loggers = load_service("roscpp/GetLoggers")
+    logger_class = load_message("roscpp/Logger")
+
+    def list_loggers(_request: Any) -> Any:
+        response: Any = get_loggers._response_class()
+        response.loggers = [
+            logger_class(name=name, level=NAMES[level]) for name, level in sorted(sink.levels.items())
+        ]
+        return response
+
+    def set_level(request: Any) -> Any:
+        sink.levels[request.logger] = level_from_name(request.level)
+        return {}
+
+    node.advertise_service("~get_loggers", get_loggers, list_loggers)
+    node.advertise_service("~set_logger_level", "roscpp/SetLoggerLevel", set_level)
+    sink.publish = publish

@@ -1,0 +1,266 @@
+"""Publishing: one Publication per topic and node, and the Publisher handles that users hold.
+
+https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
+"""
+
+from __future__ import annotations
+
+import itertools
+import socket
+import threading
+from collections.abc import Callable, Mapping
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from pyros1.errors import NodeError, SerializationError
+from pyros1.msgs import AnyMsg, Message
+from pyros1.node.context import wait_for_links
+from pyros1.node.link import SubscriberLink
+from pyros1.node.local import LocalLink
+from pyros1.wire.handshake import ANY, Refusal, TopicType, answer_subscriber, is_true
+from pyros1.wire.header import encode_header
+from pyros1.wire.outqueue import Frame
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context
+    from pyros1.node.subscription import Subscription
+
+_M = TypeVar("_M")
+_U32_SIZE = 4
+FAREWELL = 1.0
+
+
+class Link(Protocol):
+    """What a publication needs to know of a link."""
+
+    peer: str
+    messages: int
+    bytes_sent: int
+    transport: str
+    address: str
+
+    @property
+    def dropped(self) -> int: ...
+    @property
+    def connected(self) -> bool: ...
+    def send(self, frame: Frame) -> None: ...
+    def close(self) -> None: ...
+    def finish(self, until: float) -> None: ...
+
+
+class Publication:
+    """A topic that a node publishes, and its links.
+
+    Args:
+        context: the node.
+        topic: full name.
+        message_class: what is published; an AnyMsg publication needs ``type_`` to say what really travels.
+        type_: type name, md5 sum and definition that are told to subscribers.
+        queue_size: most waiting messages per slow subscriber; 0 unlimited; None: publishing waits for subscribers.
+        latch: keep the last message and give it to every new subscriber.
+        headers: further fields of the connection header.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        topic: str,
+        message_class: type[Any],
+        type_: TopicType,
+        queue_size: int | None,
+        latch: bool,
+        headers: Mapping[str, str],
+    ) -> None:
+        self.context = context
+        self.topic = topic
+        self.message_class = message_class
+        self._encode = message_class._encode_frame
+        self.type = type_
+        self.queue_size = queue_size
+        self.latch = latch
+        self.headers = dict(headers)
+        self.links: tuple[Link, ...] = ()
+        self.handles = 0
+        self.on_change: list[Callable[[], None]] = []
+        self._seq = itertools.count(1)  # from 1, as rospy (T22)
+        self._latched: Frame | None = None
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def publish(self, message: Any) -> None:
+        """Send a message to all links; see Publisher.publish."""
+        links = self.links
+        latch = self.latch
+        if not links and not latch:
+            return
+        if message._has_header:
+            message.header.seq = next(self._seq)
+        try:
+            cls = message.__class__
+            frame = self._encode(message) if cls is self.message_class else cls._encode_frame(message)
+        except SerializationError as error:
+            raise SerializationError(f"{self.topic}: {error}") from None
+        if latch:
+            with self._lock:  # a new link gets either the old message and then this one, or this one
+                self._latched = frame if isinstance(frame, bytes) else b"".join(frame)
+                for link in self.links:
+                    link.send(frame)
+            return
+        for link in links:
+            link.send(frame)
+
+    def publish_body(self, body: bytes) -> None:
+        """Send an already encoded message."""
+        frame = len(body).to_bytes(_U32_SIZE, "little") + body
+        with self._lock:
+            if self.latch:
+                self._latched = frame
+            for link in self.links:
+                link.send(frame)
+
+    def accept(self, sock: socket.socket, header: dict[str, str]) -> None:
+        """Answer a subscriber's header and take it as a link. On the loop.
+
+        Raises:
+            Refusal: the subscriber wants another type.
+        """
+        answer = self._answer(header)
+        if is_true(header.get("tcp_nodelay")):
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        sock.send(encode_header(answer))  # the first bytes on a new connection: they fit
+        self._add(SubscriberLink(self.context.loop, sock, header, self.queue_size, self._remove))
+
+    def connect_local(self, subscription: Subscription, uri: str, header: dict[str, str]) -> LocalLink:
+        """Link a subscription of the same process, without a socket.
+
+        Raises:
+            Refusal: it wants another type.
+        """
+        link = LocalLink(subscription, uri, header, self._answer(header), self.queue_size, self._remove)
+        self._add(link)
+        return link
+
+    def _answer(self, header: dict[str, str]) -> dict[str, str]:
+        return answer_subscriber(header, self.context.name, self.topic, self.type, self.latch, self.headers)
+
+    def _add(self, link: Link) -> None:
+        with self._lock:
+            if self._closed:
+                link.close()
+                raise Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
+            if self._latched is not None:
+                link.send(self._latched)
+            self.links = (*self.links, link)
+        self._changed()
+
+    def _remove(self, link: Link) -> None:
+        with self._lock:
+            self.links = tuple(other for other in self.links if other is not link)
+        self._changed()
+
+    def _changed(self) -> None:
+        for callback in self.on_change:
+            callback()
+
+    def close(self) -> None:
+        """End all links; what still waits is sent first, as far as subscribers take it within FAREWELL seconds."""
+        with self._lock:
+            self._closed = True
+            links, self._latched = self.links, None
+        until = perf_counter() + FAREWELL
+        for link in links:
+            link.finish(until)
+
+
+class Publisher(Generic[_M]):
+    """A user's handle of a published topic; made by ``Node.advertise``. Also a context manager that unregisters.
+
+    Attributes:
+        name: the topic's full name.
+        type: the message class.
+    """
+
+    def __init__(self, publication: Publication, message_class: type[_M], unregister: Callable[[], None]) -> None:
+        self.name = publication.topic
+        self.type = message_class
+        self._publication = publication
+        self._unregister: Callable[[], None] | None = unregister
+        self._md5sum: str = message_class._md5sum  # type: ignore[attr-defined]  # Message or AnyMsg
+
+    def publish(self, *args: Any, **fields: Any) -> None:
+        """Publish a message. Returns at once; a slow subscriber loses the oldest messages beyond ``queue_size``.
+
+        Args:
+            args: one message, or the values of all its fields in order.
+            fields: the values of some fields by name.
+
+        Raises:
+            SerializationError: a value does not fit its field (noticed only when somebody listens, or latched).
+            MessageError: the message is of another type.
+            NodeError: the publisher was unregistered.
+            TypeError: wrong number of values, or positional and named ones mixed.
+            AttributeError: no field of that name.
+        """
+        if self._unregister is None:
+            raise NodeError(f"publish() on {self.name}, which was unregistered or whose node has shut down")
+        if len(args) == 1 and not fields:
+            message = args[0]
+            if isinstance(message, self.type):
+                self._publication.publish(message)
+                return
+            if isinstance(message, (Message, AnyMsg)):
+                self._publish_other(message)
+                return
+        self._publication.publish(self.type(*args, **fields))
+
+    def _publish_other(self, message: Message | AnyMsg) -> None:
+        """Publish an object of another class: good if it is the same type, from another definition or still encoded."""
+        publication = self._publication
+        if isinstance(message, AnyMsg):
+            publication.publish_body(message._buff)
+        elif message._md5sum == self._md5sum:
+            publication.publish(message)
+        elif len(self.type.__slots__) == 1:  # type: ignore[attr-defined]  # a message as the value of the only field
+            publication.publish(self.type(message))  # type: ignore[call-arg]
+        else:
+            raise SerializationError(f"{self.name} carries {publication.type.name}, not {message._type}")
+
+    @property
+    def num_connections(self) -> int:
+        """Number of connected subscribers."""
+        return len(self._publication.links)
+
+    @property
+    def dropped(self) -> int:
+        """Messages that slow subscribers have lost, all together, as far as they are still connected."""
+        return sum(link.dropped for link in self._publication.links)
+
+    def wait_for_subscribers(self, count: int = 1, timeout: float | None = None) -> bool:
+        """Wait until at least ``count`` subscribers are connected.
+
+        Args:
+            timeout: seconds; None waits until the node shuts down.
+
+        Returns:
+            Whether they are there.
+        """
+        return wait_for_links(self._publication, count, timeout)
+
+    def unregister(self) -> None:
+        """Stop publishing; the topic is unregistered with its last publisher in this node."""
+        unregister, self._unregister = self._unregister, None
+        if unregister is not None:
+            unregister()
+
+    def __enter__(self) -> Publisher[_M]:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.unregister()
+
+
+def topic_type(message_class: type[Any]) -> TopicType:
+    """Return what a message class says about itself in connection headers."""
+    if message_class._type == ANY:
+        return TopicType(ANY, ANY, "")
+    return TopicType(message_class._type, message_class._md5sum, message_class._full_text)

@@ -1,0 +1,298 @@
+"""The thread of a subscription: receives from all its links and runs the callbacks, or queues them for `spin`.
+
+Rules:
+
+* Frames are decoded where they were received, without a copy, while callbacks keep up.
+* With a bounded queue, callbacks that fall more than FRESH seconds behind see fresh data: what has arrived is drained
+  from the sockets, still encoded, and only the newest `limit` frames of it are decoded and delivered.
+* Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides.
+* A message that cannot be decoded, or a callback that raises, is logged and costs nothing but itself.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+from collections import deque
+from time import perf_counter
+from typing import TYPE_CHECKING, Protocol
+
+from pyros1.errors import ProtocolError
+from pyros1.net.poller import Poller
+from pyros1.node.local import UNBOUNDED_LIMIT
+from pyros1.wire.framing import FrameBuffer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pyros1.node.callbacks import CallbackQueue
+
+FRESH = 0.001
+DRAIN_TIME = 0.02
+"""Longest time, in seconds, spent on draining sockets before callbacks go on: a flood must not starve them."""
+
+
+class Source(Protocol):
+    """Where frames come from: a link to a publisher."""
+
+    header: dict[str, str]
+
+
+class InLink:
+    """A TCP link from a publisher, past its handshake.
+
+    Attributes:
+        header: the publisher's connection header.
+        uri: the publisher's slave API.
+        messages, bytes_received: so far.
+    """
+
+    transport = "TCPROS"
+
+    def __init__(self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes) -> None:
+        self.sock = sock
+        self.fd = sock.fileno()
+        self.uri = uri
+        self.header = header
+        self.buffer = FrameBuffer(first=first)
+        self.messages = 0
+        self.bytes_received = 0
+        sock.setblocking(False)
+        try:
+            peer, port = sock.getpeername(), sock.getsockname()[1]
+            self.address = f"TCPROS connection on port {port} to [{peer[0]}:{peer[1]} on socket {self.fd}]"
+        except OSError:
+            self.address = "TCPROS connection on port 0 to [unknown]"
+
+
+class Reader:
+    """Receives and delivers for one subscription.
+
+    Args:
+        name: the thread's name.
+        deliver: called with (source, buffer, start, end) for each frame: decodes and runs the callbacks.
+        on_lost: called, on the reader thread, with (link, reason) when a link broke; reason is None for an orderly end.
+        on_arrival: in a node that spins, called with (source, frame) at once; tells whether to queue the frame.
+        callbacks: where deliveries are queued, for a node that spins.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        deliver: Callable[[Source, bytes | bytearray, int, int], None],
+        on_lost: Callable[[InLink, str | None], None],
+        on_arrival: Callable[[Source, bytes], bool],
+        callbacks: CallbackQueue | None,
+    ) -> None:
+        self.limit: int | None = None
+        self.dropped = 0
+        self._deliver = deliver
+        self._on_lost = on_lost
+        self._on_arrival = on_arrival
+        self._callbacks = callbacks
+        self._links: dict[int, InLink] = {}
+        self._poller = Poller()
+        self._jobs: deque[Callable[[], None]] = deque()
+        self._local: deque[tuple[Source, bytes]] = deque()
+        self._spinning: deque[tuple[Source, bytes]] = deque()
+        self._room = threading.Condition()
+        self._asleep = False
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    # From other threads -----------------------------------------------------------------------------------------------
+
+    def add(self, link: InLink) -> None:
+        """Start to receive from a link."""
+        self.submit(lambda: self._add(link))
+
+    def submit(self, job: Callable[[], None]) -> None:
+        """Run a job on the reader thread, between messages."""
+        self._jobs.append(job)
+        self._poller.wake()
+
+    def push_local(self, source: Source, frame: bytes, limit: int | None) -> None:
+        """Take a frame from a publisher in this process.
+
+        Args:
+            limit: the publisher's queue size: 0 unlimited; None: wait until there is room.
+        """
+        local = self._local
+        own = self.limit
+        if own is None and limit is None:
+            self._wait_for_room()
+        local.append((source, frame))
+        most = own if own is not None else limit
+        if most and len(local) > most:
+            with contextlib.suppress(IndexError):
+                local.popleft()
+                self.dropped += 1
+        if self._asleep:
+            self._asleep = False
+            self._poller.wake()
+
+    def _wait_for_room(self) -> None:
+        if threading.current_thread() is self._thread:
+            return  # a callback that publishes to its own topic would wait for itself
+        with self._room:
+            while len(self._local) >= UNBOUNDED_LIMIT and not self._closed:
+                self._room.wait(0.1)
+
+    def close(self, timeout: float = 5.0) -> None:
+        """End the thread and close all links; wait for a running callback at most ``timeout`` seconds."""
+        self._closed = True
+        with contextlib.suppress(ValueError, OSError):
+            self._poller.wake()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout)
+
+    # On the reader thread ---------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        links, wait = self._links, self._poller.wait
+        try:
+            while not self._closed:
+                self._asleep = True
+                if not self._local and not self._jobs:
+                    events = wait()
+                else:
+                    events = []
+                self._asleep = False
+                for fd, _ in events:
+                    link = links.get(fd)
+                    if link is not None:
+                        self._receive(link)
+                while self._jobs:
+                    self._jobs.popleft()()
+                if self._local:
+                    self._take_local()
+        finally:
+            for link in list(links.values()):
+                link.sock.close()
+            links.clear()
+            self._poller.close()
+            with self._room:
+                self._room.notify_all()
+
+    def _add(self, link: InLink) -> None:
+        self._links[link.fd] = link
+        self._poller.register(link.fd)
+        self._take(link, self._split(link, 0))  # what came together with the header
+
+    def drop(self, link: InLink) -> None:
+        """Close a link, without reporting it as lost. Reader thread only."""
+        if self._links.pop(link.fd, None) is not None:
+            self._poller.unregister(link.fd)
+            link.sock.close()
+
+    def _lose(self, link: InLink, reason: str | None) -> None:
+        if link.fd in self._links:
+            self.drop(link)
+            self._on_lost(link, reason)
+
+    def _receive(self, link: InLink) -> bool:
+        """Receive once and deliver; return whether there may be more."""
+        frames = self._receive_frames(link)
+        if frames is None:
+            return False
+        if frames:
+            self._take(link, frames)
+        return True
+
+    def _receive_frames(self, link: InLink) -> list[tuple[int, int]] | None:
+        try:
+            count = link.sock.recv_into(link.buffer.writable())
+        except BlockingIOError:
+            return None
+        except OSError as error:
+            self._lose(link, error.strerror or str(error))
+            return None
+        if not count:
+            self._lose(link, None)
+            return None
+        return self._split(link, count)
+
+    def _split(self, link: InLink, count: int) -> list[tuple[int, int]]:
+        link.bytes_received += count
+        try:
+            frames = link.buffer.received(count)
+        except ProtocolError as error:
+            self._lose(link, str(error))
+            return []
+        link.messages += len(frames)
+        return frames
+
+    def _take(self, link: InLink, frames: list[tuple[int, int]]) -> None:
+        data = link.buffer.data
+        if self._callbacks is not None:
+            for start, end in frames:
+                self._queue_for_spin(link, bytes(data[start:end]))
+            return
+        deliver, limit = self._deliver, self.limit
+        if limit is None:
+            for start, end in frames:
+                deliver(link, data, start, end)
+            return
+        behind = perf_counter() + FRESH
+        for index, (start, end) in enumerate(frames, 1):
+            deliver(link, data, start, end)
+            if perf_counter() > behind:
+                self._catch_up([(link, bytes(data[a:b])) for a, b in frames[index:][-limit:]])
+                return
+
+    def _catch_up(self, rest: list[tuple[Source, bytes]]) -> None:
+        """Deliver the newest frames while callbacks are slower than messages."""
+        limit = self.limit or 1
+        waiting: deque[tuple[Source, bytes]] = deque(rest, maxlen=limit)
+        while not self._closed:
+            until = perf_counter() + DRAIN_TIME
+            for link in list(self._links.values()):
+                while perf_counter() < until and (frames := self._receive_frames(link)) is not None:
+                    data = link.buffer.data
+                    self.dropped += max(0, len(waiting) + len(frames) - limit)
+                    waiting.extend((link, bytes(data[a:b])) for a, b in frames[-limit:])
+            if not waiting:
+                return
+            behind = perf_counter() + FRESH
+            while waiting and perf_counter() < behind:
+                source, frame = waiting.popleft()
+                self._deliver(source, frame, 0, len(frame))
+
+    def _take_local(self) -> None:
+        local = self._local
+        for _ in range(len(local)):
+            try:
+                source, frame = local.popleft()
+            except IndexError:
+                break
+            if self._callbacks is not None:
+                self._queue_for_spin(source, frame[4:])
+            else:
+                self._deliver(source, frame, 4, len(frame))
+        with self._room:
+            self._room.notify_all()
+
+    # Nodes that spin --------------------------------------------------------------------------------------------------
+
+    def _queue_for_spin(self, source: Source, frame: bytes) -> None:
+        if not self._on_arrival(source, frame):
+            return
+        limit = UNBOUNDED_LIMIT if self.limit is None else self.limit
+        self._spinning.append((source, frame))
+        if limit and len(self._spinning) > limit:
+            with contextlib.suppress(IndexError):
+                self._spinning.popleft()
+                self.dropped += 1
+                return  # the queue holds a callback for each waiting frame already
+        if self._callbacks is not None:
+            self._callbacks.push(self.deliver_next)
+
+    def deliver_next(self) -> None:
+        """Run the callbacks for the oldest waiting frame, in the thread that spins."""
+        try:
+            source, frame = self._spinning.popleft()
+        except IndexError:
+            return
+        self._deliver(source, frame, 0, len(frame))

@@ -1,0 +1,192 @@
+"""Tells the master what a node publishes, subscribes and provides, on a thread of its own.
+
+What is registered is remembered. When the master was restarted and does not know the node any more, everything is
+registered again: stock ROS 1 nodes stay lost then (M44).
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import Error, MasterError, MasterUnreachableError, NodeShutdownError
+from pyros1.net.master_client import MasterClient
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context
+
+RETRY_TIME = 0.2
+CHECK_TIME = 3.0
+"""Seconds between looks whether the master still knows the node."""
+FAREWELL_TIMEOUT = 2.0
+
+Entry = tuple[str, ...]  # (method of registration, *arguments)
+
+
+class _Job:
+    """A call of the master that somebody waits for."""
+
+    def __init__(self, entry: Entry) -> None:
+        self.entry = entry
+        self.done = threading.Event()
+        self.value: Any = None
+        self.error: Exception | None = None
+
+
+class Registrar:
+    """The node's line to the master.
+
+    Args:
+        context: the node.
+        master_uri: where the master is.
+        on_publishers: called with (topic, publisher APIs) when a subscriber was registered again.
+    """
+
+    def __init__(self, context: Context, master_uri: str, on_publishers: Callable[[str, list[str]], None]) -> None:
+        self._context = context
+        self._master = MasterClient(context.name, master_uri, timeout=10.0)
+        self._uri = master_uri
+        self._on_publishers = on_publishers
+        self._entries: dict[Entry, None] = {}
+        self._jobs: deque[_Job] = deque()
+        self._changed = threading.Condition()
+        self._closed = False
+        self._away = False
+        self._thread = threading.Thread(target=self._run, name=f"{context.name}:registrar", daemon=True)
+
+    def start(self) -> None:
+        """Start the thread. The node's slave API must be up."""
+        self._thread.start()
+
+    def register(self, method: str, *args: str) -> Any:
+        """Register and wait until it is done; while the master is away, wait for it, and say so.
+
+        Args:
+            method: ``registerPublisher``, ``registerSubscriber`` or ``registerService``.
+            args: the method's, without caller id.
+
+        Returns:
+            The master's answer.
+
+        Raises:
+            MasterError: the master refuses.
+            NodeShutdownError: the node is shutting down.
+        """
+        return self._do(_Job((method, *args)))
+
+    def unregister(self, method: str, *args: str) -> None:
+        """Undo `register` with the same arguments. The master's absence is no error: it has forgotten us anyway."""
+        with self._changed:
+            self._entries.pop((method, *args), None)
+        self._do(_Job(_inverse((method, *args))))
+
+    def _do(self, job: _Job) -> Any:
+        with self._changed:
+            if self._closed:
+                raise NodeShutdownError(f"{self._context.name} is shutting down")
+            self._jobs.append(job)
+            self._changed.notify()
+        while not job.done.wait(0.5):
+            if self._closed and not self._thread.is_alive():
+                raise NodeShutdownError(f"{self._context.name} is shutting down")
+        if job.error is not None:
+            raise job.error
+        return job.value
+
+    def close(self) -> None:
+        """Unregister everything in one call (T55) and end the thread."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        if self._thread.ident is not None:
+            self._thread.join(FAREWELL_TIMEOUT + 8.0)
+        if self._entries and not self._away:
+            farewell = MasterClient(self._context.name, self._uri, timeout=FAREWELL_TIMEOUT)
+            try:
+                farewell.multicall([(call[0], call[1:]) for call in map(_inverse, self._entries)])
+            except Error:
+                pass  # no master any more: nothing to unregister from
+            finally:
+                farewell.close()
+        self._master.close()
+
+    # On the registrar thread ------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                if not self._jobs and not self._closed:
+                    self._changed.wait(CHECK_TIME)
+                job = self._jobs.popleft() if self._jobs else None
+                if self._closed and job is None:
+                    return
+            if job is None:
+                self._check()
+                continue
+            try:
+                job.value = self._call(job.entry)
+                if job.entry[0] in _INVERSE:
+                    self._entries[job.entry] = None
+            except (Error, OSError) as error:
+                job.error = error
+            job.done.set()
+
+    def _call(self, entry: Entry) -> Any:
+        """Call the master, as long as it takes."""
+        while True:
+            try:
+                value = self._master.call(entry[0], *entry[1:])
+                self._away = False
+                return value
+            except MasterUnreachableError:
+                if entry[0] not in _INVERSE:
+                    self._away = True
+                    return 0
+                if not self._away:
+                    self._away = True
+                    self._context.log.warn("the master at %s is away; waiting for it to come back", self._uri)
+                if self._closed or self._context.stopping.wait(RETRY_TIME):
+                    raise NodeShutdownError(f"{self._context.name} is shutting down") from None
+
+    def _check(self) -> None:
+        """Look whether the master still knows us; if not, tell it everything again."""
+        if not self._entries:
+            return
+        try:
+            self._master.lookup_node(self._context.name)
+            self._away = False
+            return
+        except MasterUnreachableError:
+            self._away = True
+            return
+        except MasterError:
+            pass  # it answers, but does not know us: it is a new one
+        except Error:
+            return
+        self._context.log.info("the master was restarted: registering again")
+        for entry in list(self._entries):
+            try:
+                value = self._master.call(entry[0], *entry[1:])
+            except Error as error:
+                self._context.log.warn("%s of %s failed: %s", entry[0], entry[1], error)
+                return
+            if entry[0] == "registerSubscriber":
+                self._on_publishers(entry[1], value)
+        self._away = False
+
+
+_INVERSE = {
+    "registerPublisher": "unregisterPublisher",
+    "registerSubscriber": "unregisterSubscriber",
+    "registerService": "unregisterService",
+}
+
+
+def _inverse(entry: Entry) -> Entry:
+    """Return the call that undoes a registration."""
+    method, name, *rest = entry
+    if method == "registerService":  # (service, service_api, caller_api) -> (service, service_api)
+        return ("unregisterService", name, rest[0])
+    return (_INVERSE[method], name, rest[-1])  # (topic, type, caller_api) -> (topic, caller_api)

@@ -1,0 +1,170 @@
+"""The TCPROS server: one port per node for topics and services; the first header decides (T04, T05, O15).
+
+Runs on the loop. A peer that connects and stays silent, or sends its header drop by drop, is closed at the deadline and
+delays nobody.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import selectors
+import socket
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pyros1.errors import Error, ProtocolError
+from pyros1.wire.handshake import Refusal
+from pyros1.wire.header import HeaderReader, encode_header
+
+if TYPE_CHECKING:
+    from pyros1.net.hosts import LocalAddress
+    from pyros1.net.loop import TimerHandle
+    from pyros1.node.context import Context
+    from pyros1.node.service_server import ServiceServer
+
+HEADER_TIMEOUT = 10.0
+MOST_GREETINGS = 256
+"""Connections whose header is not complete, at most; the oldest is closed for a new one."""
+BACKLOG = 128
+
+
+class _Greeting:
+    """A connection whose header is on its way."""
+
+    def __init__(self, sock: socket.socket) -> None:
+        self.sock = sock
+        self.reader = HeaderReader()
+        self.timer: TimerHandle | None = None
+
+
+class TcprosServer:
+    """Listens, reads headers and hands the connections to publications and services.
+
+    Args:
+        context: the node.
+        address: where to listen.
+        services: returns the node's services by name.
+        port: 0 for any.
+
+    Attributes:
+        port: the port it listens on.
+
+    Raises:
+        OSError: the port is taken.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        address: LocalAddress,
+        services: Callable[[], dict[str, ServiceServer]],
+        port: int = 0,
+    ) -> None:
+        self._context = context
+        self._services = services
+        self._greetings: dict[socket.socket, _Greeting] = {}
+        self._listener = socket.socket(address.family, socket.SOCK_STREAM)
+        try:
+            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._listener.bind((address.bind, port))
+            self._listener.listen(BACKLOG)
+            self._listener.setblocking(False)
+        except OSError:
+            self._listener.close()
+            raise
+        self.port: int = self._listener.getsockname()[1]
+        context.loop.call_soon(self._start)
+
+    def _start(self) -> None:
+        if self._listener.fileno() >= 0:
+            self._context.loop.register(self._listener, selectors.EVENT_READ, self._accept)
+
+    def _accept(self, _mask: int) -> None:
+        try:
+            sock, _ = self._listener.accept()
+        except BlockingIOError:
+            return
+        except OSError as error:  # no descriptors left: leave the peer in the backlog for a while
+            self._context.log.error("cannot accept a connection: %s", error, throttle=5.0)
+            self._context.loop.unregister(self._listener)
+            self._context.loop.call_later(1.0, self._start)
+            return
+        sock.setblocking(False)
+        if len(self._greetings) >= MOST_GREETINGS:
+            self._end(next(iter(self._greetings.values())))
+        greeting = _Greeting(sock)
+        self._greetings[sock] = greeting
+        greeting.timer = self._context.loop.call_later(HEADER_TIMEOUT, self._end, greeting)
+        self._context.loop.register(sock, selectors.EVENT_READ, lambda _: self._read(greeting))
+
+    def _read(self, greeting: _Greeting) -> None:
+        try:
+            data = greeting.sock.recv(65536)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            self._end(greeting)
+            return
+        try:
+            header = greeting.reader.feed(data)
+        except ProtocolError as error:
+            self._refuse(greeting, str(error), None)
+            return
+        if header is not None:
+            self._hand_over(greeting, header)
+
+    def _hand_over(self, greeting: _Greeting, header: dict[str, str]) -> None:
+        self._release(greeting)
+        sock = greeting.sock
+        try:
+            if "topic" in header:
+                topic = header["topic"]
+                publication = self._context.publications.get(topic)
+                if publication is None:
+                    known = ", ".join(self._context.publications) or "none"
+                    raise Refusal(
+                        f"[{self._context.name}] is not a publisher of [{topic}]. Topics are [{known}]"
+                    )
+                publication.accept(sock, header)
+            elif "service" in header:
+                service = self._services().get(header["service"])
+                if service is None:
+                    raise Refusal(f"[{self._context.name}] is not a provider of [{header['service']}]")
+                service.accept(sock, header, greeting.reader.rest)
+            else:
+                raise Refusal("no topic or service name detected")
+        except (Refusal, Error) as refusal:
+            self._refuse(greeting, str(refusal), header)
+        except OSError:
+            sock.close()
+
+    def _refuse(self, greeting: _Greeting, reason: str, header: dict[str, str] | None) -> None:
+        """Tell the peer why, say so in our log, and close."""
+        self._release(greeting)
+        who = (header or {}).get("callerid", "a peer")
+        self._context.log.warn("refused a connection of %s: %s", who, reason, throttle=1.0)
+        with contextlib.suppress(OSError):
+            greeting.sock.send(encode_header({"error": reason}))
+            greeting.sock.shutdown(socket.SHUT_WR)
+        greeting.sock.close()
+
+    def _release(self, greeting: _Greeting) -> None:
+        """The loop is done with a connection; its socket lives on."""
+        if self._greetings.pop(greeting.sock, None) is not None:
+            self._context.loop.unregister(greeting.sock)
+        if greeting.timer is not None:
+            greeting.timer.cancel()
+
+    def _end(self, greeting: _Greeting) -> None:
+        self._release(greeting)
+        greeting.sock.close()
+
+    def close(self) -> None:
+        """Stop to listen. On the loop."""
+        with contextlib.suppress(KeyError, ValueError):
+            self._context.loop.unregister(self._listener)
+        self._listener.close()
+        for greeting in list(self._greetings.values()):
+            self._end(greeting)

@@ -1,0 +1,177 @@
+"""The slave API: what the master and other nodes may ask of a node (https://wiki.ros.org/ROS/Slave_API; S01-S13).
+
+Runs on the loop. Every method answers ``[code, message, value]``; wrong arguments give code -1.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import Error, XmlRpcFault
+from pyros1.net.hosts import parse_uri
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context
+    from pyros1.node.parameters import Parameters
+    from pyros1.node.subscription import Subscription
+
+Triple = list[Any]
+
+
+class _BadArgumentError(Exception):
+    """An argument is not what the method takes."""
+
+
+class SlaveApi:
+    """The methods, by name.
+
+    Args:
+        context: the node.
+        master_uri: for getMasterUri.
+        tcpros: returns (host, port) of the node's TCPROS server.
+        subscriptions: returns the node's subscriptions by topic.
+        parameters: told about parameter changes.
+        on_shutdown: called with the reason when somebody asks the node to end.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        master_uri: str,
+        tcpros: Callable[[], tuple[str, int]],
+        subscriptions: Callable[[], dict[str, Subscription]],
+        parameters: Callable[[], Parameters],
+        on_shutdown: Callable[[str], None],
+    ) -> None:
+        self._context = context
+        self._master_uri = master_uri
+        self._tcpros = tcpros
+        self._subscriptions = subscriptions
+        self._parameters = parameters
+        self._on_shutdown = on_shutdown
+        self._methods: dict[str, tuple[Callable[..., Triple], int, int]] = {
+            # name: (method, fewest and most arguments after the caller id)
+            "getBusStats": (self._get_bus_stats, 0, 0),
+            "getBusInfo": (self._get_bus_info, 0, 0),
+            "getMasterUri": (self._get_master_uri, 0, 0),
+            "getName": (self._get_name, 0, 0),
+            "getUri": (self._get_uri, 0, 0),
+            "getPid": (self._get_pid, 0, 0),
+            "getSubscriptions": (self._get_subscriptions, 0, 0),
+            "getPublications": (self._get_publications, 0, 0),
+            "paramUpdate": (self._param_update, 2, 2),
+            "publisherUpdate": (self._publisher_update, 2, 2),
+            "requestTopic": (self._request_topic, 2, 2),
+            "shutdown": (self._shutdown, 0, 1),
+        }
+
+    def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
+        """Answer one call.
+
+        Raises:
+            XmlRpcFault: no such method.
+        """
+        known = self._methods.get(method)
+        if known is None:
+            raise XmlRpcFault(1, f'method "{method}" is not supported')
+        function, fewest, most = known
+        if not params:
+            return [-1, "missing required caller_id parameter", 0]
+        if not isinstance(params[0], str):
+            return [-1, "caller_id must be a string", 0]
+        if not fewest <= len(params) - 1 <= most:
+            return [-1, "Error: bad call arity", 0]
+        try:
+            return function(*params[1:])
+        except _BadArgumentError as error:
+            return [-1, f"ERROR: {error}", 0]
+
+    def _get_bus_stats(self) -> Triple:
+        publications = [
+            [topic, sum(link.bytes_sent for link in links), [
+                [index, link.bytes_sent, link.messages, link.connected] for index, link in enumerate(links)]]
+            for topic, publication in self._context.publications.items()
+            for links in [publication.links]
+        ]  # fmt: skip
+        subscriptions = [
+            [topic, [[index, _received(link), link.messages, -1, True] for index, link in enumerate(links)]]
+            for topic, subscription in self._subscriptions().items()
+            for links in [subscription.links]
+        ]
+        return [1, "", [publications, subscriptions, []]]
+
+    def _get_bus_info(self) -> Triple:
+        info: list[Triple] = []
+        for topic, publication in self._context.publications.items():
+            for link in publication.links:
+                info.append([len(info), link.peer, "o", link.transport, topic, link.connected, link.address])
+        for topic, subscription in self._subscriptions().items():
+            for source in subscription.links:
+                info.append([len(info), source.uri, "i", source.transport, topic, True, source.address])
+        return [1, "", info]
+
+    def _get_master_uri(self) -> Triple:
+        return [1, self._master_uri, self._master_uri]
+
+    def _get_name(self) -> Triple:
+        return [1, "ROS node name", self._context.name]
+
+    def _get_uri(self) -> Triple:
+        return [1, self._context.uri, self._context.uri]
+
+    def _get_pid(self) -> Triple:
+        return [1, "", os.getpid()]
+
+    def _get_subscriptions(self) -> Triple:
+        return [1, "subscriptions", [[topic, sub.type.name] for topic, sub in self._subscriptions().items()]]
+
+    def _get_publications(self) -> Triple:
+        return [1, "publications", [[topic, pub.type.name] for topic, pub in self._context.publications.items()]]
+
+    def _param_update(self, key: Any, value: Any) -> Triple:
+        if not isinstance(key, str) or not key.startswith("/"):
+            raise _BadArgumentError("parameter [parameter_key] must be a global name")
+        return [1, "", 0] if self._parameters().update(key, value) else [-1, "not subscribed", 0]
+
+    def _publisher_update(self, topic: Any, publishers: Any) -> Triple:
+        if not isinstance(topic, str):
+            raise _BadArgumentError("parameter [topic] must be a string")
+        if not isinstance(publishers, list):
+            raise _BadArgumentError("parameter [publishers] must be a list")
+        for uri in publishers:
+            if not isinstance(uri, str):
+                raise _BadArgumentError("publishers must be a list of strings")
+            try:
+                parse_uri(uri)
+            except Error as error:
+                raise _BadArgumentError(f"publishers: {error}") from None
+        subscription = self._subscriptions().get(topic)
+        if subscription is not None:
+            subscription.update_publishers(publishers)
+        return [1, "", 0]
+
+    def _request_topic(self, topic: Any, protocols: Any) -> Triple:
+        if not isinstance(topic, str):
+            raise _BadArgumentError("parameter [topic] must be a string")
+        if not isinstance(protocols, list) or not protocols:
+            return [-1, "ERROR: parameter [protocols] must be a list of protocols", []]
+        if topic not in self._context.publications:
+            return [-1, f"Not a publisher of [{topic}]", []]
+        for protocol in protocols:
+            if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
+                host, port = self._tcpros()
+                return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
+        return [0, "no supported protocol implementations", []]
+
+    def _shutdown(self, reason: Any = "") -> Triple:
+        if not isinstance(reason, str):
+            raise _BadArgumentError("parameter [msg] must be a string")
+        self._on_shutdown(reason)
+        return [1, "shutdown", 0]
+
+
+def _received(link: Any) -> int:
+    """Bytes received over a link; within the process, bytes sent are bytes received."""
+    return int(getattr(link, "bytes_received", 0) or getattr(link, "bytes_sent", 0))

@@ -1,0 +1,69 @@
+"""Threads for service calls: one per call under way, reused, and no more than a set number."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+
+IDLE_TIME = 10.0
+
+
+class Workers:
+    """Runs jobs in threads of their own.
+
+    Args:
+        name: prefix of the threads' names.
+        most: largest number of threads.
+    """
+
+    def __init__(self, name: str, most: int = 256) -> None:
+        self._name = name
+        self._most = most
+        self._jobs: deque[Callable[[], None]] = deque()
+        self._changed = threading.Condition()
+        self._threads: set[threading.Thread] = set()
+        self._idle = 0
+        self._closed = False
+
+    def submit(self, job: Callable[[], None]) -> bool:
+        """Run a job soon; return False if all threads are busy and no more are allowed."""
+        with self._changed:
+            if self._closed:
+                return False
+            if self._idle > len(self._jobs):
+                self._jobs.append(job)
+                self._changed.notify()
+                return True
+            if len(self._threads) >= self._most:
+                return False
+            self._jobs.append(job)
+            thread = threading.Thread(target=self._run, name=f"{self._name}-{len(self._threads)}", daemon=True)
+            self._threads.add(thread)
+        thread.start()
+        return True
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._idle += 1
+                while not self._jobs and not self._closed:
+                    if not self._changed.wait(IDLE_TIME) and not self._jobs:
+                        break
+                self._idle -= 1
+                if not self._jobs:
+                    self._threads.discard(threading.current_thread())
+                    return
+                job = self._jobs.popleft()
+            job()
+
+    def close(self, timeout: float = 5.0) -> None:
+        """End the threads when their jobs are done; wait at most ``timeout`` seconds for each."""
+        with self._changed:
+            self._closed = True
+            self._jobs.clear()
+            threads = list(self._threads)
+            self._changed.notify_all()
+        for thread in threads:
+            if thread is not threading.current_thread():
+                thread.join(timeout)
