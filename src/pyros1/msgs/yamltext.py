@@ -1,0 +1,130 @@
+"""Strings as YAML text, character for character as PyYAML's default emitter writes them.
+
+Programs parse what ``rostopic echo`` prints, so the quoting and the folding of long strings are part of the interface. A
+message needs only two forms: a string alone, always in double quotes, and a block sequence of strings, each plain where
+YAML 1.1 would read it back as a string, else quoted. https://yaml.org/spec/1.1/
+"""
+
+from __future__ import annotations
+
+import re
+
+WIDTH = 80
+_INDENT = "\n  "
+
+_ESCAPES = {
+    "\0": "0",
+    "\a": "a",
+    "\b": "b",
+    "\t": "t",
+    "\n": "n",
+    "\v": "v",
+    "\f": "f",
+    "\r": "r",
+    "\x1b": "e",
+    '"': '"',
+    "\\": "\\",
+    "\x85": "N",
+    "\xa0": "_",
+    "\u2028": "L",
+    "\u2029": "P",
+}
+
+# Plain scalars that YAML 1.1 does not read as strings.
+_NOT_A_STRING = re.compile(
+    r"""(?: yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF
+    | ~|null|Null|NULL|<<|=
+    | [-+]?0b[01_]+ | [-+]?0[0-7_]+ | [-+]?(?:0|[1-9][0-9_]*) | [-+]?0x[0-9a-fA-F_]+
+    | [-+]?[1-9][0-9_]*(?::[0-5]?[0-9])+
+    | [-+]?[0-9][0-9_]*\.[0-9_]*(?:[eE][-+][0-9]+)? | \.[0-9][0-9_]*(?:[eE][-+][0-9]+)?
+    | [-+]?[0-9][0-9_]*(?::[0-5]?[0-9])+\.[0-9_]* | [-+]?\.(?:inf|Inf|INF) | \.(?:nan|NaN|NAN)
+    | [0-9]{4}-[0-9]{2}-[0-9]{2}
+    | [0-9]{4}-[0-9][0-9]?-[0-9][0-9]?(?:[Tt]|[\ \t]+)[0-9][0-9]?:[0-9]{2}:[0-9]{2}(?:\.[0-9]*)?
+      (?:[\ \t]*(?:Z|[-+][0-9][0-9]?(?::[0-9][0-9])?))?
+    )\Z""",
+    re.VERBOSE,
+)
+_INDICATOR = re.compile(r"---|\.\.\.|[#,\[\]{}&*!|>'\"%@`]|[-?:](?:\s|\Z)|(?s:.)*(?::(?:\s|\Z)|\s#)")
+_ASCII_ONLY = re.compile(r"[\n\x20-\x7e]*\Z")
+
+
+def double_quoted(text: str, column: int = 0) -> str:
+    """Return ``text`` in double quotes, folded behind column 80.
+
+    Args:
+        text: any string.
+        column: where the opening quote stands.
+    """
+    out = ['"']
+    column += 1
+    start = 0
+    last = len(text) - 1
+    for end, char in enumerate(text):
+        if char in '"\\' or not " " <= char <= "~":
+            out.append(text[start:end])
+            escape = _escape(char)
+            out.append(escape)
+            column += end - start + len(escape)
+            start = end + 1
+        if 0 < end < last and (char == " " or start >= end) and column + end - start > WIDTH:
+            out.append(text[start:end] + "\\" + _INDENT)
+            column = 2
+            start = max(start, end)
+            if text[start] == " ":
+                out.append("\\")
+                column += 1
+    out.append(text[start:])
+    out.append('"')
+    return "".join(out)
+
+
+def block_sequence(values: list[str]) -> list[str]:
+    """Return the lines of a block sequence of strings, without indentation."""
+    lines: list[str] = []
+    for value in values:
+        lines += ("- " + _item(value)).splitlines()
+    return lines
+
+
+def _item(text: str) -> str:
+    """Return one element; it begins in column 2 and its further lines are indented to there."""
+    if not text:
+        return "''"
+    if not _ASCII_ONLY.match(text) or re.search(r" \n|\n ", text):
+        return double_quoted(text, 2)
+    plain = (
+        "\n" not in text and text.strip() == text and not _INDICATOR.match(text) and not _NOT_A_STRING.match(text)
+    )
+    return _folded(text, 2) if plain else _single_quoted(text)
+
+
+def _single_quoted(text: str) -> str:
+    return "'" + _folded(text, 3, quoted=True) + "'"
+
+
+def _folded(text: str, column: int, *, quoted: bool = False) -> str:
+    """Fold at single spaces behind column 80; in quotes, double each quote and write line breaks as YAML asks."""
+    out: list[str] = []
+    position = 0
+    for match in re.finditer(r" +|\n+|[^ \n']+|'", text):
+        run = match[0]
+        position = match.end()
+        if run == " " and column > WIDTH and (not quoted or (match.start() != 0 and position != len(text))):
+            out.append(_INDENT)
+            column = 2
+        elif run[0] == "\n":
+            out.append("\n" + run + _INDENT[1:])
+            column = 2
+        else:
+            shown = "''" if quoted and run == "'" else run
+            out.append(shown)
+            column += len(shown)
+    return "".join(out)
+
+
+def _escape(char: str) -> str:
+    short = _ESCAPES.get(char)
+    if short is not None:
+        return "\\" + short
+    code = ord(char)
+    return f"\\x{code:02X}" if code <= 0xFF else f"\\u{code:04X}" if code <= 0xFFFF else f"\\U{code:08X}"
