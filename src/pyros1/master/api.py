@@ -1,0 +1,263 @@
+"""The methods of the Master and Parameter Server APIs
+(https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
+
+Every call is answered with ``[code, message, value]`` (M03): code 1 success, 0 failed, -1 the caller's mistake.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final, NamedTuple
+
+from pyros1.master import arguments
+from pyros1.master.arguments import Refused, Validator
+from pyros1.master.parameters import Parameters, updates
+from pyros1.master.registry import Notice, Registry
+from pyros1.net.xmlrpc_server import unknown_method
+
+Log = Callable[[str, str], object]
+"""``log(level, text)`` with level ``info``, ``warn`` or ``error``."""
+
+Answer = tuple[str, Any]
+
+
+class MasterApi:
+    """Performs calls.
+
+    Args:
+        notify: takes the notices that a call gives rise to.
+        log: gets a line for each change (M57).
+        on_shutdown: called with the reason when somebody asks the master to end.
+        pid: this process's id.
+
+    Attributes:
+        uri: what ``getUri`` answers.
+    """
+
+    def __init__(
+        self,
+        *,
+        notify: Callable[[Sequence[Notice]], object],
+        log: Log,
+        on_shutdown: Callable[[str], object],
+        pid: int,
+    ) -> None:
+        self.registry = Registry()
+        self.parameters = Parameters()
+        self.uri = ""
+        self._notify = notify
+        self._log = log
+        self._on_shutdown = on_shutdown
+        self._pid = pid
+
+    def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
+        """Answers one call.
+
+        Raises:
+            XmlRpcFault: there is no such method (M05).
+        """
+        entry = METHODS.get(method)
+        if entry is None:
+            raise unknown_method(method)
+        try:
+            # The order of these checks shows in the answers (M06).
+            if not params:
+                raise Refused("missing required caller_id parameter")
+            if len(params) != len(entry.arguments) + 1:
+                raise Refused("Error: bad call arity")
+            caller = params[0]
+            if not isinstance(caller, str):
+                raise Refused("caller_id must be a string")
+            values = [check(value, caller) for check, value in zip(entry.arguments, params[1:], strict=True)]
+            message, value = entry.perform(self, caller, *values)
+        except Refused as refused:
+            if not entry.question:
+                self._log("error", f"{method}: {refused.message}")
+            return [refused.code, refused.message, entry.default if refused.value is None else refused.value]
+        return [1, message, value]
+
+    # ---- about the master
+
+    def _get_pid(self, caller: str) -> Answer:
+        return "", self._pid
+
+    def _get_uri(self, caller: str) -> Answer:
+        return "", self.uri
+
+    def _shutdown(self, caller: str, reason: Any) -> Answer:
+        self._on_shutdown(str(reason))
+        return "shutdown", 0
+
+    # ---- topics and services
+
+    def _register_publisher(self, caller: str, topic: str, kind: str, api: str) -> Answer:
+        notices = self.registry.register_publisher(caller, topic, kind, api)
+        self._log("info", f"+PUB [{topic}] {caller} {api}")
+        self._notify(notices)
+        return f"Registered [{caller}] as publisher of [{topic}]", self.registry.subscriber_apis(topic)
+
+    def _register_subscriber(self, caller: str, topic: str, kind: str, api: str) -> Answer:
+        notices = self.registry.register_subscriber(caller, topic, kind, api)
+        self._log("info", f"+SUB [{topic}] {caller} {api}")
+        self._notify(notices)
+        return f"Subscribed to [{topic}]", self.registry.publisher_apis(topic)
+
+    def _unregister_publisher(self, caller: str, topic: str, api: str) -> Answer:
+        known = self.registry.node_api(caller) is not None
+        notices = self.registry.unregister_publisher(caller, topic, api)
+        self._log("info", f"-PUB [{topic}] {caller} {api}")
+        self._notify(notices or ())
+        return self._unregistered(caller, topic, known, notices is not None)
+
+    def _unregister_subscriber(self, caller: str, topic: str, api: str) -> Answer:
+        known = self.registry.node_api(caller) is not None
+        removed = self.registry.unregister_subscriber(caller, topic, api)
+        self._log("info", f"-SUB [{topic}] {caller} {api}")
+        return self._unregistered(caller, topic, known, removed)
+
+    @staticmethod
+    def _unregistered(caller: str, topic: str, known: bool, removed: bool) -> Answer:
+        if removed:
+            return f"Unregistered [{caller}] as provider of [{topic}]", 1
+        if known:
+            return f"[{caller}] is not a known provider of [{topic}]", 0
+        return f"[{caller}] is not a registered node", 0
+
+    def _register_service(self, caller: str, service: str, uri: str, api: str) -> Answer:
+        notices = self.registry.register_service(caller, service, uri, api)
+        self._log("info", f"+SERVICE [{service}] {caller} {api}")
+        self._notify(notices)
+        return f"Registered [{caller}] as provider of [{service}]", 1
+
+    def _unregister_service(self, caller: str, service: str, uri: str) -> Answer:
+        removed = self.registry.unregister_service(caller, service, uri)
+        self._log("info", f"-SERVICE [{service}] {caller} {uri}")
+        if removed:
+            return f"Unregistered [{caller}] as provider of [{service}]", 1
+        return f"[{uri}] is no longer the current service api handle for [{service}]", 0
+
+    def _lookup_service(self, caller: str, service: str) -> Answer:
+        uri = self.registry.service_uri(service)
+        if uri is None:
+            raise Refused("no provider")
+        return f"rosrpc URI: [{uri}]", uri
+
+    def _lookup_node(self, caller: str, node: str) -> Answer:
+        api = self.registry.node_api(node)
+        if api is None:
+            raise Refused(f"unknown node [{node}]")
+        return "node api", api
+
+    def _get_published_topics(self, caller: str, subgraph: str) -> Answer:
+        return "current topics", self.registry.published_topics(subgraph)
+
+    def _get_topic_types(self, caller: str) -> Answer:
+        return "current system state", self.registry.topic_types()
+
+    def _get_system_state(self, caller: str) -> Answer:
+        return "current system state", self.registry.system_state()
+
+    # ---- parameters
+
+    def _set_param(self, caller: str, key: str, value: Any) -> Answer:
+        try:
+            self.parameters.set(key, value)
+        except ValueError as error:
+            raise Refused(f"Error: invalid arguments: {error}") from error
+        self._log("info", f"+PARAM [{key}] by {caller}")
+        self._notify(updates(self.registry.param_subscribers, key, value, caller))
+        return f"parameter {key} set", 0
+
+    def _get_param(self, caller: str, key: str) -> Answer:
+        try:
+            return f"Parameter [{key}]", self.parameters.get(key)
+        except KeyError as error:
+            raise Refused(f"Parameter [{key}] is not set") from error
+
+    def _has_param(self, caller: str, key: str) -> Answer:
+        return key, key in self.parameters
+
+    def _delete_param(self, caller: str, key: str) -> Answer:
+        try:
+            self.parameters.delete(key)
+        except KeyError as error:
+            raise Refused(f"parameter [{key}] is not set") from error
+        self._log("info", f"-PARAM [{key}] by {caller}")
+        self._notify(updates(self.registry.param_subscribers, key, {}, None))
+        return f"parameter {key} deleted", 0
+
+    def _search_param(self, caller: str, key: str) -> Answer:
+        try:
+            found = self.parameters.search(caller, key)
+        except ValueError as error:
+            raise Refused(f"Internal failure: {error}", 0) from error
+        if found is None:
+            raise Refused(f"Cannot find parameter [{key}] in an upwards search", value="")
+        return f"Found [{found}]", found
+
+    def _get_param_names(self, caller: str) -> Answer:
+        return "Parameter names", self.parameters.names()
+
+    def _subscribe_param(self, caller: str, api: str, key: str) -> Answer:
+        notices = self.registry.subscribe_param(caller, key, api)
+        self._log("info", f"+CACHEDPARAM [{key}] by {caller}")
+        self._notify(notices)
+        try:
+            value = self.parameters.get(key)
+        except KeyError:
+            value = {}
+        return f"Subscribed to parameter [{key}]", value
+
+    def _unsubscribe_param(self, caller: str, api: str, key: str) -> Answer:
+        self.registry.unsubscribe_param(caller, key, api)
+        self._log("info", f"-CACHEDPARAM [{key}] by {caller}")
+        return f"Unsubscribe to parameter [{key}]", 1
+
+
+class Method(NamedTuple):
+    """A row of the API table.
+
+    Attributes:
+        perform: the method; gets the caller's id and the checked arguments, returns message and value.
+        default: the value of an answer with another code than 1.
+        arguments: checks of the arguments after the caller's id.
+        question: it asks for something that may not exist, so a refusal is nothing to log.
+    """
+
+    perform: Callable[..., Answer]
+    default: Any
+    arguments: tuple[Validator, ...] = ()
+    question: bool = False
+
+
+_TOPIC: Final = arguments.name_of("topic")
+_SERVICE: Final = arguments.name_of("service")
+_CALLER_API: Final = arguments.api_of("caller_api")
+_SERVICE_API: Final = arguments.api_of("service_api")
+_TYPE: Final = arguments.topic_type
+_KEY: Final = arguments.key
+
+METHODS: Final[dict[str, Method]] = {
+    "getPid": Method(MasterApi._get_pid, -1),
+    "getUri": Method(MasterApi._get_uri, ""),
+    "shutdown": Method(MasterApi._shutdown, 0, (arguments.anything,)),
+    "registerPublisher": Method(MasterApi._register_publisher, [], (_TOPIC, _TYPE, _CALLER_API)),
+    "registerSubscriber": Method(MasterApi._register_subscriber, [], (_TOPIC, _TYPE, _CALLER_API)),
+    "unregisterPublisher": Method(MasterApi._unregister_publisher, 0, (_TOPIC, _CALLER_API)),
+    "unregisterSubscriber": Method(MasterApi._unregister_subscriber, 0, (_TOPIC, _CALLER_API)),
+    "registerService": Method(MasterApi._register_service, 0, (_SERVICE, _SERVICE_API, _CALLER_API)),
+    "unregisterService": Method(MasterApi._unregister_service, 0, (_SERVICE, _SERVICE_API)),
+    "lookupService": Method(MasterApi._lookup_service, "", (_SERVICE,), question=True),
+    "lookupNode": Method(MasterApi._lookup_node, "", (arguments.node_name,), question=True),
+    "getPublishedTopics": Method(MasterApi._get_published_topics, 0, (arguments.subgraph,)),
+    "getTopicTypes": Method(MasterApi._get_topic_types, []),
+    "getSystemState": Method(MasterApi._get_system_state, [[], [], []]),
+    "setParam": Method(MasterApi._set_param, 0, (_KEY, arguments.parameter_value)),
+    "getParam": Method(MasterApi._get_param, 0, (_KEY,), question=True),
+    "hasParam": Method(MasterApi._has_param, False, (_KEY,)),
+    "deleteParam": Method(MasterApi._delete_param, 0, (_KEY,), question=True),
+    "searchParam": Method(MasterApi._search_param, 0, (arguments.raw_key,), question=True),
+    "getParamNames": Method(MasterApi._get_param_names, []),
+    "subscribeParam": Method(MasterApi._subscribe_param, 0, (_CALLER_API, _KEY)),
+    "unsubscribeParam": Method(MasterApi._unsubscribe_param, 0, (_CALLER_API, _KEY)),
+}

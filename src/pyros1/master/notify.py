@@ -1,0 +1,77 @@
+"""Telling nodes what changed (M38-M42).
+
+Each node has its own queue: one call in flight, in order. Nodes do not wait for each other, and a call starts at once
+when its node is free. A newer notice about the same thing takes the place of one that still waits, so a node that does
+not answer costs a bounded amount of memory, and hears the latest state first when it comes back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from time import monotonic
+from typing import Any, Final
+
+from pyros1.errors import Error
+from pyros1.master.registry import Notice
+from pyros1.net.rpc_caller import RpcCaller
+
+MASTER_NAME: Final = "/master"
+MAX_WAITING: Final = 1000
+"""Notices that may wait for one node; the oldest are dropped."""
+
+_Key = tuple[str, str, str]
+
+
+class Notifier:
+    """Sends notices; on the loop.
+
+    Args:
+        caller: makes the calls; its timeout is how long a silent node keeps its own later notices waiting.
+        log: ``log(level, text)``.
+    """
+
+    def __init__(self, caller: RpcCaller, log: Callable[[str, str], object]) -> None:
+        self._caller = caller
+        self._log = log
+        self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> notices; an entry means one is in flight
+
+    def send(self, notices: Sequence[Notice]) -> None:
+        """Queues notices, in order."""
+        for notice in notices:
+            waiting = self._waiting.get(notice.api)
+            if waiting is None:
+                self._waiting[notice.api] = {}
+                self._call(notice)
+                continue
+            key = (notice.node, notice.method, notice.subject)
+            waiting.pop(key, None)  # the newer one goes to the end
+            waiting[key] = notice
+            if len(waiting) > MAX_WAITING:
+                del waiting[next(iter(waiting))]
+
+    def _call(self, notice: Notice) -> None:
+        if notice.method == "publisherUpdate":
+            what = f"publisherUpdate[{notice.subject}] -> {notice.api} {notice.value[0]}"
+        else:
+            what = f"{notice.method}[{notice.subject}] -> {notice.api}"
+        began = monotonic()
+
+        def done(value: Any, error: Error | None) -> None:
+            if error is None:
+                self._log("info", f"{what}: sec={monotonic() - began:.2f}, result={value}")
+            else:
+                self._log("warn", f"{what}: sec={monotonic() - began:.2f}, failed: {error}")
+            self._next(notice.api)
+
+        self._log("info", what)
+        try:
+            self._caller.call(notice.api, notice.method, [MASTER_NAME, notice.subject, *notice.value], done)
+        except Error as error:
+            done(None, error)
+
+    def _next(self, api: str) -> None:
+        waiting = self._waiting.get(api)
+        if not waiting:
+            self._waiting.pop(api, None)
+            return
+        self._call(waiting.pop(next(iter(waiting))))

@@ -1,0 +1,191 @@
+"""The parameter tree (https://wiki.ros.org/Parameter%20Server). Pure.
+
+Keys are global names; ``/`` is the whole tree. Only dicts are branches: what is inside a list has no key of its own
+(M50). Values given to the tree belong to it; values taken from it must not be changed.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable
+from typing import Any, Final
+
+from pyros1.master.registry import Members, Notice
+from pyros1.names import SEP
+
+MAX_DEPTH: Final = 90
+"""Deepest nesting of the tree, lists included: less than what one XML-RPC message may hold, so that the whole tree can
+always be asked for."""
+
+_MAX_INT: Final = 2**31
+
+
+def _check(value: Any, depth: int) -> None:
+    """Refuses what could be stored but never be sent to anyone again.
+
+    Raises:
+        ValueError: says what is wrong.
+    """
+    if isinstance(value, int):
+        if not -_MAX_INT <= value < _MAX_INT:
+            raise ValueError(f"the integer {value} does not fit into 32 bits")
+    elif value is None:
+        raise ValueError("null values are not supported")
+    elif isinstance(value, (dict, list, tuple)):
+        if depth >= MAX_DEPTH:
+            raise ValueError(f"parameters cannot be nested more than {MAX_DEPTH} levels deep")
+        for item in value.values() if isinstance(value, dict) else value:
+            kind = item.__class__
+            if kind is not str and kind is not float and kind is not bool:
+                _check(item, depth + 1)
+
+
+def _path(key: str) -> list[str]:
+    return [part for part in key.split(SEP) if part]
+
+
+class Parameters:
+    """A tree of parameters."""
+
+    def __init__(self) -> None:
+        self._root: dict[str, Any] = {}
+
+    def set(self, key: str, value: Any) -> None:
+        """Sets a value; a dict replaces the whole branch (M46), a scalar on the way becomes a branch (M47).
+
+        Raises:
+            ValueError: the value cannot be stored: ``/`` must be a dict, there is no null, ints have 32 bits, depth is
+                limited.
+        """
+        path = _path(key)
+        _check(value, len(path))
+        if not path:
+            if not isinstance(value, dict):
+                raise ValueError("cannot set root of parameter tree to non-dictionary")
+            self._root = value
+            return
+        if len(path) > MAX_DEPTH:
+            raise ValueError(f"parameters cannot be nested more than {MAX_DEPTH} levels deep")
+        branch = self._root
+        for part in path[:-1]:
+            below = branch.get(part)
+            if not isinstance(below, dict):
+                below = branch[part] = {}
+            branch = below
+        branch[path[-1]] = value
+
+    def get(self, key: str) -> Any:
+        """The value or branch at a key (M48).
+
+        Raises:
+            KeyError: nothing is set there.
+        """
+        value: Any = self._root
+        for part in _path(key):
+            if not isinstance(value, dict):
+                raise KeyError(key)
+            value = value[part]
+        return value
+
+    def __contains__(self, key: str) -> bool:
+        try:
+            self.get(key)
+        except KeyError:
+            return False
+        return True
+
+    def delete(self, key: str) -> None:
+        """Removes a value or branch.
+
+        Raises:
+            KeyError: nothing is set there; also for ``/``, which cannot be removed (M27).
+        """
+        path = _path(key)
+        if not path:
+            raise KeyError(key)
+        branch = self.get(SEP.join(path[:-1]))
+        if not isinstance(branch, dict):
+            raise KeyError(key)
+        del branch[path[-1]]
+
+    def search(self, namespace: str, key: str) -> str | None:
+        """Finds a key from a namespace upwards; only its first part has to exist (M52).
+
+        Returns:
+            The full key, None if it was not found.
+
+        Raises:
+            ValueError: the key is private, or the namespace not global.
+        """
+        if not key or key.startswith("~"):
+            raise ValueError("invalid key")
+        if not namespace.startswith(SEP):
+            raise ValueError("namespace must be global")
+        if key.startswith(SEP):
+            return key if key in self else None
+        first = _path(key)[0]
+        above = _path(namespace)
+        for count in range(len(above), -1, -1):
+            where = SEP + "".join(part + SEP for part in above[:count])
+            if where + first in self:
+                return where + key
+        return None
+
+    def names(self) -> list[str]:
+        """The keys of all values; empty branches have none (M31)."""
+        found: list[str] = []
+        _collect(self._root, SEP, found)
+        return found
+
+
+def _collect(branch: dict[str, Any], prefix: str, found: list[str]) -> None:
+    for name, value in branch.items():
+        if isinstance(value, dict):
+            _collect(value, prefix + name + SEP, found)
+        else:
+            found.append(prefix + name)
+
+
+def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> list[Notice]:
+    """Whom to tell what about a change (M53, M54).
+
+    Subscribers at or above the key get the key and its value; those below it get their own key and what is now there,
+    ``{}`` if nothing. Keys are sent with a trailing slash. Below a key that was set to a scalar nobody is told, as in
+    stock.
+
+    Args:
+        subscribers: key -> node -> API URI.
+        key: what was set or deleted.
+        value: the new value, ``{}`` for a deletion.
+        caller: who set it; it is not told what it knows, the key's value. None after a deletion.
+    """
+    if not subscribers:
+        return []
+    changed = _with_slash(key)
+    notices: list[Notice] = []
+    for subscribed, nodes in subscribers.items():
+        mine = _with_slash(subscribed)
+        if changed.startswith(mine):
+            subject, news = changed, value
+        elif isinstance(value, dict) and mine.startswith(changed):
+            subject, news = mine, _below(value, mine[len(changed) :].split(SEP))
+        else:
+            continue
+        news = copy.deepcopy(news)  # it is sent later, when the tree may have changed again
+        knows = caller if subject == changed else None
+        notices += [Notice(api, node, "paramUpdate", subject, (news,)) for node, api in nodes.items() if node != knows]
+    return notices
+
+
+def _below(value: Any, path: Iterable[str]) -> Any:
+    for part in path:
+        if not part:
+            continue
+        if not isinstance(value, dict) or part not in value:
+            return {}
+        value = value[part]
+    return value
+
+
+def _with_slash(key: str) -> str:
+    return key if key.endswith(SEP) else key + SEP

@@ -1,0 +1,224 @@
+"""Who publishes, subscribes and serves what: the master's memory of nodes (https://wiki.ros.org/ROS/Master_API).
+
+A node is known by its name and its one API URI for as long as it has a publication, subscription, service or parameter
+subscription (M37). The same name with another URI is a new node that takes the old one's place: the old one is told to
+shut down, and everything it had is forgotten (M34).
+
+Pure: methods change the registry and return the notices that must be sent to nodes; names arrive resolved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from pyros1.names import SEP
+
+ANY_TYPE = "*"
+
+
+class Notice(NamedTuple):
+    """A call to be made to a node.
+
+    Attributes:
+        api: the node's URI.
+        node: its name.
+        method: ``publisherUpdate``, ``paramUpdate`` or ``shutdown``.
+        subject: topic, key or reason: the argument after the caller id.
+        value: what follows the subject, empty or one item.
+    """
+
+    api: str
+    node: str
+    method: str
+    subject: str
+    value: tuple[Any, ...] = ()
+
+
+@dataclass(slots=True)
+class _Node:
+    api: str
+    publications: set[str] = field(default_factory=set)
+    subscriptions: set[str] = field(default_factory=set)
+    services: set[str] = field(default_factory=set)
+    parameters: set[str] = field(default_factory=set)
+
+    @property
+    def idle(self) -> bool:
+        return not (self.publications or self.subscriptions or self.services or self.parameters)
+
+
+Members = dict[str, dict[str, str]]
+"""Topic or key -> node -> API URI; both in the order of registration (M23)."""
+
+
+def _remove(members: Members, name: str, node: str) -> None:
+    those = members.get(name)
+    if those is not None:
+        those.pop(node, None)
+        if not those:
+            del members[name]
+
+
+class Registry:
+    """All registrations."""
+
+    def __init__(self) -> None:
+        self._nodes: dict[str, _Node] = {}
+        self._publishers: Members = {}
+        self._subscribers: Members = {}
+        self._services: dict[str, tuple[str, str]] = {}  # service -> (node, rosrpc URI)
+        self._types: dict[str, str] = {}
+        self.param_subscribers: Members = {}
+
+    # ---- questions
+
+    def node_api(self, node: str) -> str | None:
+        """A node's API URI, None if it is not known (M20)."""
+        entry = self._nodes.get(node)
+        return entry.api if entry is not None else None
+
+    def service_uri(self, service: str) -> str | None:
+        """The URI of a service's provider, None if there is none (M19)."""
+        provider = self._services.get(service)
+        return provider[1] if provider is not None else None
+
+    def published_topics(self, subgraph: str) -> list[list[str]]:
+        """``[[topic, type], ...]`` of the topics with a publisher below a namespace; empty: everywhere (M21)."""
+        prefix = subgraph if not subgraph or subgraph.endswith(SEP) else subgraph + SEP
+        return [[topic, self._types.get(topic, ANY_TYPE)] for topic in self._publishers if topic.startswith(prefix)]
+
+    def topic_types(self) -> list[list[str]]:
+        """``[[topic, type], ...]`` of all topics that ever had one (M22)."""
+        return [[topic, kind] for topic, kind in self._types.items()]
+
+    def system_state(self) -> list[list[list[Any]]]:
+        """``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]`` (M23)."""
+        return [
+            [[topic, list(nodes)] for topic, nodes in self._publishers.items()],
+            [[topic, list(nodes)] for topic, nodes in self._subscribers.items()],
+            [[service, [provider[0]]] for service, provider in self._services.items()],
+        ]
+
+    def publisher_apis(self, topic: str) -> list[str]:
+        """The API URIs of a topic's publishers."""
+        return list(self._publishers.get(topic, {}).values())
+
+    def subscriber_apis(self, topic: str) -> list[str]:
+        """The API URIs of a topic's subscribers."""
+        return list(self._subscribers.get(topic, {}).values())
+
+    # ---- changes
+
+    def register_publisher(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
+        """Adds a publisher. A real type overwrites what was known, ``*`` does not (M32)."""
+        notices = self._settle(node, api)
+        self._nodes[node].publications.add(topic)
+        self._publishers.setdefault(topic, {})[node] = api
+        if kind != ANY_TYPE or topic not in self._types:
+            self._types[topic] = kind
+        return notices + self._publisher_updates(topic)
+
+    def register_subscriber(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
+        """Adds a subscriber. Its type counts only where none is known (M32)."""
+        notices = self._settle(node, api)
+        self._nodes[node].subscriptions.add(topic)
+        self._subscribers.setdefault(topic, {})[node] = api
+        if kind != ANY_TYPE and topic not in self._types:
+            self._types[topic] = kind
+        return notices
+
+    def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
+        """Makes a node the one provider of a service, in place of any other (M17)."""
+        notices = self._settle(node, api)
+        self._nodes[node].services.add(service)
+        self._services.pop(service, None)
+        self._services[service] = (node, uri)
+        return notices
+
+    def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
+        """Notes that a node wants to hear of changes at, above and below a key (M29)."""
+        notices = self._settle(node, api)
+        self._nodes[node].parameters.add(key)
+        self.param_subscribers.setdefault(key, {})[node] = api
+        return notices
+
+    def unregister_publisher(self, node: str, topic: str, api: str) -> list[Notice] | None:
+        """Removes a publisher; None if it was not registered with that API (M16)."""
+        if self._publishers.get(topic, {}).get(node) != api:
+            return None
+        _remove(self._publishers, topic, node)
+        self._nodes[node].publications.discard(topic)
+        self._drop_if_idle(node)
+        return self._publisher_updates(topic)
+
+    def unregister_subscriber(self, node: str, topic: str, api: str) -> bool:
+        """Removes a subscriber; False if it was not registered with that API (M16)."""
+        if self._subscribers.get(topic, {}).get(node) != api:
+            return False
+        _remove(self._subscribers, topic, node)
+        self._nodes[node].subscriptions.discard(topic)
+        self._drop_if_idle(node)
+        return True
+
+    def unregister_service(self, node: str, service: str, uri: str) -> bool:
+        """Removes a service; False if the node is not its present provider with that URI (M18)."""
+        current = self._services.get(service) == (node, uri)
+        if current:
+            del self._services[service]
+        entry = self._nodes.get(node)
+        if entry is not None and (current or self._services.get(service, ("", ""))[0] != node):
+            # Also when another node has taken the service over: this one has stopped providing it.
+            entry.services.discard(service)
+            self._drop_if_idle(node)
+        return current
+
+    def unsubscribe_param(self, node: str, key: str, api: str) -> None:
+        """Ends a parameter subscription; nothing happens if there is none with that API (M30)."""
+        if self.param_subscribers.get(key, {}).get(node) != api:
+            return
+        _remove(self.param_subscribers, key, node)
+        self._nodes[node].parameters.discard(key)
+        self._drop_if_idle(node)
+
+    # ---- inside
+
+    def _publisher_updates(self, topic: str) -> list[Notice]:
+        """One full list of publishers to each subscriber (M38)."""
+        subscribers = self._subscribers.get(topic)
+        if not subscribers:
+            return []
+        publishers = self.publisher_apis(topic)
+        return [Notice(api, node, "publisherUpdate", topic, (publishers,)) for node, api in subscribers.items()]
+
+    def _settle(self, node: str, api: str) -> list[Notice]:
+        """Makes sure that the node is known under this API; takes an older namesake's place."""
+        entry = self._nodes.get(node)
+        if entry is not None and entry.api == api:
+            return []
+        notices = []
+        if entry is not None:
+            reason = f"[{node}] Reason: new node registered with same name"
+            notices = [Notice(entry.api, node, "shutdown", reason), *self._purge(node, entry)]
+        self._nodes[node] = _Node(api)
+        return notices
+
+    def _purge(self, node: str, entry: _Node) -> list[Notice]:
+        """Forgets everything a node had.
+
+        Stock tells nobody (M35), so that subscribers keep trying to reach the dead publisher; they are told here.
+        """
+        for topic in entry.subscriptions:
+            _remove(self._subscribers, topic, node)
+        for key in entry.parameters:
+            _remove(self.param_subscribers, key, node)
+        for service in entry.services:
+            if self._services.get(service, ("", ""))[0] == node:
+                del self._services[service]
+        for topic in entry.publications:
+            _remove(self._publishers, topic, node)
+        return [notice for topic in sorted(entry.publications) for notice in self._publisher_updates(topic)]
+
+    def _drop_if_idle(self, node: str) -> None:
+        if self._nodes[node].idle:
+            del self._nodes[node]

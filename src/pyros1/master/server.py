@@ -1,0 +1,134 @@
+"""A running master: the API behind an XML-RPC server, with everything on one loop thread."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from typing import Final
+
+from pyros1.master.api import Log, MasterApi
+from pyros1.master.notify import Notifier
+from pyros1.net.loop import Loop
+from pyros1.net.rpc_caller import RpcCaller
+from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer
+
+DEFAULT_PORT: Final = 11311
+NOTIFY_TIMEOUT_S: Final = 10.0
+_FAREWELL_S: Final = 0.1
+
+
+def _no_log(level: str, text: str) -> None:
+    pass
+
+
+class Master:
+    """A ROS master, to be embedded in a process.
+
+    Args:
+        port: port to listen on; 0 lets the system choose.
+        bind_host: address to listen on: ``0.0.0.0`` for everybody, ``127.0.0.1`` for this machine only.
+        advertised_host: the host in ``uri``.
+        log: ``log(level, text)`` with level ``info``, ``warn`` or ``error``; called on the master's thread, with a line
+            for each registration, parameter and notification (M57).
+        on_shutdown: called on the master's thread with the reason when a client calls ``shutdown`` (M13). The master
+            does not end by itself: call ``stop`` from another thread.
+        notify_timeout: seconds that a node has to answer a notification.
+        limits: what clients may cost.
+        on_error: gets unexpected exceptions; None: printed by ``sys.excepthook``.
+    """
+
+    def __init__(
+        self,
+        *,
+        port: int = DEFAULT_PORT,
+        bind_host: str = "0.0.0.0",
+        advertised_host: str = "localhost",
+        log: Log | None = None,
+        on_shutdown: Callable[[str], object] | None = None,
+        notify_timeout: float = NOTIFY_TIMEOUT_S,
+        limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
+        on_error: Callable[[BaseException], object] | None = None,
+    ) -> None:
+        self._port = port
+        self._bind_host = bind_host
+        self._advertised_host = advertised_host
+        self._log = log or _no_log
+        self._on_shutdown = on_shutdown
+        self._limits = limits
+        self._loop = Loop("master", on_error)
+        self._caller = RpcCaller(self._loop, timeout=notify_timeout)
+        self._notifier = Notifier(self._caller, self._log)
+        self._api = MasterApi(
+            notify=self._notifier.send, log=self._log, on_shutdown=self._shutdown_requested, pid=os.getpid()
+        )
+        self._server: XmlRpcServer | None = None
+        self._ended = threading.Event()
+        self._shutdown_reason: str | None = None
+
+    def start(self) -> None:
+        """Starts to listen and to serve.
+
+        Raises:
+            OSError: the port cannot be listened on; ``errno.EADDRINUSE`` if somebody else does.
+        """
+        self._server = XmlRpcServer(
+            self._loop,
+            self._api.dispatch,
+            bind_host=self._bind_host,
+            advertised_host=self._advertised_host,
+            port=self._port,
+            limits=self._limits,
+        )
+        self._api.uri = self._server.uri
+        self._loop.start()
+        self._log("info", f"Master initialized: port[{self._server.port}], uri[{self._server.uri}]")
+
+    def stop(self, timeout: float = 5.0) -> None:
+        """Closes the port and all connections and ends the thread; harmless if done before.
+
+        Args:
+            timeout: longest wait in seconds.
+        """
+        self._ended.set()
+        if self._server is not None:
+            self._loop.run(self._close, timeout=timeout)
+        self._loop.stop(timeout)
+
+    @property
+    def uri(self) -> str:
+        """``http://host:port/``, empty before ``start``."""
+        return self._api.uri
+
+    @property
+    def port(self) -> int:
+        """The port listened on, 0 before ``start``."""
+        return self._server.port if self._server is not None else 0
+
+    @property
+    def shutdown_reason(self) -> str | None:
+        """What a client gave as the reason when it called ``shutdown``; None if none did."""
+        return self._shutdown_reason
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Waits until a client has asked for the end or ``stop`` was called; True if so.
+
+        Args:
+            timeout: seconds, None for ever.
+        """
+        return self._ended.wait(timeout)
+
+    def _close(self) -> None:
+        if self._server is not None:
+            self._server._close()
+        self._caller._close()
+
+    def _shutdown_requested(self, reason: str) -> None:
+        self._shutdown_reason = reason
+        # Not at once: the client shall get its answer first.
+        self._loop.call_later(_FAREWELL_S, self._announce_shutdown, reason)
+
+    def _announce_shutdown(self, reason: str) -> None:
+        self._ended.set()
+        if self._on_shutdown is not None:
+            self._on_shutdown(reason)
