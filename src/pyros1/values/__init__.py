@@ -1,0 +1,27 @@
+"""Parameter values as YAML text: reading and writing as the ROS 1 tools do (https://wiki.ros.org/rosparam)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.values.reading import YamlError, load_all_yaml, load_yaml
+
+__all__ = ["YamlError", "dump_yaml", "load_all_yaml", "load_yaml"]
+
+
+def dump_yaml(value: Any, *, block: bool = True) -> str:
+    """Write a value as YAML 1.1, laid out as the ROS 1 tools lay it out.
+
+    Args:
+        value: None, bool, int, float, str, bytes, date, datetime, and lists, tuples and dicts of these.
+        block: one entry per line if True, else everything inline as ``{a: 1, b: [1, 2]}``.
+
+    Returns:
+        The text, keys sorted, ASCII only, ending in a newline; a bare plain scalar is followed by a line ``...``.
+
+    Raises:
+        YamlError: the value holds something that YAML cannot say, or contains itself.
+    """
+    from pyros1.values.writing import Writer  # noqa: PLC0415 - most programs only read
+
+    return Writer(block).document(value)

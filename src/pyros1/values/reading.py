@@ -1,0 +1,407 @@
+"""YAML text to values, by ROS 1's rules.
+
+ROS 1 reads parameters as YAML 1.1 (``yes`` and ``on`` are booleans, ``010`` is eight, ``1:30`` is ninety, ``1e3`` is a
+string because a YAML 1.1 float needs a dot) plus four spellings of angles: ``deg(90)``, ``rad(pi/2)``, ``!degrees 90``
+and ``!radians pi/2`` (https://wiki.ros.org/rosparam#YAML_Format). The scanner is ruamel.yaml's; which plain words mean
+what is decided here. Nothing in a text can name a Python object: the only values made are None, bool, int, float, str,
+bytes, date, datetime, list, dict and set.
+"""
+
+from __future__ import annotations
+
+import base64
+import datetime
+import math
+import operator
+import re
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import Error
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+_TAG = "tag:yaml.org,2002:"
+_MAX_EXPONENT = 64
+
+_BOOLEANS = {"yes": True, "no": False, "true": True, "false": False, "on": True, "off": False}
+_BOOL = re.compile(r"yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF")
+_NULL = re.compile(r"~|null|Null|NULL|")
+_INT = re.compile(r"[-+]?(?:0b[0-1_]+|0[0-7_]+|(?:0|[1-9][0-9_]*)|0x[0-9a-fA-F_]+|[1-9][0-9_]*(?::[0-5]?[0-9])+)")
+_FLOAT = re.compile(
+    r"[-+]?[0-9][0-9_]*\.[0-9_]*(?:[eE][-+][0-9]+)?|\.[0-9][0-9_]*(?:[eE][-+][0-9]+)?"
+    r"|[-+]?[0-9][0-9_]*(?::[0-5]?[0-9])+\.[0-9_]*|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)"
+)
+_TIMESTAMP = re.compile(
+    r"(?P<year>\d{4})-(?P<month>\d\d?)-(?P<day>\d\d?)"
+    r"(?:(?:[Tt]|[ \t]+)(?P<hour>\d\d?):(?P<minute>\d\d):(?P<second>\d\d)(?:\.(?P<fraction>\d*))?"
+    r"(?:[ \t]*(?P<zone>Z|(?P<sign>[-+])(?P<zone_hour>\d\d?)(?::(?P<zone_minute>\d\d))?))?)?"
+)
+_STRICT_DATE = re.compile(r"\d{4}-\d\d-\d\d")
+_DEGREES = re.compile(r"deg\([^)]*\)")
+_RADIANS = re.compile(r"rad\([^)]*\)")
+
+# The texts that need no YAML machinery: most parameters given on a command line are one of these.
+_SIMPLE_WORD = re.compile(r"[A-Za-z_/][\w/.-]*", re.ASCII)
+_SIMPLE_INT = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
+_SIMPLE_FLOAT = re.compile(r"-?[0-9]+\.[0-9]+")
+_SPECIAL_WORDS = frozenset((*_BOOLEANS, "null"))
+
+
+class YamlError(Error, ValueError):
+    """A text is not usable YAML.
+
+    Args:
+        message: what is wrong.
+        where: file name or other origin, None if unknown.
+        line: 1-based line number, None if unknown.
+    """
+
+    def __init__(self, message: str, where: str | None = None, line: int | None = None) -> None:
+        self.where = where
+        self.line = line
+        place = f"{where or '<yaml>'}:{line}: " if line is not None else f"{where}: " if where else ""
+        super().__init__(place + message)
+
+
+def load_yaml(text: str, where: str | None = None) -> Any:
+    """Read one YAML document by ROS 1's rules.
+
+    Args:
+        text: the document; empty text is None.
+        where: file name for error messages.
+
+    Returns:
+        None, bool, int, float, str, bytes (``!!binary``), date, datetime, list, dict or set.
+
+    Raises:
+        YamlError: the text is not valid YAML, holds more than one document, an unknown tag, or contains itself.
+    """
+    word = text.strip(" ")
+    if _SIMPLE_WORD.fullmatch(word) and word.lower() not in _SPECIAL_WORDS:
+        return word
+    if _SIMPLE_INT.fullmatch(word):
+        return int(word)
+    if _SIMPLE_FLOAT.fullmatch(word):
+        return float(word)
+    documents = _load(text, where)
+    if len(documents) > 1:
+        raise YamlError("expected a single YAML document, but found another one", where)
+    return documents[0] if documents else None
+
+
+def load_all_yaml(text: str, where: str | None = None) -> list[Any]:
+    """Read every document of a YAML stream (``---`` between them).
+
+    Args:
+        text: the stream.
+        where: file name for error messages.
+
+    Returns:
+        The documents in order; see `load_yaml` for the kinds of values.
+
+    Raises:
+        YamlError: as `load_yaml`.
+    """
+    return _load(text, where)
+
+
+# Reading -------------------------------------------------------------------------------------------------------------
+
+
+def _load(text: str, where: str | None) -> list[Any]:
+    from ruamel.yaml import YAML  # noqa: PLC0415 - slow to import, and simple values need none of it
+    from ruamel.yaml.docinfo import DocInfo  # noqa: PLC0415 - with the one above
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError  # noqa: PLC0415 - with the one above
+
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Resolver = _resolver_class()
+    yaml.doc_infos.append(DocInfo())  # where the parser notes a %YAML directive
+    documents: list[Any] = []
+    try:
+        constructor, parser = yaml.get_constructor_parser(text)
+        try:
+            composer = constructor.composer
+            while composer.check_node():
+                documents.append(_Builder(where).build(composer.get_node()))
+        finally:
+            parser.dispose()
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        raise YamlError(_reason(error), where, None if mark is None else mark.line + 1) from error
+    except YAMLError as error:
+        raise YamlError(_reason(error), where) from error
+    except RecursionError as error:
+        raise YamlError("nested too deeply", where) from error
+    except (IndexError, AttributeError, AssertionError, TypeError, ValueError) as error:
+        if isinstance(error, YamlError):
+            raise
+        # Some malformed texts trip the scanner itself instead of being reported by it.
+        raise YamlError(f"malformed YAML ({error})", where) from error
+    return documents
+
+
+def _reason(error: Exception) -> str:
+    parts = [getattr(error, "context", None), getattr(error, "problem", None)]
+    reason = ", ".join(part for part in parts if part)
+    return reason or str(error).strip().split("\n")[0]
+
+
+def scalar_tag(value: str) -> str:  # noqa: PLR0911 - one rule, one line
+    """Return the YAML 1.1 tag (without prefix) of a plain, untagged scalar, or ``degrees``/``radians``."""
+    if _BOOL.fullmatch(value):
+        return "bool"
+    if _FLOAT.fullmatch(value):
+        return "float"
+    if _INT.fullmatch(value):
+        return "int"
+    if _NULL.fullmatch(value):
+        return "null"
+    if value == "<<":
+        return "merge"
+    if value == "=":
+        return "value"
+    match = _TIMESTAMP.fullmatch(value)
+    if match and (match["hour"] or _STRICT_DATE.fullmatch(value)):
+        return "timestamp"
+    if _DEGREES.fullmatch(value):
+        return "degrees"
+    if _RADIANS.fullmatch(value):
+        return "radians"
+    return "str"
+
+
+def _resolver_class() -> Any:
+    """ruamel's resolver with ROS 1's reading of plain words (made on demand: ruamel.yaml is slow to import)."""
+    from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode  # noqa: PLC0415 - slow to import
+    from ruamel.yaml.resolver import BaseResolver  # noqa: PLC0415 - slow to import
+    from ruamel.yaml.tag import Tag  # noqa: PLC0415 - slow to import
+
+    class Resolver(BaseResolver):
+        def __init__(self, version: Any = None, loader: Any = None, loadumper: Any = None) -> None:
+            super().__init__(loadumper if loadumper is not None else loader)
+
+        @property
+        def processing_version(self) -> tuple[int, int]:
+            return (1, 1)
+
+        def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+            if kind is ScalarNode:
+                if not implicit[0]:
+                    return Tag(suffix=_TAG + "str")
+                tag = scalar_tag(value)
+                return Tag(suffix="!" + tag if tag in ("degrees", "radians") else _TAG + tag)
+            return Tag(suffix=_TAG + {SequenceNode: "seq", MappingNode: "map"}[kind])
+
+    return Resolver
+
+
+_COLLECTIONS = {"seq": "sequence", "omap": "sequence", "pairs": "sequence", "map": "mapping", "set": "mapping"}
+
+
+class _Builder:
+    """Makes Python values from one document's nodes."""
+
+    def __init__(self, where: str | None) -> None:
+        self._where = where
+        self._done: dict[int, Any] = {}
+        self._open: set[int] = set()
+
+    def build(self, node: Any) -> Any:
+        key = id(node)
+        if key in self._done:  # an alias: the same value again
+            return self._done[key]
+        if key in self._open:
+            raise self._error("a value cannot contain itself", node)
+        self._open.add(key)
+        value = self._construct(node)
+        self._open.discard(key)
+        self._done[key] = value
+        return value
+
+    def _error(self, message: str, node: Any) -> YamlError:
+        return YamlError(message, self._where, node.start_mark.line + 1)
+
+    def _construct(self, node: Any) -> Any:
+        tag = str(node.tag)
+        name = tag.removeprefix(_TAG) if tag.startswith(_TAG) else tag
+        kind = node.id
+        if name in _SCALARS:
+            if kind != "scalar":
+                raise self._error(f"expected a scalar node, but found {kind}", node)
+            try:
+                return _SCALARS[name](node.value)
+            except (ValueError, KeyError, OverflowError, ZeroDivisionError) as error:
+                raise self._error(f"invalid {name.lstrip('!')}: {node.value}", node) from error
+        wanted = _COLLECTIONS.get(name)
+        if wanted is None:
+            raise self._error(f"could not determine a constructor for the tag {tag!r}", node)
+        if kind != wanted:
+            raise self._error(f"expected a {wanted} node, but found {kind}", node)
+        if name == "seq":
+            return [self.build(item) for item in node.value]
+        if name == "map":
+            return dict(self._pairs(node))
+        if name == "set":
+            return {key for key, _ in self._pairs(node)}
+        pairs: list[Any] = []
+        for item in node.value:
+            if item.id != "mapping" or len(item.value) != 1:
+                raise self._error("expected a mapping of length 1", item)
+            pairs.extend(self._pairs(item))
+        return pairs
+
+    def _pairs(self, node: Any) -> Iterator[tuple[Any, Any]]:
+        own: list[tuple[Any, Any]] = []
+        merged: list[tuple[Any, Any]] = []
+        for key_node, value_node in node.value:
+            if str(key_node.tag) == _TAG + "merge":
+                merged.extend(self._merge(value_node))
+                continue
+            key = self.build(key_node)
+            try:
+                hash(key)
+            except TypeError as error:
+                raise self._error("found unhashable key", key_node) from error
+            own.append((key, self.build(value_node)))
+        yield from merged
+        yield from own
+
+    def _merge(self, node: Any) -> list[tuple[Any, Any]]:
+        if node.id == "mapping":
+            value = self.build(node)
+            if isinstance(value, dict):
+                return list(value.items())
+        elif node.id == "sequence":
+            pairs: list[tuple[Any, Any]] = []
+            for item in reversed(node.value):  # the first one named wins
+                if item.id != "mapping":
+                    raise self._error("expected a mapping for merging", item)
+                pairs.extend(self._merge(item))
+            return pairs
+        raise self._error("expected a mapping or list of mappings for merging", node)
+
+
+# Scalars -------------------------------------------------------------------------------------------------------------
+
+
+def _integer(text: str) -> int:
+    digits = text.replace("_", "")
+    sign = -1 if digits.startswith("-") else 1
+    digits = digits.lstrip("+-") if digits[:1] in "+-" else digits
+    if digits == "0":
+        return 0
+    if digits.startswith("0b"):
+        return sign * int(digits[2:], 2)
+    if digits.startswith("0x"):
+        return sign * int(digits[2:], 16)
+    if digits.startswith("0"):
+        return sign * int(digits, 8)
+    if ":" in digits:
+        return sign * int(_sexagesimal([int(part) for part in digits.split(":")]))
+    return sign * int(digits)
+
+
+def _float(text: str) -> float:
+    digits = text.replace("_", "").lower()
+    sign = -1.0 if digits.startswith("-") else 1.0
+    digits = digits[1:] if digits[:1] in ("+", "-") else digits
+    if digits == ".inf":
+        return sign * math.inf
+    if digits == ".nan":
+        return math.nan
+    if ":" in digits:
+        return sign * float(_sexagesimal([float(part) for part in digits.split(":")]))
+    return sign * float(digits)
+
+
+def _sexagesimal(parts: list[Any]) -> Any:
+    total: Any = 0
+    for part in parts:
+        total = total * 60 + part
+    return total
+
+
+def _binary(text: str) -> bytes:
+
+    return base64.b64decode(text.encode("ascii"))
+
+
+def _timestamp(text: str) -> datetime.date | datetime.datetime:
+    match = _TIMESTAMP.fullmatch(text)
+    if match is None:
+        raise ValueError(text)
+    day = datetime.date(int(match["year"]), int(match["month"]), int(match["day"]))
+    if not match["hour"]:
+        return day
+    fraction = int(((match["fraction"] or "")[:6]).ljust(6, "0"))
+    zone = None
+    if match["zone"]:
+        offset = datetime.timedelta(hours=int(match["zone_hour"] or 0), minutes=int(match["zone_minute"] or 0))
+        zone = datetime.timezone(-offset if match["sign"] == "-" else offset)
+    clock = datetime.time(int(match["hour"]), int(match["minute"]), int(match["second"]), fraction, zone)
+    return datetime.datetime.combine(day, clock)
+
+
+def _degrees(text: str) -> float:
+    inner = text[4:-1] if _DEGREES.fullmatch(text) else text
+    return math.radians(float(inner))
+
+
+def _radians(text: str) -> float:
+    inner = text[4:-1] if _RADIANS.fullmatch(text) else text
+    return float(_arithmetic(inner.strip()))
+
+
+def _arithmetic(text: str) -> float:
+    """Evaluate numbers and ``pi`` under + - * / // % ** and parentheses; ValueError on anything else."""
+    import ast  # noqa: PLC0415 - rarely needed
+
+    try:
+        tree = ast.parse(text, mode="eval")
+    except (SyntaxError, RecursionError, MemoryError) as error:
+        raise ValueError(text) from error
+    return _evaluate(tree.body)
+
+
+def _evaluate(node: Any) -> float:
+    import ast  # noqa: PLC0415 - rarely needed
+
+    operators: dict[Any, Callable[[float, float], float]] = {
+        ast.Add: operator.add,
+        ast.Sub: operator.sub,
+        ast.Mult: operator.mul,
+        ast.Div: operator.truediv,
+        ast.FloorDiv: operator.floordiv,
+        ast.Mod: operator.mod,
+        ast.Pow: _power,
+    }
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
+        return float(node.value)
+    if isinstance(node, ast.Name) and node.id == "pi":
+        return math.pi
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
+        value = _evaluate(node.operand)
+        return -value if isinstance(node.op, ast.USub) else value
+    if isinstance(node, ast.BinOp) and type(node.op) in operators:
+        return operators[type(node.op)](_evaluate(node.left), _evaluate(node.right))
+    raise ValueError("only numbers, pi and arithmetic are allowed")
+
+
+def _power(base: float, exponent: float) -> float:
+    if abs(exponent) > _MAX_EXPONENT:
+        raise ValueError("exponent too large")
+    return math.pow(base, exponent)
+
+
+_SCALARS: dict[str, Callable[[str], Any]] = {
+    "null": lambda text: None,
+    "bool": lambda text: _BOOLEANS[text.lower()],
+    "int": _integer,
+    "float": _float,
+    "str": str,
+    "binary": _binary,
+    "timestamp": _timestamp,
+    "!degrees": _degrees,
+    "!radians": _radians,
+}
