@@ -94,7 +94,7 @@ def _format_array(values: Any, indent: str, style: _Style) -> str:
     if type(first) in (int, float) and style.width is not None:
         return f"[{', '.join(_format(value, indent, style) for value in values)}]"
     if isinstance(first, str):
-        return "".join(f"\n{indent}{line}" for line in block_sequence([str(value) for value in values]))
+        return "".join(f"\n{indent}{line}" for line in block_sequence(list(values)))
     if type(first) in (int, float, bool):
         return str(list(values))
     inner = indent + "  "
@@ -124,6 +124,6 @@ def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
         return f"<string length: {len(value)}>"
     if style.no_string and slot_type == "string[]":
         return f"<array type: string, length: {len(value)}>"
-    if "uint8[" in slot_type and isinstance(value, (bytes, bytearray)):
-        return list(value)
+    if "uint8[" in slot_type and isinstance(value, (bytes, bytearray, str)):
+        return [ord(char) for char in value] if isinstance(value, str) else list(value)
     return value

@@ -78,11 +78,11 @@ def double_quoted(text: str, column: int = 0) -> str:
     return "".join(out)
 
 
-def block_sequence(values: list[str]) -> list[str]:
-    """Return the lines of a block sequence of strings, without indentation."""
+def block_sequence(values: list[object]) -> list[str]:
+    """Return the lines of a block sequence of strings, without indentation; other values stand as ``str`` gives them."""
     lines: list[str] = []
     for value in values:
-        lines += ("- " + _item(value)).splitlines()
+        lines += ("- " + (_item(value) if isinstance(value, str) else str(value))).splitlines()
     return lines
 
 

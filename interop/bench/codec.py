@@ -1,0 +1,153 @@
+"""Encode and decode times of pyros1's message codecs beside genpy's, in one process.
+
+Run with the Python that has the stock message packages::
+
+    PYTHONPATH=src /usr/bin/python3 interop/bench/codec.py
+
+Prints nanoseconds per message (best of several rounds, both taking turns) and genpy's time divided by ours: above 1 means
+that ours is faster. "make" constructs a message from values given by name.
+"""
+
+from __future__ import annotations
+
+import importlib
+import io
+import sys
+import timeit
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.msgs import load_message
+from pyros1.timing import Time
+
+ROUNDS = 9
+
+
+def fill_header(message: Any) -> None:
+    message.header.seq = 12345
+    message.header.stamp = Time(1700000000, 123456789)
+    message.header.frame_id = "base_link"
+
+
+def twist(message: Any) -> None:
+    message.linear.x, message.linear.y, message.angular.z = 1.0, 2.0, 3.0
+
+
+def joint_state(message: Any) -> None:
+    fill_header(message)
+    message.name = [f"joint_{i}" for i in range(7)]
+    message.position = [0.1 * i for i in range(7)]
+    message.velocity = [0.2 * i for i in range(7)]
+    message.effort = [0.3 * i for i in range(7)]
+
+
+def point_cloud(message: Any) -> None:
+    fill_header(message)
+    message.height, message.width, message.point_step, message.row_step = 1, 65536, 16, 1 << 20
+    message.fields = [type_of_field(message)(n, 4 * i, 7, 1) for i, n in enumerate("xyz")]
+    message.data = bytes(1 << 20)
+
+
+def type_of_field(message: Any) -> Any:
+    package = type(message).__module__.rpartition(".msg")[0]
+    return importlib.import_module(package + ".msg").PointField
+
+
+def laser_scan(message: Any) -> None:
+    fill_header(message)
+    message.ranges = tuple(0.01 * i for i in range(720))
+    message.intensities = tuple(0.5 * i for i in range(720))
+
+
+def transforms(message: Any) -> None:
+    package = "geometry_msgs.msg" if not type(message).__module__.startswith("pyros1") else "pyros1.msgs.geometry_msgs.msg"
+    stamped = importlib.import_module(package).TransformStamped
+    message.transforms = [stamped() for _ in range(10)]
+    for transform in message.transforms:
+        fill_header(transform)
+        transform.child_frame_id = "tool"
+        transform.transform.rotation.w = 1.0
+
+
+def nothing(message: Any) -> None:
+    pass
+
+
+CASES: list[tuple[str, str, Callable[[Any], None]]] = [
+    ("std_msgs/Float64", "Float64", nothing),
+    ("std_msgs/String", "String", lambda m: setattr(m, "data", "hello world")),
+    ("geometry_msgs/Twist", "Twist", twist),
+    ("geometry_msgs/PoseStamped", "PoseStamped", fill_header),
+    ("sensor_msgs/Imu", "Imu", fill_header),
+    ("sensor_msgs/JointState", "JointState(7)", joint_state),
+    ("nav_msgs/Odometry", "Odometry", fill_header),
+    ("sensor_msgs/LaserScan", "LaserScan(720)", laser_scan),
+    ("tf2_msgs/TFMessage", "TFMessage(10)", transforms),
+    ("sensor_msgs/PointCloud2", "PointCloud2(1 MB)", point_cloud),
+]
+
+
+def time_each(*functions: Callable[[], Any]) -> list[float]:
+    """Return each function's best time per call in ns; the functions take turns."""
+    number = max(1, int(0.02 / max(timeit.timeit(functions[0], number=100) / 100, 1e-9)))
+    best = [float("inf")] * len(functions)
+    for _ in range(ROUNDS):
+        for i, function in enumerate(functions):
+            best[i] = min(best[i], timeit.timeit(function, number=number) / number * 1e9)
+    return best
+
+
+def measure(type_name: str, prepare: Callable[[Any], None]) -> list[tuple[float, float]] | None:
+    """Return (genpy, ours) for encode, decode and default construction; None if genpy's class is not installed."""
+    package, _, short = type_name.partition("/")
+    try:
+        stock = getattr(importlib.import_module(package + ".msg"), short)
+    except ImportError:
+        return None
+    ours = load_message(type_name)
+    theirs, mine = stock(), ours()
+    prepare(theirs)
+    prepare(mine)
+
+    buffer = io.BytesIO()
+
+    def stock_encode() -> None:
+        buffer.seek(4)  # as rospy does: room for the length, which is written afterwards
+        theirs.serialize(buffer)
+
+    encode, decode = ours._encode_frame, ours._decode
+    frame = encode(mine)
+    data = (frame if isinstance(frame, bytes) else b"".join(frame))[4:]
+    stock_encode()
+    if buffer.getvalue()[4:] != data:
+        raise SystemExit(f"{type_name}: the two encodings differ")
+    size = len(data)
+    results = []
+    for pair in (
+        (stock_encode, lambda: encode(mine)),
+        (lambda: stock().deserialize(data), lambda: decode(data, 0, size)),
+        (stock, ours),
+    ):
+        genpy_ns, ours_ns = time_each(*pair)
+        results.append((genpy_ns, ours_ns))
+    return results
+
+
+def main() -> int:
+    print(f"Python {sys.version.split()[0]}, ns per message: genpy / pyros1 (ratio)")
+    print(f"{'':20}{'encode':>30}{'decode':>30}{'make default':>30}")
+    worst = float("inf")
+    for type_name, label, prepare in CASES:
+        results = measure(type_name, prepare)
+        if results is None:
+            print(f"{label:20}  stock class not installed")
+            continue
+        cells = [f"{a:.0f} / {b:.0f} ({a / b:.1f}x)" for a, b in results]
+        worst = min(worst, *(a / b for a, b in results[:2]))
+        print(f"{label:20}{''.join(f'{cell:>30}' for cell in cells)}")
+    print(f"lowest ratio of encode and decode: {worst:.2f}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

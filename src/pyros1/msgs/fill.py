@@ -1,0 +1,107 @@
+"""Messages from plain values: what ``rostopic pub`` and ``rosservice call`` do with their YAML arguments (G26)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.errors import MessageError
+from pyros1.msgs.base import Message, message_class
+from pyros1.msgs.spec import HEADER
+from pyros1.timing import Duration, Time, TVal
+
+
+def fill_message(message: Message, args: Any, now: Time | None = None) -> None:
+    """Set a message's fields from plain values.
+
+    Args:
+        message: what to fill; fields not named keep their values.
+        args: a list with one value for each field in order, or a dict of field names to values, or a list that holds one
+            such dict. A nested message is again a list or dict. A time is a number of nanoseconds, ``[secs, nsecs]``, or a
+            dict. In place of a time ``now`` stands for the current time; in place of a header, ``auto`` for one with it.
+        now: the current time; None if the words ``now`` and ``auto`` mean nothing here.
+
+    Raises:
+        MessageError: a value has not the form of its field; the text names the field.
+    """
+    if isinstance(args, dict):
+        args = [args]
+    _Filler(now).fill(message, [] if args is None else args, "")
+
+
+class _Filler:
+    def __init__(self, now: Time | None) -> None:
+        self.now = now
+
+    def fill(self, target: Any, args: Any, prefix: str) -> None:
+        """Fill a message or a time: ``args`` is a dict, a list with one dict, or a list of all values."""
+        if isinstance(args, (list, tuple)) and len(args) == 1 and isinstance(args[0], dict):
+            args = args[0]
+        names = ("secs", "nsecs") if isinstance(target, TVal) else message_class(type(target)).__slots__
+        if isinstance(args, dict):
+            for name, value in args.items():
+                if name not in names:
+                    raise MessageError(f"No field name [{prefix}{name}]")
+                self.set(target, name, "" if value is None else value, prefix)
+        elif isinstance(args, (list, tuple)):
+            if len(args) != len(names):
+                amount = "Too many" if len(args) > len(names) else "Not enough"
+                raise MessageError(f"{amount} arguments:\n * Given: {list(args)}\n * Expected: {list(names)}")
+            for name, value in zip(names, args, strict=True):
+                self.set(target, name, value, prefix)
+        else:
+            raise MessageError(f"invalid msg_args type: {args}")
+        if isinstance(target, TVal):
+            self._normalise(target, prefix)
+
+    def set(self, target: Any, name: str, value: Any, prefix: str) -> None:
+        """Set one field of ``target``."""
+        if isinstance(target, TVal):
+            if type(value) is not int:
+                raise MessageError(f"Field [{prefix}{name}] must be an integer instead of: {type(value).__name__}")
+            setattr(target, name, value)
+            return
+        cls = message_class(type(target))
+        base, bracket, count = cls._slot_types[list(cls.__slots__).index(name)].partition("[")
+        path = prefix + name
+        if bracket:
+            setattr(target, name, self._array(cls, base, count, value, path))
+        elif base in cls._classes or base in ("time", "duration"):
+            setattr(target, name, self._object(cls, base, value, getattr(target, name), path))
+        else:
+            setattr(target, name, value)
+
+    def _array(self, cls: type[Message], base: str, count: str, value: Any, path: str) -> Any:
+        if base in ("uint8", "char") and isinstance(value, (str, bytes)):
+            return value
+        if not isinstance(value, (list, tuple)):
+            raise MessageError(f"Field [{path}] must be a list or tuple instead of: {type(value).__name__}")
+        if count != "]" and len(value) != int(count[:-1]):
+            raise MessageError(f"Field [{path}] has incorrect number of elements: {len(value)} != {count[:-1]}")
+        if base not in cls._classes and base not in ("time", "duration"):
+            return value
+        return [self._object(cls, base, item, None, path) for item in value]
+
+    def _object(self, cls: type[Message], base: str, value: Any, current: Any, path: str) -> Any:
+        """Return a time or message made from ``value``, in ``current`` if there is one."""
+        if isinstance(value, str):
+            if value == "now" and self.now is not None:
+                return self.now
+            if value == "auto" and self.now is not None and base == HEADER:
+                return cls._classes[base](stamp=self.now)
+            raise MessageError(f"No key named [{value}]")
+        kind = {"time": Time, "duration": Duration}.get(base)
+        if kind is not None and type(value) is int:
+            try:
+                return kind(0, value)
+            except TypeError as error:
+                raise MessageError(f"Field [{path}]: {error}") from error
+        if current is None:
+            current = cls._classes[base]() if kind is None else kind()
+        self.fill(current, value, path + ".")
+        return current
+
+    @staticmethod
+    def _normalise(value: TVal, prefix: str) -> None:
+        value.canon()
+        if isinstance(value, Time) and value.secs < 0:
+            raise MessageError(f"Field [{prefix.rstrip('.')}]: time values must be positive")
