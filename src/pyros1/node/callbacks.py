@@ -1,4 +1,4 @@
-"""The callback queue of a node made for `spin` and `spin_once`: callbacks wait here until the user's thread runs them."""
+"""The callback queue of a node made for `spin` and `spin_once`: callbacks wait here for the user's thread."""
 
 from __future__ import annotations
 

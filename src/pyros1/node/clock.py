@@ -68,7 +68,7 @@ class Clock:
             return not (self._stopping.wait(seconds) if seconds > 0 else self._stopping.is_set())
         if seconds <= 0:
             return not self._stopping.is_set()
-        self._await_tick(lambda: self._now.is_zero())
+        self._await_tick(lambda: self._now.is_zero())  # noqa: PLW0108 - _now is replaced at each tick
         start = last = self._now
         until = start + Duration.from_sec(seconds)
 
@@ -201,10 +201,7 @@ class Timer:
         rate = Rate(self._clock, 1.0 / self._period)
         while not self._stopped.is_set():
             expected = self._clock.now() + Duration.from_sec(max(0.0, rate.remaining()))
-            if self._clock.simulated:
-                alive = rate.sleep()
-            else:
-                alive = self._sleep(rate)
+            alive = rate.sleep() if self._clock.simulated else self._sleep(rate)
             if not alive or self._stopped.is_set():
                 return
             if self._callbacks is None:

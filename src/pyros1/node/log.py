@@ -1,7 +1,7 @@
 """A node's log: to the terminal in rosconsole's format, to its log file and to /rosout.
 
-Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT). Not built on
-the `logging` module: importing that costs as much as the rest of a small node, and its levels are not ROS's.
+Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT).
+Not built on the `logging` module: importing that costs as much as the rest of a small node, and has other levels.
 """
 
 from __future__ import annotations
@@ -225,9 +225,7 @@ class Log:
             except (TypeError, ValueError) as error:
                 message = f"{message} {args!r} (bad log arguments: {error})"
         sink.emit(
-            Record(
-                level, message, self.name, os.path.basename(file), line, frame.f_code.co_name, time.time(), stamp
-            ),
+            Record(level, message, self.name, os.path.basename(file), line, frame.f_code.co_name, time.time(), stamp),
             simulated,
         )
 

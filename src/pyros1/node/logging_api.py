@@ -34,7 +34,7 @@ def offer(node: Node, sink: LogSink) -> None:
             message.file = record.file
             message.function = record.function
             message.line = record.line
-            message.topics = [*node._context.publications, *node._subscriptions]
+            message.topics = [*node._context.publications, *node._topics.subscriptions]
             publisher.publish(message)
         except Error:
             pass  # the node is closing; the message has been printed
@@ -46,9 +46,7 @@ def offer(node: Node, sink: LogSink) -> None:
 
     def list_loggers(_request: Any) -> Any:
         response: Any = get_loggers._response_class()
-        response.loggers = [
-            logger_class(name=name, level=NAMES[level]) for name, level in sorted(sink.levels.items())
-        ]
+        response.loggers = [logger_class(name=name, level=NAMES[level]) for name, level in sorted(sink.levels.items())]
         return response
 
     def set_level(request: Any) -> Any:

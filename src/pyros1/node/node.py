@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import os
 import sys
 import threading
@@ -12,15 +11,12 @@ from typing import Any, Literal, TypeVar
 
 from pyros1 import names
 from pyros1.errors import (
-    Error,
-    InvalidNameError,
     MasterUnreachableError,
-    NodeError,
     NodeShutdownError,
-    WaitTimeoutError,
 )
 from pyros1.msgs import Service, load_message, load_service
-from pyros1.net.hosts import host_from_environment, master_uri
+from pyros1.net.hosts import host_from_environment
+from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
@@ -29,18 +25,20 @@ from pyros1.node import logging_api
 from pyros1.node.callbacks import CallbackQueue
 from pyros1.node.clock import Clock, Rate, Timer, TimerEvent
 from pyros1.node.context import Context
+from pyros1.node.identity import full_name
+from pyros1.node.life import Life
 from pyros1.node.log import Log, LogSink, default_log_file, level_from_name
 from pyros1.node.parameters import Parameters
-from pyros1.node.publisher import Publication, Publisher, topic_type
+from pyros1.node.publisher import Publisher, topic_type
 from pyros1.node.registrar import Registrar
 from pyros1.node.server import TcprosServer
 from pyros1.node.service_client import ServiceClient, wait_for_service
 from pyros1.node.service_server import ServiceServer
-from pyros1.node.signals import SignalHandlers
+from pyros1.node.services import Services
 from pyros1.node.slave import SlaveApi
-from pyros1.node.subscription import Subscriber, Subscription
+from pyros1.node.subscription import Subscriber
+from pyros1.node.topics import Topics
 from pyros1.node.values import private_parameter
-from pyros1.node.workers import Workers
 from pyros1.timing import Time
 from pyros1.wire.handshake import TopicType
 
@@ -90,37 +88,28 @@ class Node:
     ) -> None:
         if callbacks not in ("inline", "spin"):
             raise ValueError(f'callbacks must be "inline" or "spin", not {callbacks!r}')
-        environ = os.environ if environ is None else environ
+        self.environ = environ = os.environ if environ is None else environ
         self.arguments = names.parse_arguments(list(sys.argv[1:] if argv is None else argv))
         special = self.arguments.special
-        self.namespace, self.name = _full_name(name, anonymous, namespace, special, environ)
+        self.namespace, self.name = full_name(name, anonymous, namespace, special, environ)
         self._remappings = self.arguments.resolved_remappings(self.name)
-        self.master_uri = master_uri or _master_uri(environ, special)
+        self.master_uri = master_uri or find_master_uri(environ, special)
 
         stopping = threading.Event()
         self._clock = Clock(stopping)
-        self._sink = LogSink(
-            self.name, environ, default_log_file(self.name, environ, special), self._log_time
-        )
+        self._sink = LogSink(self.name, environ, default_log_file(self.name, environ, special), self._log_time)
         self.log = Log(self._sink, level=level_from_name(log_level))
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         loop = Loop(f"{self.name}:loop", on_error=self._on_loop_error)
-        self._context = Context(
-            self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping
-        )
+        self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
         loop.thread.owner = self._context
-        self._lock = threading.RLock()
-        self._subscriptions: dict[str, Subscription] = {}
-        self._services: dict[str, ServiceServer] = {}
+        self._topics = Topics(self._context, lambda: self._registrar)
+        self._services = Services(self._context, lambda: self._registrar, self._service_uri)
         self._timers: list[Timer] = []
-        self._hooks: list[Callable[[], object]] = []
-        self._workers = Workers(f"{self.name}:service")
-        self._shutdown_begun = False
-        self._shutdown_done = threading.Event()
-        self._signals = SignalHandlers(self._on_signal)
+        self._life = Life(self._context, self._clock, self._close)
         self.master = MasterClient(self.name, self.master_uri)
         self.params = Parameters(self.master, self.resolve, lambda: self.uri)
-        self._registrar = Registrar(self._context, self.master_uri, self._publishers_found)
+        self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found)
         self._slave: XmlRpcServer | None = None
         self._tcpros: TcprosServer | None = None
         loop.start()
@@ -138,24 +127,21 @@ class Node:
         loop = self._context.loop
         address = host_from_environment(environ, self.arguments.special)
         self._host = address.advertised
-        if handle_signals:
-            self._signals.install()
+        self._life.watch(handle_signals)
         for warning in address.warnings:
             self.log.warn("%s", warning)
         for argument in self.arguments.malformed:
             self.log.warn("invalid remapping argument %r: use name:=newname", argument)
-        self._tcpros = TcprosServer(self._context, address, lambda: self._services)
+        self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers)
         slave = SlaveApi(
             self._context,
             self.master_uri,
             lambda: (self._host, self._tcpros.port if self._tcpros else 0),
-            lambda: self._subscriptions,
+            lambda: self._topics.subscriptions,
             lambda: self.params,
             self._on_shutdown_request,
         )
-        self._slave = XmlRpcServer(
-            loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised
-        )
+        self._slave = XmlRpcServer(loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised)
         self._context.uri = self._slave.uri
         self._await_master(wait_for_master)
         settings: list[tuple[str, tuple[Any, ...]]] = [
@@ -164,7 +150,6 @@ class Node:
         ]
         *_, sim_time = self.master.multicall([*settings, ("getParam", ("/use_sim_time",))])
         self._registrar.start()
-        atexit.register(self.shutdown)
         if sim_time is True:
             self._use_simulated_time()
         if rosout:
@@ -193,7 +178,7 @@ class Node:
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()
         clock = load_message("rosgraph_msgs/Clock")
-        self._subscribe("/clock", clock, lambda message: self._clock.tick(message.clock), 1, True, direct=True)
+        self._topics.subscribe("/clock", clock, lambda message: self._clock.tick(message.clock), 1, direct=True)
 
     def _log_time(self) -> tuple[Time, bool]:
         return self._clock.now(), self._clock.simulated
@@ -244,44 +229,7 @@ class Node:
         """
         message_class: Any = load_message(type) if isinstance(type, str) else type
         wire_type = raw_type or topic_type(message_class)
-        name = self.resolve(topic)
-        with self._lock:
-            self._context.check_running()
-            publication = self._context.publications.get(name)
-            if publication is not None:
-                if publication.type.md5sum != wire_type.md5sum:
-                    raise NodeError(
-                        f"{name} is published as {publication.type.name} in this node already, "
-                        f"it cannot be {wire_type.name} too"
-                    )
-                publication.handles += 1
-                publication.latch = publication.latch or latch
-                return Publisher(publication, message_class, lambda: self._unadvertise(publication))
-            created = Publication(
-                self._context, name, message_class, wire_type, queue_size, latch, headers or {}
-            )
-            created.handles = 1
-            self._context.publications = {**self._context.publications, name: created}
-        try:
-            self._registrar.register("registerPublisher", name, wire_type.name, self.uri)
-        except BaseException:
-            self._drop_publication(created)
-            raise
-        return Publisher(created, message_class, lambda: self._unadvertise(created))
-
-    def _unadvertise(self, publication: Publication) -> None:
-        with self._lock:
-            publication.handles -= 1
-            if publication.handles or self._context.stopping.is_set():
-                return
-        self._registrar.unregister("registerPublisher", publication.topic, publication.type.name, self.uri)
-        self._drop_publication(publication)
-
-    def _drop_publication(self, publication: Publication) -> None:
-        with self._lock:
-            others = {k: v for k, v in self._context.publications.items() if v is not publication}
-            self._context.publications = others
-        publication.close()
+        return self._topics.advertise(self.resolve(topic), message_class, wire_type, queue_size, latch, headers or {})
 
     def subscribe(
         self,
@@ -308,54 +256,7 @@ class Node:
         message_class: Any = load_message(type) if isinstance(type, str) else type
         if queue_size is not None and queue_size < 1:
             raise ValueError(f"queue_size must be at least 1, or None, not {queue_size}")
-        return self._subscribe(self.resolve(topic), message_class, callback, queue_size, tcp_nodelay)
-
-    def _subscribe(
-        self,
-        name: str,
-        message_class: Any,
-        callback: Callable[[Any], object],
-        queue_size: int | None,
-        tcp_nodelay: bool,
-        direct: bool = False,
-    ) -> Subscriber[Any]:
-        with self._lock:
-            self._context.check_running()
-            subscription = self._subscriptions.get(name)
-            new = subscription is None
-            if subscription is None:
-                subscription = Subscription(self._context, name, message_class, tcp_nodelay)
-                self._subscriptions = {**self._subscriptions, name: subscription}
-            subscriber = Subscriber(
-                subscription, message_class, callback, queue_size, self._unsubscribe, direct
-            )
-            subscription.add(subscriber)
-        if new:
-            try:
-                uris = self._registrar.register("registerSubscriber", name, subscription.type.name, self.uri)
-            except BaseException:
-                self._drop_subscription(subscription)
-                raise
-            self._publishers_found(name, uris)
-        return subscriber
-
-    def _publishers_found(self, topic: str, uris: list[str]) -> None:
-        subscription = self._subscriptions.get(topic)
-        if subscription is not None:
-            self._context.loop.call_soon(subscription.update_publishers, list(uris), False)
-
-    def _unsubscribe(self, subscriber: Subscriber[Any]) -> None:
-        with self._lock:
-            subscription = self._subscriptions.get(subscriber.name)
-            if subscription is None or subscription.remove(subscriber) or self._context.stopping.is_set():
-                return
-        self._registrar.unregister("registerSubscriber", subscription.topic, subscription.type.name, self.uri)
-        self._drop_subscription(subscription)
-
-    def _drop_subscription(self, subscription: Subscription) -> None:
-        with self._lock:
-            self._subscriptions = {k: v for k, v in self._subscriptions.items() if v is not subscription}
-        subscription.close()
+        return self._topics.subscribe(self.resolve(topic), message_class, callback, queue_size, tcp_nodelay)
 
     def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
         """Wait for one message.
@@ -368,27 +269,12 @@ class Node:
             NodeShutdownError: the node is shutting down.
         """
         message_class: Any = load_message(type) if isinstance(type, str) else type
-        got: list[_M] = []
-        came = threading.Event()
-
-        def take(message: _M) -> None:
-            got.append(message)
-            came.set()
-
-        name = self.resolve(topic)
-        until = None if timeout is None else time.monotonic() + timeout
-        with self._subscribe(name, message_class, take, 1, True, direct=True):
-            while not came.wait(0.2 if until is None else min(0.2, max(0.0, until - time.monotonic()))):
-                self._context.check_running()
-                if until is not None and time.monotonic() >= until:
-                    raise WaitTimeoutError(f"timeout exceeded while waiting for message on topic {name}")
-        return got[0]
+        message: _M = self._topics.wait_for_message(self.resolve(topic), message_class, timeout)
+        return message
 
     # Services ---------------------------------------------------------------------------------------------------------
 
-    def advertise_service(
-        self, name: str, type: type[Service] | str, handler: Callable[[Any], Any]
-    ) -> ServiceServer:
+    def advertise_service(self, name: str, type: type[Service] | str, handler: Callable[[Any], Any]) -> ServiceServer:
         """Provide a service.
 
         Args:
@@ -401,35 +287,11 @@ class Node:
             NodeError: this node provides the service already.
         """
         service_class = load_service(type) if isinstance(type, str) else type
-        full_name = self.resolve(name)
-        with self._lock:
-            self._context.check_running()
-            if full_name in self._services:
-                raise NodeError(f"service {full_name} is provided by this node already")
-            server = ServiceServer(
-                self._context, self._workers, full_name, service_class, handler, self._unadvertise_service
-            )
-            self._services = {**self._services, full_name: server}
-        try:
-            self._registrar.register("registerService", full_name, self._service_uri(), self.uri)
-        except BaseException:
-            self._drop_service(server)
-            raise
-        return server
+        return self._services.advertise(self.resolve(name), service_class, handler)
 
     def _service_uri(self) -> str:
         host = f"[{self._host}]" if ":" in self._host else self._host
         return f"rosrpc://{host}:{self._tcpros.port if self._tcpros else 0}"
-
-    def _unadvertise_service(self, server: ServiceServer) -> None:
-        if not self._context.stopping.is_set():
-            self._registrar.unregister("registerService", server.name, self._service_uri(), self.uri)
-        self._drop_service(server)
-
-    def _drop_service(self, server: ServiceServer) -> None:
-        with self._lock:
-            self._services = {k: v for k, v in self._services.items() if v is not server}
-        server.close()
 
     def service(
         self,
@@ -449,9 +311,7 @@ class Node:
             headers: further fields for the connection header.
         """
         service_class = load_service(type) if isinstance(type, str) else type
-        return ServiceClient(
-            self._context, self.master, self.resolve(name), service_class, persistent, headers or {}
-        )
+        return ServiceClient(self._context, self.master, self.resolve(name), service_class, persistent, headers or {})
 
     def wait_for_service(self, name: str, timeout: float | None = None) -> None:
         """Wait until a service is provided and its provider answers.
@@ -519,12 +379,8 @@ class Node:
         return self._callbacks.run_available()
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
-        """Call ``hook`` when the node begins to shut down; publishing still works then. Last added, last called."""
-        with self._lock:
-            if not self._shutdown_begun:
-                self._hooks.append(hook)
-                return
-        hook()
+        """Call ``hook`` when the node begins to shut down; publishing still works then."""
+        self._life.on_shutdown(hook)
 
     def shutdown(self, reason: str = "") -> None:
         """End the node: run the hooks, unregister, close everything. Any thread, any number of times.
@@ -532,40 +388,15 @@ class Node:
         Args:
             reason: for the log.
         """
-        with self._lock:
-            begun, self._shutdown_begun = self._shutdown_begun, True
-        if begun:
-            if not self._context.loop.in_loop() and not getattr(self, "_closing_thread", None) == threading.get_ident():
-                self._shutdown_done.wait(15.0)
-            return
-        self._closing_thread = threading.get_ident()
-        self._context.stopping.set()
-        self._clock.wake()
-        if self._callbacks is not None:
-            self._callbacks.wake()
-        if reason:
-            self.log.debug("shutting down: %s", reason)
-        for hook in self._hooks:
-            try:
-                hook()
-            except Exception as error:  # noqa: BLE001 - user code must not keep the node from closing
-                self.log.exception(f"bad shutdown hook {hook!r}", error)
-        self._close()
-        self._shutdown_done.set()
+        self._life.end(reason)
 
     def _close(self) -> None:
         loop = self._context.loop
         for timer in self._timers:
             timer.shutdown()
         self._registrar.close()
-        for server in self._services.values():
-            server.close()
-        self._workers.close()
-        for subscription in self._subscriptions.values():
-            subscription.close()
-        for publication in self._context.publications.values():
-            publication.close()
-        self._context.publications = {}
+        self._services.close()
+        self._topics.close()
         for timer in self._timers:
             timer.join(1.0)
         self.master.close()
@@ -579,20 +410,11 @@ class Node:
         done.wait(2.0)  # what was queued before, closing of sockets above all, is done
         loop.stop()
         self._sink.close()
-        self._signals.restore()
-        atexit.unregister(self.shutdown)
-
-    def _on_signal(self, signum: int) -> None:
-        # In a signal handler no lock may be taken: whoever was interrupted could hold it. The loop does the rest.
-        self._context.loop.call_soon(self._shutdown_from_loop, f"signal {signum}")
 
     def _on_shutdown_request(self, reason: str) -> None:
         if reason:
             self.log.warn("shutdown request: %s", reason)
-        self._shutdown_from_loop(reason)
-
-    def _shutdown_from_loop(self, reason: str) -> None:
-        threading.Thread(target=self.shutdown, args=(reason,), name=f"{self.name}:shutdown").start()
+        self._life.request(reason)
 
     def __enter__(self) -> Node:
         return self
@@ -600,31 +422,3 @@ class Node:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
         self.shutdown()
         return kind is not None and issubclass(kind, NodeShutdownError)  # a wait ended because we were told to stop
-
-
-def _full_name(
-    name: str, anonymous: bool, namespace: str | None, special: Mapping[str, str], environ: Mapping[str, str]
-) -> tuple[str, str]:
-    """Return (namespace, full name) of a node (N07-N09).
-
-    Raises:
-        InvalidNameError: the name or the namespace is not legal.
-    """
-    if "__name" in special:
-        name = special["__name"]
-    elif anonymous:
-        name = names.anonymous_name(name, os.getpid(), int(time.time() * 1000))
-    if not names.is_legal_base_name(name):
-        raise InvalidNameError(
-            f"{name!r} is not a legal node name: it starts with a letter and holds letters, digits and '_' only "
-            "(a namespace is given with __ns:= or ROS_NAMESPACE)"
-        )
-    ns = special.get("__ns") or namespace or environ.get("ROS_NAMESPACE") or names.SEP
-    ns = names.SEP + ns.strip(names.SEP)
-    if not names.is_legal_name(ns):
-        raise InvalidNameError(f"{ns!r} is not a legal namespace")
-    return ns, names.canonicalize_name(names.ns_join(ns, name))
-
-
-_master_uri = master_uri
-__all__ = ["Error", "Node"]

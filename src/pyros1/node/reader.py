@@ -155,10 +155,7 @@ class Reader:
         try:
             while not self._closed:
                 self._asleep = True
-                if not self._local and not self._jobs:
-                    events = wait()
-                else:
-                    events = []
+                events = wait() if not self._local and not self._jobs else []
                 self._asleep = False
                 for fd, _ in events:
                     link = links.get(fd)

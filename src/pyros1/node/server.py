@@ -124,9 +124,7 @@ class TcprosServer:
                 publication = self._context.publications.get(topic)
                 if publication is None:
                     known = ", ".join(self._context.publications) or "none"
-                    raise Refusal(
-                        f"[{self._context.name}] is not a publisher of [{topic}]. Topics are [{known}]"
-                    )
+                    raise Refusal(f"[{self._context.name}] is not a publisher of [{topic}]. Topics are [{known}]")
                 publication.accept(sock, header)
             elif "service" in header:
                 service = self._services().get(header["service"])

@@ -217,9 +217,7 @@ class ServiceClient:
         return response
 
     def _greet(self, call: _Call) -> None:
-        header = service_client_header(
-            self._context.name, self.name, self._wire_type, self._persistent, self._headers
-        )
+        header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
         call.send(encode_header(header))
         reader = HeaderReader()
         answer = None
@@ -304,5 +302,3 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
             state = f"registered at {uri}, but cannot be reached" if uri else "not provided by anybody yet"
             context.log.warn("waiting for service %s: %s", service, state)
         context.pause(0.05 if timeout is None else min(0.05, max(0.001, timeout - (now - start))))
-
-

@@ -143,7 +143,7 @@ class ServiceServer:
             return encode_success(frame if isinstance(frame, bytes) else b"".join(frame))
         except NodeError as error:
             return encode_failure(f"service cannot process request: {error}")
-        except Exception as error:  # noqa: BLE001 - user code: the caller gets the reason, the service goes on
+        except Exception as error:
             self._context.log.exception(f"error processing a request of {self.name}", error)
             return encode_failure(f"error processing request: {error}")
 

@@ -63,7 +63,8 @@ class Subscription:
         with self._lock:
             if ANY not in (wanted.md5sum, self.type.md5sum) and wanted.md5sum != self.type.md5sum:
                 raise NodeError(
-                    f"{self.topic} is subscribed as {self.type.name} in this node already, it cannot be {wanted.name} too"
+                    f"{self.topic} is subscribed as {self.type.name} in this node already, "
+                    f"it cannot be {wanted.name} too"
                 )
             if self.type.md5sum == ANY:
                 self.type = wanted
@@ -259,7 +260,7 @@ class Subscriber(Generic[_M]):
             self._callback(message)
         except NodeShutdownError:
             pass  # the callback waited for something when the node was told to stop
-        except Exception as error:  # noqa: BLE001 - user code: one bad callback must not end the subscription
+        except Exception as error:
             self._subscription.context.log.exception(f"bad callback of {self.name}: {self._callback!r}", error)
 
     @property

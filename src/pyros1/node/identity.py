@@ -1,0 +1,41 @@
+"""A node's full name, from the program, its command line and the environment (N07-N09)."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+
+from pyros1 import names
+from pyros1.errors import InvalidNameError
+
+
+def full_name(
+    name: str, anonymous: bool, namespace: str | None, special: Mapping[str, str], environ: Mapping[str, str]
+) -> tuple[str, str]:
+    """Return (namespace, full name) of a node.
+
+    Args:
+        name: base name in the program; ``__name`` beats it and makes ``anonymous`` void.
+        anonymous: add process id and time.
+        namespace: in the program; ``__ns`` beats it, it beats ROS_NAMESPACE.
+        special: the command line's ``__key:=value`` arguments.
+        environ: environment variables.
+
+    Raises:
+        InvalidNameError: the name or the namespace is not legal.
+    """
+    if "__name" in special:
+        name = special["__name"]
+    elif anonymous:
+        name = names.anonymous_name(name, os.getpid(), int(time.time() * 1000))
+    if not names.is_legal_base_name(name):
+        raise InvalidNameError(
+            f"{name!r} is not a legal node name: it starts with a letter and holds letters, digits and '_' only "
+            "(a namespace is given with __ns:= or ROS_NAMESPACE)"
+        )
+    ns = special.get("__ns") or namespace or environ.get("ROS_NAMESPACE") or names.SEP
+    ns = names.canonicalize_name(names.SEP + ns.strip(names.SEP)) or names.SEP
+    if not names.is_legal_name(ns):
+        raise InvalidNameError(f"{ns!r} is not a legal namespace")
+    return ns, names.canonicalize_name(names.ns_join(ns, name))

@@ -1,0 +1,89 @@
+"""How a node ends: once, in order, whether the program, a signal, the master or the interpreter asked for it."""
+
+from __future__ import annotations
+
+import atexit
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pyros1.node.signals import SignalHandlers
+
+if TYPE_CHECKING:
+    from pyros1.node.clock import Clock
+    from pyros1.node.context import Context
+
+LONGEST_CLOSE = 15.0
+
+
+class Life:
+    """The end of a node.
+
+    Order: every wait in the node ends; the hooks run (publishing still works); then everything is closed.
+
+    Args:
+        context: the node.
+        clock: its clock, whose sleepers are woken.
+        close: closes everything; called once.
+    """
+
+    def __init__(self, context: Context, clock: Clock, close: Callable[[], None]) -> None:
+        self._context = context
+        self._clock = clock
+        self._close = close
+        self._hooks: list[Callable[[], object]] = []
+        self._lock = threading.Lock()
+        self._begun = False
+        self._closing_thread: int | None = None
+        self._done = threading.Event()
+        self._signals = SignalHandlers(self._on_signal)
+
+    def watch(self, signals: bool) -> None:
+        """End the node at the interpreter's exit and, if wanted, on SIGINT and SIGTERM."""
+        atexit.register(self.end)
+        if signals:
+            self._signals.install()
+
+    def on_shutdown(self, hook: Callable[[], object]) -> None:
+        """Call ``hook`` at the end, or now if that has come."""
+        with self._lock:
+            if not self._begun:
+                self._hooks.append(hook)
+                return
+        hook()
+
+    def end(self, reason: str = "") -> None:
+        """End the node, or wait until another thread has done so."""
+        with self._lock:
+            begun, self._begun = self._begun, True
+        if not begun:
+            self._closing_thread = threading.get_ident()
+            self._run(reason)
+            self._done.set()
+        elif not self._context.loop.in_loop() and self._closing_thread != threading.get_ident():
+            self._done.wait(LONGEST_CLOSE)
+        self._signals.restore()
+
+    def _run(self, reason: str) -> None:
+        context = self._context
+        context.stopping.set()
+        self._clock.wake()
+        if context.callbacks is not None:
+            context.callbacks.wake()
+        if reason:
+            context.log.debug("shutting down: %s", reason)
+        for hook in self._hooks:
+            try:
+                hook()
+            except Exception as error:
+                context.log.exception(f"bad shutdown hook {hook!r}", error)
+        self._close()
+        atexit.unregister(self.end)
+
+    def request(self, reason: str) -> None:
+        """End the node soon: for the loop, which must not wait for it."""
+        threading.Thread(target=self.end, args=(reason,), name=f"{self._context.name}:shutdown").start()
+
+    def _on_signal(self, number: int) -> None:
+        # In a signal handler no lock may be taken: whoever was interrupted could hold it. The loop does the rest.
+        self._context.loop.call_soon(self.request, f"signal {number}")

@@ -1,0 +1,84 @@
+"""The rosout node: gathers what all nodes log (https://wiki.ros.org/rosout; L21).
+
+Subscribes /rosout, publishes everything again on /rosout_agg and writes it to a file, so that one place has it all.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import TYPE_CHECKING, Any, TextIO
+
+from pyros1.msgs import load_message
+from pyros1.node.log import NAMES
+
+if TYPE_CHECKING:
+    from pyros1.node.node import Node
+
+MAX_FILE_SIZE = 100_000_000
+BACKUPS = 10
+_OFF = ("1", "true", "on", "yes")
+
+
+class RosoutAggregator:
+    """The rosout node's work.
+
+    Args:
+        node: the node to do it in, usually called ``rosout``.
+        log_file: path of the file; None, or ROSOUT_DISABLE_FILE_LOGGING set, for none. It is rotated at 100 MB and ten
+            older files are kept.
+    """
+
+    def __init__(self, node: Node, log_file: str | None) -> None:
+        self._node = node
+        disabled = node.environ.get("ROSOUT_DISABLE_FILE_LOGGING", "").lower() in _OFF
+        self._path = None if disabled else log_file
+        self._file: TextIO | None = None
+        self._with_topics = node.params.get("/rosout/omit_topics", False) is not True
+        log_class = load_message("rosgraph_msgs/Log")
+        self._publisher = node.advertise("/rosout_agg", log_class, queue_size=0)
+        node.subscribe("/rosout", log_class, self._take)
+        node.on_shutdown(self.close)
+
+    def _take(self, message: Any) -> None:
+        self._write(message)
+        self._publisher.publish(message)
+
+    def _write(self, message: Any) -> None:
+        if self._path is None:
+            return
+        try:
+            if self._file is None:
+                os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
+                self._file = open(self._path, "a", encoding="utf-8", errors="replace")  # noqa: SIM115 - stays open
+            self._file.write(self._line(message))
+            self._file.flush()
+            if self._file.tell() > MAX_FILE_SIZE:
+                self._rotate()
+        except OSError as error:
+            path, self._path = self._path, None
+            sys.stderr.write(f"WARNING: cannot write {path}: {error.strerror}; going on without it\n")
+
+    def _line(self, message: Any) -> str:
+        stamp = message.header.stamp
+        topics = f"[topics: {', '.join(message.topics)}] " if self._with_topics else ""
+        return (
+            f"{stamp.secs}.{stamp.nsecs:09d} {NAMES.get(message.level, message.level)} {message.name} "
+            f"[{message.file}:{message.line}({message.function})] {topics}{message.msg}\n"
+        )
+
+    def _rotate(self) -> None:
+        assert self._file is not None and self._path is not None
+        self._file.close()
+        self._file = None
+        for number in range(BACKUPS - 1, 0, -1):
+            if os.path.exists(f"{self._path}.{number}"):
+                os.replace(f"{self._path}.{number}", f"{self._path}.{number + 1}")
+        os.replace(self._path, f"{self._path}.1")
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+        self._path = None

@@ -1,0 +1,68 @@
+"""The services that a node provides, and their registration with the master."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import NodeError
+from pyros1.node.service_server import ServiceServer
+from pyros1.node.workers import Workers
+
+if TYPE_CHECKING:
+    from pyros1.msgs import Service
+    from pyros1.node.context import Context
+    from pyros1.node.registrar import Registrar
+
+
+class Services:
+    """Services by full name.
+
+    Args:
+        context: the node.
+        registrar: its line to the master.
+        address: returns the ``rosrpc://`` address of the node.
+
+    Attributes:
+        servers: by name; changed by whole replacement, so that readers need no lock.
+    """
+
+    def __init__(self, context: Context, registrar: Callable[[], Registrar], address: Callable[[], str]) -> None:
+        self.servers: dict[str, ServiceServer] = {}
+        self._context = context
+        self._registrar = registrar
+        self._address = address
+        self._workers = Workers(f"{context.name}:service")
+        self._lock = threading.Lock()
+
+    def advertise(self, name: str, service_class: type[Service], handler: Callable[[Any], Any]) -> ServiceServer:
+        """Provide a service; see ``Node.advertise_service``."""
+        with self._lock:
+            self._context.check_running()
+            if name in self.servers:
+                raise NodeError(f"service {name} is provided by this node already")
+            server = ServiceServer(self._context, self._workers, name, service_class, handler, self._unadvertise)
+            self.servers = {**self.servers, name: server}
+        try:
+            self._registrar().register("registerService", name, self._address(), self._context.uri)
+        except BaseException:
+            self._drop(server)
+            raise
+        return server
+
+    def _unadvertise(self, server: ServiceServer) -> None:
+        if not self._context.stopping.is_set():
+            self._registrar().unregister("registerService", server.name, self._address(), self._context.uri)
+        self._drop(server)
+
+    def _drop(self, server: ServiceServer) -> None:
+        with self._lock:
+            self.servers = {k: v for k, v in self.servers.items() if v is not server}
+        server.close()
+
+    def close(self) -> None:
+        """End all calls and their threads."""
+        for server in self.servers.values():
+            server.close()
+        self._workers.close()

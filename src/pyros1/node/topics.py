@@ -1,0 +1,173 @@
+"""The topics that a node publishes and subscribes, and their registration with the master."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import NodeError, WaitTimeoutError
+from pyros1.node.publisher import Publication, Publisher
+from pyros1.node.subscription import Subscriber, Subscription
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context
+    from pyros1.node.registrar import Registrar
+    from pyros1.wire.handshake import TopicType
+
+
+class Topics:
+    """Publications and subscriptions by full name.
+
+    Args:
+        context: the node.
+        registrar: its line to the master.
+
+    Attributes:
+        subscriptions: by topic; changed by whole replacement, so that readers need no lock.
+    """
+
+    def __init__(self, context: Context, registrar: Callable[[], Registrar]) -> None:
+        self.subscriptions: dict[str, Subscription] = {}
+        self._context = context
+        self._registrar = registrar
+        self._lock = threading.RLock()
+
+    # Publishing -------------------------------------------------------------------------------------------------------
+
+    def advertise(
+        self,
+        name: str,
+        message_class: Any,
+        wire_type: TopicType,
+        queue_size: int | None,
+        latch: bool,
+        headers: Mapping[str, str],
+    ) -> Publisher[Any]:
+        """Publish on a topic; see ``Node.advertise``."""
+        context = self._context
+        with self._lock:
+            context.check_running()
+            publication = context.publications.get(name)
+            if publication is not None:
+                if publication.type.md5sum != wire_type.md5sum:
+                    raise NodeError(
+                        f"{name} is published as {publication.type.name} in this node already, "
+                        f"it cannot be {wire_type.name} too"
+                    )
+                publication.handles += 1
+                publication.latch = publication.latch or latch
+                return Publisher(publication, message_class, lambda: self._unadvertise(publication))
+            created = Publication(context, name, message_class, wire_type, queue_size, latch, headers)
+            created.handles = 1
+            context.publications = {**context.publications, name: created}
+        try:
+            self._registrar().register("registerPublisher", name, wire_type.name, context.uri)
+        except BaseException:
+            self._drop_publication(created)
+            raise
+        return Publisher(created, message_class, lambda: self._unadvertise(created))
+
+    def _unadvertise(self, publication: Publication) -> None:
+        with self._lock:
+            publication.handles -= 1
+            if publication.handles or self._context.stopping.is_set():
+                return
+        self._registrar().unregister("registerPublisher", publication.topic, publication.type.name, self._context.uri)
+        self._drop_publication(publication)
+
+    def _drop_publication(self, publication: Publication) -> None:
+        with self._lock:
+            others = {k: v for k, v in self._context.publications.items() if v is not publication}
+            self._context.publications = others
+        publication.close()
+
+    # Subscribing ------------------------------------------------------------------------------------------------------
+
+    def subscribe(
+        self,
+        name: str,
+        message_class: Any,
+        callback: Callable[[Any], object],
+        queue_size: int | None = None,
+        tcp_nodelay: bool = True,
+        direct: bool = False,
+    ) -> Subscriber[Any]:
+        """Subscribe to a topic; see ``Node.subscribe``.
+
+        Args:
+            direct: call from the reader thread even in a node that spins.
+        """
+        context = self._context
+        with self._lock:
+            context.check_running()
+            subscription = self.subscriptions.get(name)
+            new = subscription is None
+            if subscription is None:
+                subscription = Subscription(context, name, message_class, tcp_nodelay)
+                self.subscriptions = {**self.subscriptions, name: subscription}
+            subscriber = Subscriber(subscription, message_class, callback, queue_size, self._unsubscribe, direct)
+            try:
+                subscription.add(subscriber)
+            except NodeError:
+                if new:
+                    self._drop_subscription(subscription)
+                raise
+        if new:
+            try:
+                uris = self._registrar().register("registerSubscriber", name, subscription.type.name, context.uri)
+            except BaseException:
+                self._drop_subscription(subscription)
+                raise
+            self.publishers_found(name, uris)
+        return subscriber
+
+    def publishers_found(self, topic: str, uris: list[str]) -> None:
+        """Take the publishers that the master named at a registration."""
+        subscription = self.subscriptions.get(topic)
+        if subscription is not None:
+            self._context.loop.call_soon(subscription.update_publishers, list(uris), False)
+
+    def _unsubscribe(self, subscriber: Subscriber[Any]) -> None:
+        with self._lock:
+            subscription = self.subscriptions.get(subscriber.name)
+            if subscription is None or subscription.remove(subscriber) or self._context.stopping.is_set():
+                return
+            self.subscriptions = {k: v for k, v in self.subscriptions.items() if v is not subscription}
+        try:
+            self._registrar().unregister(
+                "registerSubscriber", subscription.topic, subscription.type.name, self._context.uri
+            )
+        finally:
+            subscription.close()
+
+    def _drop_subscription(self, subscription: Subscription) -> None:
+        with self._lock:
+            self.subscriptions = {k: v for k, v in self.subscriptions.items() if v is not subscription}
+        subscription.close()
+
+    def wait_for_message(self, name: str, message_class: Any, timeout: float | None) -> Any:
+        """Wait for one message; see ``Node.wait_for_message``."""
+        got: list[Any] = []
+        came = threading.Event()
+
+        def take(message: Any) -> None:
+            got.append(message)
+            came.set()
+
+        until = None if timeout is None else time.monotonic() + timeout
+        with self.subscribe(name, message_class, take, 1, direct=True):
+            while not came.wait(0.2 if until is None else min(0.2, max(0.0, until - time.monotonic()))):
+                self._context.check_running()
+                if until is not None and time.monotonic() >= until:
+                    raise WaitTimeoutError(f"timeout exceeded while waiting for message on topic {name}")
+        return got[0]
+
+    def close(self) -> None:
+        """End all links and reader threads."""
+        for subscription in self.subscriptions.values():
+            subscription.close()
+        for publication in self._context.publications.values():
+            publication.close()
+        self._context.publications = {}
