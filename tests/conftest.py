@@ -1,0 +1,68 @@
+"""What all tests share: a master of their own, nodes that are shut down, and the rule that nothing may be left behind."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pyros1.master.server import Master
+from pyros1.node import Node
+
+
+@pytest.fixture(autouse=True)
+def no_thread_survives() -> Iterator[None]:
+    """Fail a test that leaves threads running."""
+    before = set(threading.enumerate())
+    yield
+    until = time.monotonic() + 5.0
+    left = [thread for thread in threading.enumerate() if thread not in before]
+    for thread in left:
+        thread.join(max(0.0, until - time.monotonic()))
+    alive = [thread.name for thread in left if thread.is_alive()]
+    assert not alive, f"threads left running: {alive}"
+
+
+@pytest.fixture
+def master() -> Iterator[Master]:
+    """A master of pyros1 on a free port."""
+    server = Master(port=0, bind_host="127.0.0.1")
+    server.start()
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def environ(master: Master, tmp_path: Path) -> dict[str, str]:
+    """Environment variables for nodes of a test."""
+    return {"ROS_MASTER_URI": master.uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": str(tmp_path / "ros")}
+
+
+@pytest.fixture
+def make_node(environ: dict[str, str]) -> Iterator[Callable[..., Node]]:
+    """Return a function that makes nodes as ``Node`` does; they are shut down after the test."""
+    nodes: list[Node] = []
+
+    def make(name: str, **options: Any) -> Node:
+        options.setdefault("argv", [])
+        options.setdefault("environ", environ)
+        options.setdefault("handle_signals", False)
+        node = Node(name, **options)
+        nodes.append(node)
+        return node
+
+    yield make
+    for node in reversed(nodes):
+        node.shutdown()
+
+
+@pytest.fixture(params=["local", "tcp"])
+def transport(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Run a test twice: with links within the process, and with real connections between the nodes of the process."""
+    if request.param == "tcp":
+        monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+    return str(request.param)
