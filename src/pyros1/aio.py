@@ -1,0 +1,264 @@
+"""The asyncio face: the same verbs as :class:`pyros1.Node`, awaitable.
+
+::
+
+    import asyncio
+    import pyros1.aio
+    from pyros1.msgs.std_msgs.msg import Float64
+
+    async def main():
+        async with pyros1.aio.Node("listener") as node:
+            async for message in node.messages("topic1", Float64):
+                print(message.data)
+
+    asyncio.run(main())
+
+Messages are received by the node's own threads and handed to the asyncio loop in batches, so that a flood of messages
+costs one wake-up, not one each. Nothing here blocks the asyncio loop: what must talk to the master or to another node
+runs in a worker thread.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from typing import Any, Generic, TypeVar
+
+from pyros1.errors import NodeShutdownError, WaitTimeoutError
+from pyros1.msgs import Service
+from pyros1.node import Node as SyncNode
+from pyros1.node.publisher import Publisher
+from pyros1.node.service_client import ServiceClient
+from pyros1.node.service_server import ServiceServer
+from pyros1.node.subscription import Subscriber
+from pyros1.timing import Time
+
+_M = TypeVar("_M")
+_R = TypeVar("_R")
+
+
+class Messages(Generic[_M]):
+    """The messages of one topic, for ``async for``; made by ``Node.messages``. Ends when the node shuts down.
+
+    Args:
+        loop: the asyncio loop that iterates.
+        limit: most messages that wait; older ones are dropped. None for no limit.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, limit: int | None) -> None:
+        self._loop = loop
+        self._waiting: deque[_M] = deque(maxlen=limit)
+        self._ready = asyncio.Event()
+        self._told = False  # the loop will look
+        self._ended = False
+        self._lock = threading.Lock()
+        self._subscriber: Subscriber[_M] | None = None
+
+    def _push(self, message: _M) -> None:
+        """Take a message, in the reader thread."""
+        with self._lock:
+            self._waiting.append(message)
+            if self._told:
+                return
+            self._told = True
+        self._tell()
+
+    def _tell(self) -> None:
+        try:
+            self._loop.call_soon_threadsafe(self._ready.set)
+        except RuntimeError:  # the asyncio loop is closed: nobody listens any more
+            self._ended = True
+
+    def end(self) -> None:
+        """End the iteration. Any thread."""
+        self._ended = True
+        self._tell()
+
+    def __aiter__(self) -> AsyncIterator[_M]:
+        return self
+
+    async def __anext__(self) -> _M:
+        while True:
+            with self._lock:
+                if self._waiting:
+                    return self._waiting.popleft()
+                self._told = False
+                self._ready.clear()
+            if self._ended:
+                raise StopAsyncIteration
+            await self._ready.wait()
+
+    async def aclose(self) -> None:
+        """Unsubscribe."""
+        self.end()
+        subscriber, self._subscriber = self._subscriber, None
+        if subscriber is not None:
+            await asyncio.to_thread(subscriber.unregister)
+
+    async def __aenter__(self) -> Messages[_M]:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.aclose()
+
+
+class Node:
+    """A ROS node for asyncio programs. Use it with ``async with``.
+
+    Args:
+        name: as for :class:`pyros1.Node`.
+        options: all keyword arguments of :class:`pyros1.Node` but ``callbacks``. ``handle_signals`` is off unless asked
+            for: asyncio programs have their own way with Ctrl-C.
+    """
+
+    def __init__(self, name: str, **options: Any) -> None:
+        options.setdefault("handle_signals", False)
+        self._make: Callable[[], SyncNode] = lambda: SyncNode(name, **options)
+        self._node: SyncNode | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._streams: set[Messages[Any]] = set()
+
+    async def __aenter__(self) -> Node:
+        self._loop = asyncio.get_running_loop()
+        self._node = await asyncio.to_thread(self._make)
+        self._node.on_shutdown(self._end_streams)
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        if self._node is not None:
+            await asyncio.to_thread(self._node.shutdown)
+
+    def _end_streams(self) -> None:
+        for stream in list(self._streams):
+            stream.end()
+
+    @property
+    def sync(self) -> SyncNode:
+        """The node underneath: its log, names and everything that does not wait.
+
+        Raises:
+            NodeShutdownError: before ``async with``.
+        """
+        if self._node is None:
+            raise NodeShutdownError("use the node with: async with pyros1.aio.Node(...) as node")
+        return self._node
+
+    @property
+    def name(self) -> str:
+        """The node's full name."""
+        return self.sync.name
+
+    def ok(self) -> bool:
+        """Tell whether the node runs."""
+        return self._node is not None and self._node.ok()
+
+    def now(self) -> Time:
+        """Return the node's time."""
+        return self.sync.now()
+
+    async def advertise(self, topic: str, type: type[_M] | str, **options: Any) -> Publisher[_M]:
+        """Publish on a topic, see :meth:`pyros1.Node.advertise`. The publisher's ``publish`` does not wait.
+
+        Raises:
+            ValueError: ``queue_size=None``, which would make ``publish`` wait.
+        """
+        if options.get("queue_size", 1) is None:
+            raise ValueError("queue_size=None makes publish() wait for subscribers: not in an asyncio program")
+        return await asyncio.to_thread(lambda: self.sync.advertise(topic, type, **options))
+
+    async def subscribe(
+        self, topic: str, type: type[_M] | str, *, queue_size: int | None = None, tcp_nodelay: bool = True
+    ) -> Messages[_M]:
+        """Subscribe to a topic; returns when the master knows it.
+
+        Args:
+            queue_size: messages that may wait for the iteration; older ones are dropped. None for no limit.
+        """
+        assert self._loop is not None
+        stream: Messages[_M] = Messages(self._loop, queue_size)
+        self._streams.add(stream)
+        stream._subscriber = await asyncio.to_thread(
+            lambda: self.sync.subscribe(topic, type, stream._push, queue_size=queue_size, tcp_nodelay=tcp_nodelay)
+        )
+        return stream
+
+    async def messages(self, topic: str, type: type[_M] | str, *, queue_size: int | None = None) -> AsyncIterator[_M]:
+        """Iterate over a topic's messages: ``async for message in node.messages("topic1", Float64)``."""
+        async with await self.subscribe(topic, type, queue_size=queue_size) as stream:
+            async for message in stream:
+                yield message
+
+    async def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
+        """Wait for one message.
+
+        Raises:
+            WaitTimeoutError: none came within ``timeout`` seconds.
+            NodeShutdownError: the node is shutting down.
+        """
+
+        async def first() -> _M:
+            async with await self.subscribe(topic, type, queue_size=1) as stream:
+                async for message in stream:
+                    return message
+            raise NodeShutdownError(f"{self.name} is shutting down")
+
+        return await _within(first(), timeout, f"timeout exceeded while waiting for message on topic {topic}")
+
+    async def wait_for_service(self, name: str, timeout: float | None = None) -> None:
+        """Wait until a service is provided; see :meth:`pyros1.Node.wait_for_service`."""
+        await asyncio.to_thread(self.sync.wait_for_service, name, timeout)
+
+    async def call(self, client: ServiceClient, *args: Any, **fields: Any) -> Any:
+        """Call a service with a client that `service` returned, in a worker thread."""
+        return await asyncio.to_thread(lambda: client(*args, **fields))
+
+    def service(self, name: str, type: type[Service] | str, *, persistent: bool = False) -> ServiceClient:
+        """Return a client for `call`; see :meth:`pyros1.Node.service`."""
+        return self.sync.service(name, type, persistent=persistent)
+
+    async def advertise_service(
+        self, name: str, type: type[Service] | str, handler: Callable[[Any], Awaitable[Any] | Any]
+    ) -> ServiceServer:
+        """Provide a service.
+
+        Args:
+            handler: a coroutine function, run on the asyncio loop, or a function, run there too; returns what a handler
+                of :meth:`pyros1.Node.advertise_service` returns.
+        """
+        loop = self._loop
+        assert loop is not None
+
+        async def run(request: Any) -> Any:
+            answer = handler(request)
+            return await answer if isinstance(answer, Awaitable) else answer
+
+        def handle(request: Any) -> Any:
+            future = asyncio.run_coroutine_threadsafe(run(request), loop)
+            while True:
+                try:
+                    return future.result(0.5)
+                except TimeoutError:
+                    if future.done():
+                        raise
+                    if not self.ok():
+                        future.cancel()
+                        raise NodeShutdownError(f"{self.name} is shutting down") from None
+
+        return await asyncio.to_thread(lambda: self.sync.advertise_service(name, type, handle))
+
+    async def get_param(self, name: str, default: Any = None) -> Any:
+        """Return a parameter's value, or ``default`` if it is not set."""
+        return await asyncio.to_thread(self.sync.params.get, name, default)
+
+    async def set_param(self, name: str, value: Any) -> None:
+        """Set a parameter."""
+        await asyncio.to_thread(self.sync.params.set, name, value)
+
+
+async def _within(work: Coroutine[Any, Any, _R], timeout: float | None, text: str) -> _R:
+    try:
+        return await asyncio.wait_for(work, timeout)
+    except (TimeoutError, asyncio.TimeoutError):  # not the same class before Python 3.11
+        raise WaitTimeoutError(text) from None
