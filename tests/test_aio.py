@@ -30,12 +30,13 @@ def test_messages_arrive_in_order_and_the_iteration_ends_with_the_node(environ: 
                 publisher.publish(float(number))
             got = [(await stream.__anext__()).data for _ in range(1000)]
             assert got == [float(number) for number in range(1000)]
-            task = asyncio.ensure_future(collect(listener))
+            quiet = await listener.subscribe("quiet", Float64)
+            task = asyncio.ensure_future(collect(quiet))
             await asyncio.to_thread(listener.sync.shutdown)
             assert await task == []
 
-    async def collect(node: pyros1.aio.Node) -> list[Any]:
-        return [message async for message in node.messages("quiet", Float64)]
+    async def collect(stream: pyros1.aio.Messages[Float64]) -> list[Any]:
+        return [message async for message in stream]
 
     run(work)
 

@@ -95,8 +95,7 @@ class Loop:
         self._wake_in, self._wake_out = socket.socketpair()
         self._wake_in.setblocking(False)
         self._wake_out.setblocking(False)
-        self._selector.register(self._wake_in, READ, self._drain_wake)
-        self._callbacks[self._wake_in.fileno()] = self._drain_wake
+        self.register(self._wake_in, READ, self._drain_wake)
         self.thread = LoopThread(target=self._run, name=name, daemon=True)
 
     # ---- from any thread

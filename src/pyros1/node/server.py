@@ -141,8 +141,10 @@ class TcprosServer:
     def _refuse(self, greeting: _Greeting, reason: str, header: dict[str, str] | None) -> None:
         """Tell the peer why, say so in our log, and close."""
         self._release(greeting)
-        who = (header or {}).get("callerid", "a peer")
-        self._context.log.warn("refused a connection of %s: %s", who, reason, throttle=1.0)
+        header = header or {}
+        who = header.get("callerid", "a peer")
+        what = header.get("topic") or header.get("service") or "nothing"
+        self._context.log.warn("refused a connection of %s for %s: %s", who, what, reason)
         with contextlib.suppress(OSError):
             greeting.sock.send(encode_header({"error": reason}))
             greeting.sock.shutdown(socket.SHUT_WR)
