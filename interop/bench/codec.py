@@ -4,8 +4,8 @@ Run with the Python that has the stock message packages::
 
     PYTHONPATH=src /usr/bin/python3 interop/bench/codec.py
 
-Prints nanoseconds per message (best of several rounds, both taking turns) and genpy's time divided by ours: above 1 means
-that ours is faster. "make" constructs a message from values given by name.
+Prints nanoseconds per message (best of several rounds, both taking turns) and genpy's time divided by ours: above 1
+means that ours is faster. "make default" constructs a message without arguments.
 """
 
 from __future__ import annotations
@@ -60,7 +60,9 @@ def laser_scan(message: Any) -> None:
 
 
 def transforms(message: Any) -> None:
-    package = "geometry_msgs.msg" if not type(message).__module__.startswith("pyros1") else "pyros1.msgs.geometry_msgs.msg"
+    package = (
+        "geometry_msgs.msg" if not type(message).__module__.startswith("pyros1") else "pyros1.msgs.geometry_msgs.msg"
+    )
     stamped = importlib.import_module(package).TransformStamped
     message.transforms = [stamped() for _ in range(10)]
     for transform in message.transforms:

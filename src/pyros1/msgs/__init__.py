@@ -18,7 +18,7 @@ from pyros1.msgs.base import AnyMsg, Message, Service
 from pyros1.msgs.dynamic import DefinitionCache, from_definition
 from pyros1.msgs.importing import installed
 
-# An import statement has no place for arguments: the environment that decides where definitions are is the process's own.
+# An import statement has no place for arguments: where definitions are, the process's own environment decides.
 _finder = installed(os.environ)
 
 

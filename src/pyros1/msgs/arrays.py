@@ -65,7 +65,8 @@ def octets(value: Any, length: int) -> bytes:
     """Return the bytes of a uint8[] or char[] field's value that is not bytes itself.
 
     Args:
-        value: list or tuple of ints, or anything with the buffer interface. It is copied: it may change before it is sent.
+        value: list or tuple of ints, or anything with the buffer interface. It is copied: it may change before it is
+            sent.
         length: the field's fixed length, or -1.
 
     Raises:
@@ -80,7 +81,7 @@ def octets(value: Any, length: int) -> bytes:
 
 def to_bytes(data: Buffer) -> bytes:
     """Return ``data`` as bytes, which it mostly is already."""
-    return data if data.__class__ is bytes else bytes(data)  # type: ignore[return-value]  # mypy knows no __class__ test
+    return data if data.__class__ is bytes else bytes(data)
 
 
 def pack_strings(values: Sequence[str]) -> bytes:
@@ -131,7 +132,8 @@ def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[T
 
 
 def gather(parts: Sequence[bytes], large: int) -> Any:
-    """Return the parts of a frame as buffers to send in order: those of ``large`` bytes or more as they are, others joined."""
+    """Return the parts of a frame as buffers to send in order: those of ``large`` bytes or more as they are, the others
+    joined."""
     result: list[bytes | memoryview] = []
     small: list[bytes] = []
     for part in parts:

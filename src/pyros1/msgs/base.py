@@ -38,10 +38,12 @@ class MessageType(type):
     def __getattr__(cls, name: str) -> Any:
         if name not in _GENERATED:
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
-        from pyros1.msgs import codegen  # noqa: PLC0415  most classes of a program are never encoded or decoded
-
         owner = message_class(cls)
-        function = staticmethod(getattr(codegen, "make" + name)(owner))
+        if name.startswith("_encode"):
+            from pyros1.msgs import encoder as module  # noqa: PLC0415  most classes are never encoded or decoded
+        else:
+            from pyros1.msgs import decoder as module  # type: ignore[no-redef]  # noqa: PLC0415  either of the two
+        function = staticmethod(getattr(module, "make" + name)(owner))
         setattr(owner, name, function)
         return function.__func__
 
@@ -83,10 +85,10 @@ class Message(metaclass=MessageType):
     _connection_header: dict[str, str] | None
 
     def __init__(self, *args: Any, **kwds: Any) -> None:
-        from pyros1.msgs import codegen  # noqa: PLC0415  as above
+        from pyros1.msgs.constructor import make_init  # noqa: PLC0415  it needs this module
 
         cls = message_class(type(self))
-        cls.__init__ = codegen.make_init(cls)  # type: ignore[method-assign]  # the specialised one takes its place
+        cls.__init__ = make_init(cls)  # type: ignore[method-assign]  # the specialised one takes its place
         cls.__init__(self, *args, **kwds)
 
     def serialize(self, buff: Writable) -> None:
@@ -110,7 +112,7 @@ class Message(metaclass=MessageType):
             message, _ = cls._read(data, 0, len(data))
         except DeserializationError:
             raise
-        except Exception as error:  # noqa: BLE001  whatever it was, the bytes are to blame: say where and why
+        except Exception as error:
             raise explain(cls, data, 0, len(data), exact=False) from error
         for name in cls.__slots__:
             setattr(self, name, getattr(message, name))

@@ -172,12 +172,12 @@ class _Walk:
             number = int(count[:-1])
         else:
             number = self.count(what)
-            self._check_count(number, self._least(cls, base), what)
+            self._check_count(number, _least(cls, base), what)
         if base == "string" or (base in cls._classes and cls._classes[base]._fixed_size is None):
             for _ in range(number):
                 self.single(cls, base, name + "[]")
         else:
-            self.skip(number * self._least(cls, base), what)
+            self.skip(number * _least(cls, base), what)
 
     def _check_count(self, number: int, least: int, what: str) -> None:
         if least == 0:
@@ -185,12 +185,6 @@ class _Walk:
                 raise MessageError(f"{what} claims {number} elements without content, at most {MAX_EMPTY} are accepted")
         elif number > self.left // least:
             raise MessageError(f"{what} claims {number} elements of at least {least} bytes, {self.left} bytes are left")
-
-    @staticmethod
-    def _least(cls: type[Message], base: str) -> int:
-        if base in STRUCT_CODES:
-            return struct.calcsize("<" + STRUCT_CODES[base])
-        return {"string": 4, "time": 8, "duration": 8}.get(base) or cls._classes[base]._min_size
 
     def single(self, cls: type[Message], base: str, name: str) -> None:
         what = f"field {name}"
@@ -206,4 +200,11 @@ class _Walk:
         elif base in cls._classes:
             self.message(cls._classes[base], name + ".")
         else:
-            self.skip(self._least(cls, base), what)
+            self.skip(_least(cls, base), what)
+
+
+def _least(cls: type[Message], base: str) -> int:
+    """Return the least number of bytes that one value of a type takes."""
+    if base in STRUCT_CODES:
+        return struct.calcsize("<" + STRUCT_CODES[base])
+    return {"string": 4, "time": 8, "duration": 8}.get(base) or cls._classes[base]._min_size

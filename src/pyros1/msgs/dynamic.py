@@ -31,7 +31,9 @@ def from_definition(type_name: str, full_text: str) -> type[Message]:
         DefinitionError: the text is wrong, too long, or lacks a type that is used.
     """
     if len(full_text) > MAX_TEXT:
-        raise DefinitionError(f"the definition has {len(full_text)} characters, at most {MAX_TEXT} are accepted", type_name)
+        raise DefinitionError(
+            f"the definition has {len(full_text)} characters, at most {MAX_TEXT} are accepted", type_name
+        )
     texts = split_full_text(type_name, full_text)
     texts.setdefault(HEADER, texts.get("roslib/Header", _HEADER_TEXT))
     specs: dict[str, MessageSpec] = {}
@@ -50,7 +52,9 @@ def from_definition(type_name: str, full_text: str) -> type[Message]:
     def lookup(name: str) -> type[Message]:
         cls = classes.get(name)
         if cls is None:
-            cls = classes[name] = make_message_class(resolve(name), digests, lookup, f"{__name__}.{name.split('/')[0]}")
+            cls = classes[name] = make_message_class(
+                resolve(name), digests, lookup, f"{__name__}.{name.split('/', maxsplit=1)[0]}"
+            )
         return cls
 
     if not is_type_name(type_name):
@@ -76,8 +80,8 @@ class DefinitionCache:
         """Return the class for a connection header's ``type``, ``md5sum`` and ``message_definition``.
 
         Raises:
-            DefinitionError: the text is wrong. That its md5 differs from ``md5sum`` is no error: some publishers announce
-                ``*`` or a sum of their own making, and the text is what tells how to decode.
+            DefinitionError: the text is wrong. That its md5 differs from ``md5sum`` is no error: some publishers
+                announce ``*`` or a sum of their own making, and the text is what tells how to decode.
             UnknownTypeError: the peer sent no text.
         """
         key = (type_name, md5sum, full_text)

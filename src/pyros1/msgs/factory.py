@@ -70,9 +70,11 @@ def make_message_class(
         "_classes": classes,
     }
     try:
-        return MessageType(short, (Message,), body)
+        cls: Any = MessageType(short, (Message,), body)
     except (TypeError, ValueError) as error:
         raise DefinitionError(f"no class can be made: {error}", spec.name) from error
+    made: type[Message] = cls
+    return made
 
 
 def make_service_class(

@@ -15,9 +15,10 @@ def fill_message(message: Message, args: Any, now: Time | None = None) -> None:
 
     Args:
         message: what to fill; fields not named keep their values.
-        args: a list with one value for each field in order, or a dict of field names to values, or a list that holds one
-            such dict. A nested message is again a list or dict. A time is a number of nanoseconds, ``[secs, nsecs]``, or a
-            dict. In place of a time ``now`` stands for the current time; in place of a header, ``auto`` for one with it.
+        args: a list with one value for each field in order, or a dict of field names to values, or a list that holds
+            one such dict. A nested message is again a list or dict. A time is a number of nanoseconds,
+            ``[secs, nsecs]``, or a dict. In place of a time ``now`` stands for the current time; in place of a header,
+            ``auto`` for one with it.
         now: the current time; None if the words ``now`` and ``auto`` mean nothing here.
 
     Raises:

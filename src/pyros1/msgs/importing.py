@@ -1,7 +1,7 @@
 """``from pyros1.msgs.std_msgs.msg import Float64``: modules made from definitions when they are imported.
 
-A finder at the end of ``sys.meta_path`` answers for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made when
-it is first asked for and then kept in its module, so that each type has one class in a process and pickles find it.
+A finder at the end of ``sys.meta_path`` answers for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made
+when it is first asked for and then kept in its module: each type has one class in a process, and pickles find it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,27 @@ from pyros1.msgs.factory import make_message_class, make_service_class
 from pyros1.msgs.spec import is_type_name
 
 OWN_MODULES = frozenset(
-    "arrays base check codegen digest dynamic factory fill importing library numpy_arrays packages spec text".split()
+    [
+        "arrays",
+        "base",
+        "check",
+        "constructor",
+        "decoder",
+        "definitions",
+        "digest",
+        "dynamic",
+        "encoder",
+        "factory",
+        "fill",
+        "importing",
+        "library",
+        "numpy_arrays",
+        "packages",
+        "source",
+        "spec",
+        "text",
+        "yamltext",
+    ]
 )
 """Modules of pyros1.msgs; a ROS package with such a name is imported with an underscore behind it."""
 
@@ -114,7 +134,7 @@ class MessageFinder:
             for part, attribute in (("Request", "_request_class"), ("Response", "_response_class")):
                 if short.endswith(part):
                     service = self.service(name.removesuffix(part))
-                    return self._kept(name, "srv", lambda _: getattr(service, attribute))  # type: ignore[no-any-return]  # noqa: B023, E501  called at once
+                    return self._kept(name, "srv", lambda _: getattr(service, attribute))  # type: ignore[no-any-return]  # noqa: B023  called at once
         return self.service(name)
 
     def _kept(self, name: str, kind: str, make: Callable[[str], type[Any]]) -> Any:
@@ -143,7 +163,7 @@ def installed(environ: Mapping[str, str]) -> MessageFinder:
         if isinstance(finder, MessageFinder):
             return finder
     hook = MessageFinder(environ)
-    sys.meta_path.append(hook)  # type: ignore[arg-type]  # the protocol asks for find_spec only
+    sys.meta_path.append(hook)
     return hook
 
 

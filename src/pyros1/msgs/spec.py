@@ -175,9 +175,7 @@ def action_messages(name: str, text: str, where: str | None = None) -> dict[str,
     texts["Action"] = "\n" + "".join(f"{short}Action{part} action_{part.lower()}\n" for part in texts)
     texts["ActionGoal"] = f"\nHeader header\nactionlib_msgs/GoalID goal_id\n{short}Goal goal\n"
     for part in ("Result", "Feedback"):
-        texts[f"Action{part}"] = (
-            f"\nHeader header\nactionlib_msgs/GoalStatus status\n{short}{part} {part.lower()}\n"
-        )
+        texts[f"Action{part}"] = f"\nHeader header\nactionlib_msgs/GoalStatus status\n{short}{part} {part.lower()}\n"
     return {name + part: _ACTION_NOTE + body for part, body in texts.items()}
 
 

@@ -1,7 +1,7 @@
 """Messages as text: what ``rostopic echo`` prints and ``str(message)`` returns (G25, L38, L40, L41).
 
-The form is YAML-like: ``name: value`` lines, nested messages indented by two spaces, arrays of numbers in brackets, other
-arrays as ``- `` items. It is part of the interface: programs read it.
+The form is YAML-like: ``name: value`` lines, nested messages indented by two spaces, arrays of numbers in brackets,
+other arrays as ``- `` items. It is part of the interface: programs read it.
 """
 
 from __future__ import annotations
@@ -55,10 +55,8 @@ def format_message(
 
 def _format(value: Any, indent: str, style: _Style) -> str:
     kind = type(value)
-    if kind is int or kind is float:
-        return str(value) if style.width is None else _fixed(value, style.width)
-    if kind is bool:
-        return str(value)
+    if (kind is int or kind is float) and style.width is not None:
+        return _fixed(value, style.width)
     if isinstance(value, str):
         return double_quoted(value) if value else "''"
     if isinstance(value, TVal):

@@ -1,8 +1,8 @@
 """Strings as YAML text, character for character as PyYAML's default emitter writes them.
 
-Programs parse what ``rostopic echo`` prints, so the quoting and the folding of long strings are part of the interface. A
-message needs only two forms: a string alone, always in double quotes, and a block sequence of strings, each plain where
-YAML 1.1 would read it back as a string, else quoted. https://yaml.org/spec/1.1/
+Programs parse what ``rostopic echo`` prints, so the quoting and the folding of long strings are part of the interface.
+A message needs only two forms: a string alone, always in double quotes, and a block sequence of strings, each plain
+where YAML 1.1 would read it back as a string, else quoted. https://yaml.org/spec/1.1/
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def double_quoted(text: str, column: int = 0) -> str:
 
 
 def block_sequence(values: list[object]) -> list[str]:
-    """Return the lines of a block sequence of strings, without indentation; other values stand as ``str`` gives them."""
+    """Return the lines of a block sequence of strings, without indentation; other values as ``str`` gives them."""
     lines: list[str] = []
     for value in values:
         lines += ("- " + (_item(value) if isinstance(value, str) else str(value))).splitlines()
@@ -92,9 +92,7 @@ def _item(text: str) -> str:
         return "''"
     if not _ASCII_ONLY.match(text) or re.search(r" \n|\n ", text):
         return double_quoted(text, 2)
-    plain = (
-        "\n" not in text and text.strip() == text and not _INDICATOR.match(text) and not _NOT_A_STRING.match(text)
-    )
+    plain = "\n" not in text and text.strip() == text and not _INDICATOR.match(text) and not _NOT_A_STRING.match(text)
     return _folded(text, 2) if plain else _single_quoted(text)
 
 
