@@ -112,19 +112,19 @@ class _Connection:
 
     def _readable(self, mask: int) -> None:
         try:
-            data = self.sock.recv(_RECEIVE)
+            count = self.sock.recv_into(self.server.scratch)
         except (BlockingIOError, InterruptedError):
             return
         except OSError:
             self.close()
             return
-        if not data:
+        if not count:
             self.close()
             return
         self.active = monotonic()
         if not self.parser.in_message:
             self.began = self.active
-        self.parser.feed(data)
+        self.parser.feed(self.server.scratch[:count])
         self._serve()
 
     def _serve(self) -> None:
@@ -218,6 +218,7 @@ class XmlRpcServer:
         self._buffered = 0
         self._sweeper: TimerHandle | None = None
         self._closed = False
+        self.scratch = memoryview(bytearray(_RECEIVE))  # for all connections: it is emptied before the next is read
         family = socket.AF_INET6 if ":" in bind_host else socket.AF_INET
         self._listener = socket.create_server((bind_host, port), family=family, backlog=128)
         self._listener.setblocking(False)

@@ -15,20 +15,22 @@ nil                     None (read only: ROS has no null)
 ======================  =======================================
 
 What a peer sends is parsed by defusedxml's expat parser with document types forbidden, so that there are no entities
-to expand, and by a table that says which element may stand inside which. Depth and number of values are bounded.
+to expand, and by a table that says which element may stand inside which. Depth and number of values are bounded. Plain
+messages, which is nearly all, take the short cut of ``xmlrpc_scan`` with the same result.
 """
 
 from __future__ import annotations
 
 import binascii
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
 # This facade imports 10 ms faster than defusedxml.expatreader, whose base class pulls in the whole of urllib.
 from defusedxml.ElementTree import DefusedXMLParser, ParseError  # type: ignore[import-untyped] # it has no stubs
 
 from pyros1.errors import ProtocolError, SerializationError, XmlRpcFault
+from pyros1.wire.xmlrpc_scan import scan_call, scan_response
 
 MAX_DEPTH: Final = 100
 """Deepest nesting of arrays and structs, read or written."""
@@ -44,48 +46,66 @@ _MAX_INT: Final = 2**31 - 1
 # Writing. Every value gets an explicit type and no element is self-closing: roscpp's parser needs both.
 
 _NOT_XML: Final = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
-_NEEDS_ESCAPE: Final = re.compile("[&<>\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 def _escape(text: str) -> str:
-    if _NEEDS_ESCAPE.search(text) is None:
-        return text
-    bad = _NOT_XML.search(text)
-    if bad is not None:
-        raise SerializationError(f"XML-RPC cannot carry the character {bad.group()!r} of the string {text[:40]!r}")
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    if not text.isprintable():  # much cheaper than the search, and nearly always true
+        bad = _NOT_XML.search(text)
+        if bad is not None:
+            raise SerializationError(f"XML-RPC cannot carry the character {bad.group()!r} of the string {text[:40]!r}")
+    if "&" in text:
+        text = text.replace("&", "&amp;")
+    if "<" in text:
+        text = text.replace("<", "&lt;")
+    if ">" in text:
+        text = text.replace(">", "&gt;")
+    return text
 
 
-def _write(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
+def _write(value: Any, depth: int) -> str:
     """The ``<value>`` element for a value."""
-    kind = value.__class__
-    if kind is str:
-        return "<value><string>" + _escape(value) + "</string></value>"
-    if kind is float:
-        return f"<value><double>{value!r}</double></value>"
-    if kind is int and _MIN_INT <= value <= _MAX_INT:
-        return f"<value><int>{value}</int></value>"
-    if kind is bool:
-        return "<value><boolean>1</boolean></value>" if value else "<value><boolean>0</boolean></value>"
-    if kind is list or kind is tuple:
-        if depth >= MAX_DEPTH:
-            raise SerializationError(f"a value is nested more than {MAX_DEPTH} levels deep")
-        depth += 1
-        return "<value><array><data>" + "".join([_write(item, depth) for item in value]) + "</data></array></value>"
-    if kind is dict:
-        return _write_struct(value, depth)
-    return _write_uncommon(value, depth)
+    return "".join(_write_all((value,), depth))
+
+
+def _write_all(values: Iterable[Any], depth: int) -> list[str]:
+    """The ``<value>`` elements for values, in pieces; one loop for the common kinds, because calls would cost more."""
+    parts: list[str] = []
+    add = parts.append
+    for value in values:
+        kind = value.__class__
+        if kind is str:
+            add(f"<value><string>{_escape(value)}</string></value>")
+        elif kind is float:
+            add(f"<value><double>{value!r}</double></value>")
+        elif kind is int and _MIN_INT <= value <= _MAX_INT:
+            add(f"<value><int>{value}</int></value>")
+        elif kind is bool:
+            add("<value><boolean>1</boolean></value>" if value else "<value><boolean>0</boolean></value>")
+        elif kind is list or kind is tuple:
+            add("<value><array><data>")
+            parts += _write_all(value, _deeper(depth))
+            add("</data></array></value>")
+        elif kind is dict:
+            add(_write_struct(value, depth))
+        else:
+            add(_write_uncommon(value, depth))
+    return parts
+
+
+def _deeper(depth: int) -> int:
+    if depth >= MAX_DEPTH:
+        raise SerializationError(f"a value is nested more than {MAX_DEPTH} levels deep")
+    return depth + 1
 
 
 def _write_struct(value: dict[Any, Any], depth: int) -> str:
-    if depth >= MAX_DEPTH:
-        raise SerializationError(f"a value is nested more than {MAX_DEPTH} levels deep")
-    depth += 1
+    depth = _deeper(depth)
     parts = ["<value><struct>"]
     for key, item in value.items():
         if not isinstance(key, str):
             raise SerializationError(f"dictionary keys must be strings, not {key!r}")
-        parts.append("<member><name>" + _escape(key) + "</name>" + _write(item, depth) + "</member>")
+        text = f"<value><double>{item!r}</double></value>" if item.__class__ is float else _write(item, depth)
+        parts.append(f"<member><name>{_escape(key)}</name>{text}</member>")
     parts.append("</struct></value>")
     return "".join(parts)
 
@@ -122,7 +142,7 @@ def dumps_call(method: str, params: Sequence[Any]) -> bytes:
     Raises:
         SerializationError: a parameter is not of one of the types above, or an int is beyond 32 bits.
     """
-    items = "".join(["<param>" + _write(value, 0) + "</param>" for value in params])
+    items = "".join([f"<param>{_write(value, 0)}</param>" for value in params])
     name = f"<methodName>{_escape(method)}</methodName>"
     return f"{_HEAD}<methodCall>{name}<params>{items}</params></methodCall>".encode()
 
@@ -314,6 +334,9 @@ def loads_call(body: bytes) -> tuple[str, list[Any]]:
     Raises:
         ProtocolError: the bytes are not an XML-RPC call, or a limit is exceeded.
     """
+    plain = scan_call(body, _SCALARS, MAX_DEPTH, MAX_VALUES)
+    if plain is not None:
+        return plain
     reader = _Reader()
     reader.read(body)
     if reader.root != "methodCall" or not reader.method:
@@ -331,6 +354,9 @@ def loads_response(body: bytes) -> Any:
         XmlRpcFault: the answer is a fault.
         ProtocolError: the bytes are not an XML-RPC answer, or a limit is exceeded.
     """
+    plain = scan_response(body, _SCALARS, MAX_DEPTH, MAX_VALUES)
+    if plain is not None:
+        return plain[0]
     reader = _Reader()
     reader.read(body)
     if reader.root != "methodResponse" or len(reader.stack) != 1:

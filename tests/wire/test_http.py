@@ -1,0 +1,163 @@
+"""wire.http: whole messages out of any pieces, and the limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pyros1.wire.http import (
+    HttpError,
+    HttpLimits,
+    Request,
+    RequestParser,
+    Response,
+    ResponseParser,
+    build_request,
+    build_response,
+)
+
+CHUNKED = b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n3;x=y\r\nabc\r\n2\r\nde\r\n0\r\nTrailer: a\r\n\r\n"
+
+
+def requests(pieces: Iterable[bytes], limits: HttpLimits | None = None) -> list[Request]:
+    parser = RequestParser(limits or HttpLimits())
+    found = []
+    for piece in pieces:
+        parser.feed(piece)
+        while (request := parser.next_message()) is not None:
+            found.append(request)
+    return found
+
+
+def one(data: bytes) -> Request:
+    (request,) = requests([data])
+    return request
+
+
+def cut(data: bytes, places: list[int]) -> list[bytes]:
+    edges = [0, *sorted(place % (len(data) + 1) for place in places), len(data)]
+    return [data[a:b] for a, b in zip(edges, edges[1:], strict=False)]
+
+
+@given(st.lists(st.binary(max_size=200), min_size=1, max_size=3), st.lists(st.integers(0, 10_000), max_size=8))
+def test_requests_come_out_whole_however_they_are_cut(bodies: list[bytes], places: list[int]) -> None:
+    data = b"".join(build_request("h:1", "/", body) for body in bodies) + CHUNKED
+    for pieces in ([data], [bytes([byte]) for byte in data], cut(data, places)):
+        found = requests(pieces)
+        assert [request.body for request in found] == [*bodies, b"abcde"]
+        assert all(request.method == "POST" and request.path == "/" and request.keep_alive for request in found)
+
+
+@given(st.binary(max_size=200), st.lists(st.integers(0, 10_000), max_size=8))
+def test_responses_come_out_whole_however_they_are_cut(body: bytes, places: list[int]) -> None:
+    data = b"HTTP/1.1 100 Continue\r\n\r\n" + build_response(200, body)
+    for pieces in ([data], [bytes([byte]) for byte in data], cut(data, places)):
+        parser = ResponseParser()
+        found: list[Response] = []
+        for piece in pieces:
+            parser.feed(piece)
+            if (response := parser.next_message()) is not None:
+                found.append(response)
+        assert [(response.status, response.body) for response in found] == [(200, body)]
+        assert not parser.in_message
+
+
+@given(st.binary(max_size=300) | st.binary(max_size=60).map(lambda data: b"POST / HTTP/1.1\r\n" + data + b"\r\n\r\n"))
+def test_garbage_gives_messages_or_http_errors(data: bytes) -> None:
+    for parser in (RequestParser(HttpLimits(100, 100)), ResponseParser(HttpLimits(100, 100))):
+        try:
+            parser.feed(data)
+            while parser.next_message() is not None:
+                pass
+            if isinstance(parser, ResponseParser):
+                parser.eof()
+        except HttpError as error:
+            assert 400 <= error.status < 600
+
+
+@pytest.mark.parametrize(
+    ("head", "keep"),
+    [
+        ("POST / HTTP/1.1\r\n", True),
+        ("POST / HTTP/1.1\r\nConnection: close\r\n", False),
+        ("POST / HTTP/1.0\r\n", False),
+        ("POST / HTTP/1.0\r\nConnection: Keep-Alive\r\n", True),
+    ],
+)
+def test_m01_keep_alive_rules(head: str, keep: bool) -> None:
+    assert one(head.encode() + b"Content-Length: 0\r\n\r\n").keep_alive is keep
+
+
+@pytest.mark.parametrize(
+    ("data", "status"),
+    [
+        (b"nonsense\r\n\r\n", 400),
+        (b"POST / HTTP/2.0\r\n\r\n", 400),
+        (b"POST / HTTP/1.1\r\n\r\n", 411),
+        (b"POST / HTTP/1.1\r\nContent-Length: -1\r\n\r\n", 400),
+        (b"POST / HTTP/1.1\r\nContent-Length: \xb2\r\n\r\n", 400),
+        (b"POST / HTTP/1.1\r\nContent-Length: 1\r\nContent-Length: 2\r\n\r\n", 400),
+        (b"POST / HTTP/1.1\r\nContent-Length: 1\r\nTransfer-Encoding: chunked\r\n\r\n", 501),
+        (b"POST / HTTP/1.1\r\nTransfer-Encoding: gzip\r\n\r\n", 501),
+        (b"POST / HTTP/1.1\r\nno colon\r\n\r\n", 400),
+        (b"POST / HTTP/1.1\r\nA: b\r\n folded\r\n\r\n", 400),
+        (b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nxyz\r\n", 400),
+        (b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n1\r\nabc", 400),
+        (b"\rPOST", 400),
+    ],
+)
+def test_broken_requests_have_a_status(data: bytes, status: int) -> None:
+    with pytest.raises(HttpError) as caught:
+        requests([data])
+    assert caught.value.status == status
+
+
+def test_limits_hold_before_anything_is_stored() -> None:
+    limits = HttpLimits(head=200, body=10)
+    big = b"POST / HTTP/1.1\r\nContent-Length: 999999999999\r\n\r\n"
+    chunks = b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n8\r\n12345678\r\n8\r\n"
+    trailers = b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n" + b"A: b\r\n" * 100
+    for data, status in ((big, 413), (chunks, 413), (b"A" * 300, 431), (trailers, 400)):
+        with pytest.raises(HttpError) as caught:
+            requests([data], limits)
+        assert caught.value.status == status
+    parser = ResponseParser(limits)
+    parser.feed(b"HTTP/1.0 200 OK\r\n\r\n" + b"x" * 11)
+    with pytest.raises(HttpError):
+        parser.next_message()
+
+
+def test_a_dead_parser_stays_dead() -> None:
+    parser = RequestParser()
+    parser.feed(b"nonsense\r\n\r\n")
+    for _ in range(2):
+        with pytest.raises(HttpError):
+            parser.next_message()
+        parser.feed(build_request("h", "/", b""))
+
+
+def test_a_get_has_no_body_and_bare_line_feeds_are_taken() -> None:
+    request = one(b"\r\nGET /x HTTP/1.1\nHost: a\n\n")
+    assert (request.method, request.path, request.headers) == ("GET", "/x", {"host": "a"})
+
+
+def test_a_response_may_end_with_the_connection() -> None:
+    parser = ResponseParser()
+    parser.feed(b"HTTP/1.0 200 OK\r\n\r\nabc")
+    assert parser.next_message() is None
+    response = parser.eof()
+    assert response is not None
+    assert (response.body, response.keep_alive) == (b"abc", False)
+    assert ResponseParser().eof() is None
+
+
+def test_a_cut_off_response_is_an_error() -> None:
+    parser = ResponseParser()
+    parser.feed(build_response(200, b"abc")[:-1])
+    assert parser.next_message() is None
+    assert parser.buffered == 2
+    with pytest.raises(HttpError, match="cut off"):
+        parser.eof()
