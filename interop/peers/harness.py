@@ -251,12 +251,18 @@ class Master:
         self.home = home
         self.port = port
         self.uri = f"http://localhost:{port}/"
+        self.core: list[Process] = []  # the master itself, and rosout
         self.processes: list[Process] = []
         self._shared: dict[str, Peer] = {}
         home.mkdir(parents=True, exist_ok=True)
 
-    def environ(self, python: str = "stock", **extra: str) -> dict[str, str]:
-        """The environment of a child: nothing of the developer's ROS set-up, everything below ``home``."""
+    def environ(self, python: str = "stock", **extra: str | None) -> dict[str, str]:
+        """The environment of a child: nothing of the developer's ROS set-up, everything below ``home``.
+
+        Args:
+            python: ``ours`` for programs that import pyros1.
+            extra: more variables; None takes one away.
+        """
         out = {
             "PATH": "/usr/local/bin:/usr/bin:/bin",
             "HOME": str(self.home),
@@ -271,18 +277,25 @@ class Master:
             out["PATH"] = f"{Path(sys.executable).parent}:{out['PATH']}"
             if not _installed():
                 out["PYTHONPATH"] = str(SOURCE)
-        return {**out, **extra}
+        return {key: value for key, value in {**out, **extra}.items() if value is not None}
 
     def start(self) -> None:
         """Start the master and rosout, and wait until both answer."""
         if self.kind == "ours":
-            self.run([sys.executable, "-m", "pyros1", "core", "-p", str(self.port)], python="ours", label="pyros1 core")
+            command = [sys.executable, "-m", "pyros1", "core", "-p", str(self.port)]
         else:
-            self.run(["rosmaster", "--core", "-p", str(self.port)], label="rosmaster")
+            command = ["rosmaster", "--core", "-p", str(self.port)]
+        self.core.append(Process(command, self.environ(self.kind), f"{self.kind} master"))
         self.await_up()
         if self.kind == "stock":
-            self.run(["/usr/lib/rosout/rosout"], label="rosout")
+            self.core.append(Process(["/usr/lib/rosout/rosout"], self.environ(), "rosout"))
         until(lambda: self.publishers("/rosout_agg"), f"rosout under the {self.kind} master")
+
+    def stop(self) -> None:
+        """End the master and rosout, and nothing else; `start` starts them again on the same port."""
+        for process in reversed(self.core):
+            process.close()
+        self.core.clear()
 
     def await_up(self) -> None:
         """Wait until the master answers."""
@@ -291,8 +304,7 @@ class Master:
             try:
                 return bool(self.call("getPid")[0] == 1)
             except OSError:
-                if self.processes and self.processes[0].child.poll() is not None:
-                    raise AssertionError("the master ended:\n" + "\n".join(self.processes[0].lines)) from None
+                assert self.core[0].child.poll() is None, f"the master ended\n{self.core[0].transcript()}"
                 return False
 
         until(answers, f"the {self.kind} master answers", timeout=30)
@@ -315,13 +327,13 @@ class Master:
         """Names of the nodes that are registered as subscribers of *topic*."""
         return dict(self.call("getSystemState")[2][1]).get(topic, [])
 
-    def run(self, command: Sequence[str], *, python: str = "stock", label: str = "", **extra: str) -> Process:
+    def run(self, command: Sequence[str], *, python: str = "stock", label: str = "", **extra: str | None) -> Process:
         """Start a program that lives until teardown at most."""
         process = Process(command, self.environ(python, **extra), label)
         self.processes.append(process)
         return process
 
-    def peer(self, kind: str, name: str, *arguments: str, **extra: str) -> Peer:
+    def peer(self, kind: str, name: str, *arguments: str, **extra: str | None) -> Peer:
         """Start a peer program of its own, without waiting for it to be ready.
 
         Args:
@@ -341,7 +353,7 @@ class Master:
         self.processes.append(peer)
         return peer
 
-    def ready_peer(self, kind: str, name: str, *arguments: str, **extra: str) -> Peer:
+    def ready_peer(self, kind: str, name: str, *arguments: str, **extra: str | None) -> Peer:
         """Start a peer program of its own and wait until its node is up."""
         peer = self.peer(kind, name, *arguments, **extra)
         peer.name = peer.event("ready", timeout=30)
@@ -380,6 +392,7 @@ class Master:
         """End everything."""
         self._shared.clear()
         self.close_since(0)
+        self.stop()
 
 
 def _installed() -> bool:

@@ -6,6 +6,7 @@ commands. A backend is the thin layer over one client library.
 
 from __future__ import annotations
 
+import io
 import os
 import queue
 import sys
@@ -37,6 +38,13 @@ def show_body(raw: bytes) -> str:
     return raw.hex() or "-"
 
 
+def encode(message: Any) -> bytes:
+    """Serialize a message with the method that genpy and pyros1 have in common."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
 class Handled(Exception):
     """Raised by a service handler on purpose; its text should reach the caller."""
 
@@ -45,8 +53,6 @@ class Backend:
     """What a client library must offer to be a peer. Names are ROS names, types are ``package/Type``."""
 
     samples: Samples
-
-    def encode(self, message: Any) -> bytes: ...
 
     def advertise(self, topic: str, type_name: str, queue_size: int, latch: bool) -> Any: ...
 
@@ -120,7 +126,7 @@ class Peer:
         type_name, publisher = self.publishers[topic]
         message = self.backend.samples.build(type_name, int(seed))
         publisher.publish(message)
-        say("sent", topic, show_body(self.backend.encode(message)))
+        say("sent", topic, show_body(encode(message)))
 
     def do_burst(self, topic: str, first: str, count: str) -> None:
         type_name, publisher = self.publishers[topic]
@@ -135,7 +141,7 @@ class Peer:
     def do_sub(self, topic: str, type_name: str, queue_size: str) -> None:
         def heard(message: Any) -> None:
             self.headers[topic] = dict(message._connection_header)
-            say("got", topic, show_body(self.backend.encode(message)))
+            say("got", topic, show_body(encode(message)))
 
         self.subscribers[topic] = self.backend.subscribe(topic, type_name, int(queue_size), heard)
         say("subscribed", topic)
@@ -156,7 +162,7 @@ class Peer:
 
     def do_serve(self, name: str, type_name: str, mode: str) -> None:
         def handle(request: Any) -> Any:
-            say("served", name, show_body(self.backend.encode(request)))
+            say("served", name, show_body(encode(request)))
             if mode in ("refuse", "throw"):
                 raise Handled("no luck")
             if mode == "die":
@@ -181,13 +187,13 @@ class Peer:
             client = self.backend.client(name, type_name, persistent == "1")
             if persistent == "1":
                 self.clients[name] = client
-        say("called", name, show_body(self.backend.encode(request)))
+        say("called", name, show_body(encode(request)))
         try:
             response = client(request)
         except Exception as problem:  # noqa: BLE001  each library has its own errors; the test reads them
             say("failed", name, type(problem).__name__, " ".join(str(problem).split()))
         else:
-            say("answer", name, show_body(self.backend.encode(response)))
+            say("answer", name, show_body(encode(response)))
 
     def do_hangup(self, name: str) -> None:
         self.clients.pop(name).close()
@@ -220,7 +226,7 @@ class Peer:
 
     def do_sample(self, type_name: str, seed: str) -> None:
         message = self.backend.samples.build(type_name, int(seed))
-        say("sample", type_name, show_body(self.backend.encode(message)))
+        say("sample", type_name, show_body(encode(message)))
 
     def do_types(self) -> None:
         say("types", *sorted(TYPES))

@@ -20,9 +20,6 @@ class NodeBackend(Backend):
         self.node = node
         self.samples = Samples(lambda name: load_message(name)(), Time, Duration)
 
-    def encode(self, message: Any) -> bytes:
-        return bytes(message._buff) if isinstance(message, AnyMsg) else bytes(message._encode(message))
-
     def advertise(self, topic: str, type_name: str, queue_size: int, latch: bool) -> Any:
         return self.node.advertise(topic, type_name, queue_size=queue_size, latch=latch)
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import sys
 import xmlrpc.client
 from typing import Any
@@ -24,11 +23,6 @@ class RospyBackend(Backend):
 
     def __init__(self) -> None:
         self.samples = Samples(lambda name: message_class(name)(), genpy.Time, genpy.Duration)
-
-    def encode(self, message: Any) -> bytes:
-        buffer = io.BytesIO()
-        message.serialize(buffer)
-        return buffer.getvalue()
 
     def advertise(self, topic: str, type_name: str, queue_size: int, latch: bool) -> Any:
         return rospy.Publisher(topic, message_class(type_name), queue_size=queue_size or None, latch=latch)

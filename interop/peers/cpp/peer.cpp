@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <boost/crc.hpp>
+#include <clocale>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -301,7 +302,7 @@ class Peer {
       say("delparam " + name + (node_.deleteParam(name) ? " 1" : " 0"));
     } else if (verb == "searchparam") {
       std::string found;
-      say("searchparam " + name + " " + (node_.searchParam(name, found) ? found : "none"));
+      say("searchparam " + name + " " + (ros::param::search(name, found) ? found : "none"));
     } else if (verb == "log") {
       std::string text;
       std::getline(words >> std::ws, text);
@@ -359,6 +360,7 @@ class Peer {
 };
 
 int main(int argc, char** argv) {
+  std::setlocale(LC_CTYPE, "");  // or log4cxx turns all but ASCII into question marks
   ros::init(argc, argv, argc > 1 ? argv[1] : "roscpp_peer");
   Peer peer;
   ros::AsyncSpinner spinner(2);
