@@ -1,0 +1,125 @@
+"""The rules of the house: which room may import which, what is pure, what stands at the top level, what README claims."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCE = ROOT / "src" / "pyros1"
+
+# A room may import the rooms on lower levels, and itself.
+LEVELS = [
+    {"errors", "names", "timing"},
+    {"values", "wire", "msgs"},
+    {"net"},
+    {"master", "node"},
+    {"graph", "aio"},
+    {"rospy", "launch", "bag", "views"},
+    {"cli"},
+]
+LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
+OUTSIDE = {"__init__", "__main__", "packages"}  # the public API, the start of `python -m pyros1`, users' programs
+
+IMPURE = {"socket", "selectors", "select", "threading", "time", "subprocess", "asyncio", "signal", "multiprocessing"}
+PURE = ["errors.py", "names.py", "timing.py", "values.py", "wire", "msgs"]
+
+
+def sources() -> list[Path]:
+    return sorted(path for path in SOURCE.rglob("*.py") if "packages" not in path.relative_to(SOURCE).parts)
+
+
+def room_of(path: Path) -> str:
+    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
+
+
+def imports(path: Path) -> Iterator[str]:
+    """Yield the full names of the modules that a file imports, those for type checkers only left out."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    typing_only: set[ast.AST] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "typing.TYPE_CHECKING"):
+            typing_only.update(child for statement in node.body for child in ast.walk(statement))
+    for node in ast.walk(tree):
+        if node in typing_only:
+            continue
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: write imports in full"
+            yield node.module or ""
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+@pytest.mark.parametrize("path", sources(), ids=lambda path: str(path.relative_to(SOURCE)))
+def test_imports_run_one_way(path: Path) -> None:
+    room = room_of(path)
+    if room in OUTSIDE:
+        return
+    assert room in LEVEL, f"{room} has no place in LEVELS"
+    for name in imports(path):
+        parts = name.split(".")
+        if parts[0] != "pyros1" or len(parts) == 1 or parts[1] not in LEVEL:
+            continue
+        target = parts[1]
+        allowed = target == room or LEVEL[target] < LEVEL[room] or (room in LEVELS[0] and target in LEVELS[0])
+        assert allowed, f"{path.relative_to(ROOT)} imports {name}: {room} may not import {target}"
+
+
+@pytest.mark.parametrize("name", PURE)
+def test_pure_rooms_import_no_io(name: str) -> None:
+    target = SOURCE / name
+    for path in [target] if target.is_file() else sorted(target.rglob("*.py")):
+        for module in imports(path):
+            assert module.split(".")[0] not in IMPURE, f"{path.relative_to(ROOT)} imports {module}"
+
+
+@pytest.mark.parametrize("path", sources(), ids=lambda path: str(path.relative_to(SOURCE)))
+def test_modules_hold_no_mutable_state(path: Path) -> None:
+    """No `global` statement, and no empty container that waits to be filled, at module level (rospy's face excepted)."""
+    if room_of(path) == "rospy":
+        return
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert not any(isinstance(node, ast.Global) for node in ast.walk(tree)), f"{path}: global"
+    for statement in tree.body:
+        value = statement.value if isinstance(statement, (ast.Assign, ast.AnnAssign)) else None
+        if isinstance(value, (ast.List, ast.Dict, ast.Set)):
+            empty = not (value.keys if isinstance(value, ast.Dict) else value.elts)
+            assert not empty, f"{path}:{statement.lineno}: an empty container at module level"
+
+
+def test_every_source_file_is_one_idea_long() -> None:
+    long = {str(p.relative_to(ROOT)): n for p in sources() if (n := len(p.read_text().splitlines())) > 450}
+    assert not long, f"split these: {long}"
+
+
+def test_top_level_folders() -> None:
+    allowed = {"src", "tests", "launch", "interop", "build", "dist"}
+    found = {path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith((".", "__"))}
+    assert found <= allowed, f"no other folders at the top level: {found - allowed}"
+
+
+def feature_rows() -> list[tuple[str, str]]:
+    """Return (feature, reference to its test) of the README's feature table."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\|\s*([^|]+?)\s*\|.*\|\s*`((?:tests|interop)/[^`]+)`\s*\|$", text, re.MULTILINE)
+    return [(feature, reference) for feature, reference in rows]
+
+
+def test_readme_has_a_feature_table() -> None:
+    assert len(feature_rows()) >= 10
+
+
+@pytest.mark.parametrize(("feature", "reference"), feature_rows())
+def test_readme_features_are_backed_by_tests(feature: str, reference: str) -> None:
+    file, _, name = reference.partition("::")
+    path = ROOT / file
+    assert path.exists(), f"{feature}: there is no {file}"
+    if name:
+        assert re.search(rf"def {re.escape(name)}\b", path.read_text(encoding="utf-8")), (
+            f"{feature}: no {name} in {file}"
+        )
