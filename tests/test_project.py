@@ -1,4 +1,4 @@
-"""The rules of the house: which room may import which, what is pure, what stands at the top level, what README claims."""
+"""The rules of the house: which room may import which, what is pure, what is at the top level, what README claims."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_pure_rooms_import_no_io(name: str) -> None:
 
 @pytest.mark.parametrize("path", sources(), ids=lambda path: str(path.relative_to(SOURCE)))
 def test_modules_hold_no_mutable_state(path: Path) -> None:
-    """No `global` statement, and no empty container that waits to be filled, at module level (rospy's face excepted)."""
+    """No `global` statement, and no empty container that waits to be filled, at module level (but in rospy/)."""
     if room_of(path) == "rospy":
         return
     tree = ast.parse(path.read_text(encoding="utf-8"))

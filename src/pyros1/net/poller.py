@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import select
 import selectors
 import socket
@@ -59,20 +60,16 @@ class Poller:
         events = self._poll.poll()
         for index, (fd, _) in enumerate(events):
             if fd == self._bell_fd:
-                try:
+                with contextlib.suppress(BlockingIOError):
                     self._bell.recv(4096)
-                except BlockingIOError:
-                    pass
                 del events[index]
                 break
         return events
 
     def wake(self) -> None:
         """Make `wait` return, now or the next time. Any thread; a full pipe means that a wake-up is under way."""
-        try:
+        with contextlib.suppress(OSError):
             self._button.send(b"\0")
-        except (BlockingIOError, OSError):
-            pass
 
     def close(self) -> None:
         """Release the descriptors."""

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.errors import ConnectionRefusedByPeerError, Error, ProtocolError
 from pyros1.net.connect import connect
 from pyros1.node.context import find_local_context
+from pyros1.node.keepalive import keep_alive
 from pyros1.node.reader import InLink
 from pyros1.wire.handshake import Refusal, check_publisher_answer
 from pyros1.wire.header import HeaderReader, encode_header
@@ -56,7 +57,9 @@ class Connector:
         self._ended = False
         self._attempt = 0  # answers to older attempts are ignored
         self._timer: TimerHandle | None = None
+        self._resting = False  # the timer is for the next attempt
         self._sock: socket.socket | None = None
+        self._unsent = b""  # of our greeting
 
     @property
     def idle(self) -> bool:
@@ -66,8 +69,10 @@ class Connector:
     def announced(self) -> None:
         """The master lists the publisher, again or for the first time."""
         self._ended = False
-        if self._refused or (not self.linked and self._timer is None and self._attempt == 0):
+        if self._attempt == 0 or self._refused or self._resting:
             self._refused = False
+            self._rest = FIRST_REST
+            self._cancel_timer()
             self._start()
 
     def vanished(self) -> None:
@@ -80,9 +85,7 @@ class Connector:
         """Give up what is under way."""
         self._ended = True
         self._attempt += 1
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._cancel_timer()
         self._close_socket()
 
     def lost(self, reason: str | None) -> None:
@@ -96,7 +99,7 @@ class Connector:
     # Steps ------------------------------------------------------------------------------------------------------------
 
     def _start(self) -> None:
-        self._timer = None
+        self._cancel_timer()
         if self._ended:
             return
         self._attempt += 1
@@ -142,14 +145,15 @@ class Connector:
             return
         self._sock = sock
         subscription = self._subscription
-        _keep_alive(sock)
+        keep_alive(sock)
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         reader = HeaderReader()
-        try:
-            sock.send(encode_header(subscription.request_header()))  # the first bytes on a new connection: they fit
-        except OSError:
-            self._retry()
-            return
-        self._context.loop.register(sock, selectors.EVENT_READ, lambda _: self._greeted(attempt, reader))
+        self._unsent = encode_header(subscription.request_header())
+        self._context.loop.register(
+            sock,
+            selectors.EVENT_READ | selectors.EVENT_WRITE,
+            lambda mask: self._greet(attempt, sock, reader, mask),
+        )
         self._timer = self._context.loop.call_later(STEP_TIMEOUT, self._silent, attempt)
 
     def _silent(self, attempt: int) -> None:
@@ -157,10 +161,26 @@ class Connector:
             self._timer = None
             self._retry()
 
-    def _greeted(self, attempt: int, reader: HeaderReader) -> None:
-        sock = self._sock
-        if attempt != self._attempt or sock is None:
+    def _greet(self, attempt: int, sock: socket.socket, reader: HeaderReader, mask: int) -> None:
+        """Send our header, in pieces if it is long, and take the publisher's."""
+        if attempt != self._attempt:
             return
+        if mask & selectors.EVENT_WRITE:
+            try:
+                self._unsent = self._unsent[sock.send(self._unsent) :]
+            except BlockingIOError:
+                pass
+            except OSError:
+                self._retry()
+                return
+            if not self._unsent:
+                self._context.loop.modify(
+                    sock, selectors.EVENT_READ, lambda mask: self._greet(attempt, sock, reader, mask)
+                )
+        if mask & selectors.EVENT_READ:
+            self._greeted(sock, reader)
+
+    def _greeted(self, sock: socket.socket, reader: HeaderReader) -> None:
         try:
             data = sock.recv(65536)
             if not data:
@@ -178,9 +198,7 @@ class Connector:
         except OSError:
             self._retry()
             return
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._cancel_timer()
         self._context.loop.unregister(sock)
         self._sock = None
         self.linked = True
@@ -190,21 +208,24 @@ class Connector:
     def _refuse(self, reason: str) -> None:
         self._refused = True
         self._attempt += 1
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._cancel_timer()
         self._close_socket()
         self._context.log.error("%s", reason)
 
     def _retry(self) -> None:
         self._attempt += 1
         self._close_socket()
+        self._cancel_timer()
+        if not self._ended and not self._context.stopping.is_set():
+            self._resting = True
+            self._timer = self._context.loop.call_later(self._rest, self._start)
+            self._rest = min(2 * self._rest, LONGEST_REST)
+
+    def _cancel_timer(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        if not self._ended and not self._context.stopping.is_set():
-            self._timer = self._context.loop.call_later(self._rest, self._start)
-            self._rest = min(2 * self._rest, LONGEST_REST)
+        self._resting = False
 
     def _close_socket(self) -> None:
         sock, self._sock = self._sock, None
@@ -212,13 +233,3 @@ class Connector:
             with contextlib.suppress(KeyError, ValueError):
                 self._context.loop.unregister(sock)
             sock.close()
-
-
-def _keep_alive(sock: socket.socket) -> None:
-    """Notice within some minutes that the other machine is gone (T37)."""
-    with contextlib.suppress(OSError):
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-        for option, value in (("TCP_KEEPIDLE", 60), ("TCP_KEEPINTVL", 10), ("TCP_KEEPCNT", 9)):
-            if hasattr(socket, option):  # not on every system
-                sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)

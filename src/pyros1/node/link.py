@@ -40,6 +40,7 @@ class SubscriberLink:
         loop: the node's loop.
         sock: connected and past the handshake; owned by the link from now on.
         header: the subscriber's connection header.
+        greeting: our connection header, encoded; goes out first.
         queue_size: most waiting messages; 0 for no limit; None makes `send` block until all is written.
         on_closed: called once, on the loop, when the link is gone.
 
@@ -54,6 +55,7 @@ class SubscriberLink:
         loop: Loop,
         sock: socket.socket,
         header: dict[str, str],
+        greeting: bytes,
         queue_size: int | None,
         on_closed: Callable[[SubscriberLink], None],
     ) -> None:
@@ -78,6 +80,9 @@ class SubscriberLink:
         sock.setblocking(False)
         self.address = _address_text(sock)
         loop.call_soon(self._watch)
+        with self._lock:
+            self._send_now(greeting)
+            self.bytes_sent = 0
 
     @property
     def dropped(self) -> int:

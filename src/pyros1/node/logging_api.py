@@ -53,6 +53,7 @@ def offer(node: Node, sink: LogSink) -> None:
         sink.levels[request.logger] = level_from_name(request.level)
         return {}
 
-    node.advertise_service("~get_loggers", get_loggers, list_loggers)
-    node.advertise_service("~set_logger_level", "roscpp/SetLoggerLevel", set_level)
+    node._services.advertise(node.resolve("~get_loggers"), get_loggers, list_loggers, direct=True)
+    set_logger_level = load_service("roscpp/SetLoggerLevel")
+    node._services.advertise(node.resolve("~set_logger_level"), set_logger_level, set_level, direct=True)
     sink.publish = publish

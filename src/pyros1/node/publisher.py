@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 from pyros1.errors import NodeError, SerializationError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.node.context import wait_for_links
+from pyros1.node.keepalive import keep_alive
 from pyros1.node.link import SubscriberLink
 from pyros1.node.local import LocalLink
 from pyros1.wire.handshake import ANY, Refusal, TopicType, answer_subscriber, is_true
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 _M = TypeVar("_M")
 _U32_SIZE = 4
 FAREWELL = 1.0
+"""Seconds that subscribers have for taking the last messages of a publisher that ends."""
+MOST_LINKS = 1024
 
 
 class Link(Protocol):
@@ -125,10 +128,13 @@ class Publication:
             Refusal: the subscriber wants another type.
         """
         answer = self._answer(header)
+        if len(self.links) >= MOST_LINKS:
+            raise Refusal(f"[{self.topic}] has {MOST_LINKS} subscribers already")
+        keep_alive(sock)
         if is_true(header.get("tcp_nodelay")):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        sock.send(encode_header(answer))  # the first bytes on a new connection: they fit
-        self._add(SubscriberLink(self.context.loop, sock, header, self.queue_size, self._remove))
+        greeting = encode_header(answer)
+        self._add(SubscriberLink(self.context.loop, sock, header, greeting, self.queue_size, self._remove))
 
     def connect_local(self, subscription: Subscription, uri: str, header: dict[str, str]) -> LocalLink:
         """Link a subscription of the same process, without a socket.
@@ -159,7 +165,7 @@ class Publication:
         self._changed()
 
     def _changed(self) -> None:
-        for callback in self.on_change:
+        for callback in tuple(self.on_change):
             callback()
 
     def close(self) -> None:

@@ -49,7 +49,9 @@ class ServiceServer:
         service_class: type[Service],
         handler: Callable[[Any], Any],
         unregister: Callable[[ServiceServer], None],
+        direct: bool = False,
     ) -> None:
+        self._callbacks = None if direct else context.callbacks  # None: the handler runs in the call's thread
         self.name = name
         self.type = service_class
         self._context = context
@@ -120,7 +122,7 @@ class ServiceServer:
         except MessageError as error:
             return encode_failure(f"service [{self.name}]: {error}")
         request._connection_header = header
-        callbacks = self._context.callbacks
+        callbacks = self._callbacks
         if callbacks is None:
             return self._handle(request)
         done = threading.Event()

@@ -36,13 +36,21 @@ class Services:
         self._workers = Workers(f"{context.name}:service")
         self._lock = threading.Lock()
 
-    def advertise(self, name: str, service_class: type[Service], handler: Callable[[Any], Any]) -> ServiceServer:
-        """Provide a service; see ``Node.advertise_service``."""
+    def advertise(
+        self, name: str, service_class: type[Service], handler: Callable[[Any], Any], direct: bool = False
+    ) -> ServiceServer:
+        """Provide a service; see ``Node.advertise_service``.
+
+        Args:
+            direct: answer at once even in a node that spins.
+        """
         with self._lock:
             self._context.check_running()
             if name in self.servers:
                 raise NodeError(f"service {name} is provided by this node already")
-            server = ServiceServer(self._context, self._workers, name, service_class, handler, self._unadvertise)
+            server = ServiceServer(
+                self._context, self._workers, name, service_class, handler, self._unadvertise, direct
+            )
             self.servers = {**self.servers, name: server}
         try:
             self._registrar().register("registerService", name, self._address(), self._context.uri)

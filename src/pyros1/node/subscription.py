@@ -159,7 +159,7 @@ class Subscription:
             del self._connectors[uri]
 
     def _changed(self) -> None:
-        for callback in self.on_change:
+        for callback in tuple(self.on_change):
             callback()
 
     @property
