@@ -79,7 +79,7 @@ def _check_single(cls: type[Message], base: str, value: Any, name: str) -> None:
             raise SerializationError(f"field {name} is not a bool")
     elif code in "fd":
         try:
-            struct.pack(code, value)
+            struct.pack("<" + code, float(value) if isinstance(value, int) else value)
         except OverflowError:
             raise SerializationError(f"field {name} exceeds specified width [{base}]") from None
         except (struct.error, TypeError, ValueError):

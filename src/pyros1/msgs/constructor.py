@@ -45,7 +45,7 @@ def arrange(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> 
                 raise AttributeError(f"{name} is not an attribute of {cls.__name__}")
         return tuple(map(kwds.get, slots))
     if len(args) != len(slots):
-        raise TypeError(f"Invalid number of arguments, args should be {list(slots)} args are {args}")
+        raise TypeError(f"Invalid number of arguments, args should be {list(slots)} args are{args}")
     return args
 
 

@@ -111,6 +111,8 @@ class Decoder(Source):
                 self.lines.append(f"if {count} > {MAX_EMPTY}: raise ValueError('count')")
                 self.lines.append(f"{target} = [{self.ref(nested)}() for _ in range({count})]")
                 return
+            if self.at == "q":
+                self.move(0)
             self.lines.append(f"q = {self.at} + {count} * {size}" if length < 0 else f"q = {self.at} + {length * size}")
             self.lines.append("if q > end: raise ValueError('count')")
             if nested is None:

@@ -1,0 +1,136 @@
+"""The class interface that programs know from genpy (G10, G16-G18, G24)."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from typing import Any
+
+import pytest
+
+from pyros1.errors import DefinitionError, DeserializationError
+from pyros1.msgs import AnyMsg, from_definition, load_message
+from pyros1.msgs.base import message_class
+from pyros1.timing import Duration, Time
+
+SEPARATOR = "=" * 80
+
+
+def make(text: str) -> Any:
+    return from_definition("p/T", text)
+
+
+def test_g16_attributes() -> None:
+    cls: Any = load_message("std_msgs/Header")
+    assert (cls._type, cls._md5sum) == ("std_msgs/Header", "2176decaecbce78abc3b96ef049fabed")
+    assert cls.__slots__ == ["seq", "stamp", "frame_id"]
+    assert cls._slot_types == ["uint32", "time", "string"]
+    assert not cls._has_header
+    assert load_message("geometry_msgs/PoseStamped")._has_header
+    assert cls()._get_types() == cls._slot_types
+
+
+def test_g17_constructor() -> None:
+    cls = make("int32 a\nstring b")
+    assert (cls().a, cls().b) == (0, "")
+    assert (cls(1, "x").a, cls(1, "x").b) == (1, "x")
+    assert (cls(b="x").a, cls(b="x").b) == (0, "x")
+    assert (cls(None, "x").a, cls(a=None).b) == (0, "")
+    with pytest.raises(TypeError, match=r"Invalid number of arguments, args should be \['a', 'b'\] args are\(1,\)"):
+        cls(1)
+    with pytest.raises(TypeError, match="may only use args OR keywords, not both"):
+        cls(1, b=2)
+    with pytest.raises(AttributeError, match="zz is not an attribute of T"):
+        cls(zz=1)
+
+
+def test_g18_defaults_and_that_they_are_not_shared() -> None:
+    text = "bool b\nfloat32 f\nuint8[] u\nuint8[2] v\nchar[] c\nint8[] i\nint8[2] j\nstring[2] s\ntime t\nduration d\n"
+    cls = make(f"{text}N n\nN[2] m\ntime[1] ts\nN[] e\n{SEPARATOR}\nMSG: p/N\nint8[] x")
+    message = cls()
+    values = [getattr(message, name) for name in message.__slots__]
+    nested = message.n
+    start = [False, 0.0, b"", b"\0\0", b"", [], [0, 0], ["", ""], Time(), Duration(), nested, [nested, nested]]
+    assert values == [*start, [Time()], []]
+    assert [type(value) for value in values[:5]] == [bool, float, bytes, bytes, bytes]
+    other = cls()
+    for name in ("i", "t", "d", "n", "m", "e"):
+        assert getattr(message, name) is not getattr(other, name)
+    assert message.m[0] is not message.m[1]
+    assert cls(b=True).n is not cls(b=True).n
+
+
+def test_g10_reserved_words() -> None:
+    cls = make("int8 from\nstring class\nint8 self\nint8 None=3\nint8 print")
+    assert cls.__slots__ == ["from_", "class_", "self_", "print"]
+    assert cls.None_ == 3
+    message = cls(1, "c", 2, 4)
+    assert cls._decode(cls._encode(message), 0, 8) == message
+    assert cls(from_=1).from_ == 1
+    assert cls._full_text.startswith("int8 from\n")
+
+
+def test_constants_are_class_attributes() -> None:
+    assert load_message("sensor_msgs/PointField").FLOAT32 == 7  # type: ignore[attr-defined]  # made from the definition
+    with pytest.raises(DefinitionError, match="same name"):
+        make("int8 X=1\nint8 X")
+
+
+def test_field_names_may_be_those_of_methods() -> None:
+    cls = make("int8 serialize\nint8 data\nint8 m\nint8 buf\nint8 start\nint8 new\nint8 args\nint8 q")
+    message = cls(*range(8))
+    assert cls._decode(cls._encode(message), 0, 8) == message
+
+
+def test_g24_equality() -> None:
+    cls, other = make("int8[] a\nstring b"), make("int8[] a\nstring b")
+    assert cls([1, 2], "x") == cls((1, 2), "x")
+    assert cls([1, 2], "x") != cls([1, 3], "x")
+    assert cls([1], "x") != other([1], "x")  # another class, though of the same name
+    assert cls() != "text"
+    with pytest.raises(TypeError):
+        hash(cls())
+
+
+def test_g24_copies_and_pickles() -> None:
+    cls: Any = load_message("geometry_msgs/PoseStamped")
+    message = cls()
+    message.header.stamp, message.pose.position.x = Time(1, 2), 3.0
+    for twin in (pickle.loads(pickle.dumps(message)), copy.deepcopy(message), copy.copy(message)):
+        assert twin == message and type(twin) is cls
+    message._connection_header = {"callerid": "/x"}
+    assert message == copy.copy(message)
+
+
+def test_derived_classes_encode_as_their_base() -> None:
+    cls = make("int8 a")
+
+    class Mine(cls):  # type: ignore[misc,valid-type]  # made at run time
+        pass
+
+    assert Mine(5).a == 5
+    assert Mine._encode(Mine(5)) == b"\5"
+    assert type(Mine._decode(b"\5", 0, 1)) is cls
+    assert message_class(Mine) is cls
+    assert Mine(5) == Mine(5)
+
+
+def test_unknown_class_attributes_are_attribute_errors() -> None:
+    assert not hasattr(make("int8 a"), "_other")
+
+
+def test_any_message() -> None:
+    message = AnyMsg._decode(memoryview(b"xx\5yy"), 2, 3)
+    assert message._buff == b"\5"
+    assert AnyMsg._encode_frame(message) == b"\1\0\0\0\5"
+    with pytest.raises(DefinitionError, match="no type and message_definition"):
+        message.decode()
+    message._connection_header = {"type": "q/T", "message_definition": "int8 a", "callerid": "/n"}
+    real: Any = message.decode()
+    assert (real._type, real.a, real._connection_header["callerid"]) == ("q/T", 5, "/n")
+    assert message.decode(make("int8 b")).b == 5  # type: ignore[attr-defined]  # made from the definition
+    with pytest.raises(DeserializationError):
+        message.decode(make("int16 b"))
+    big = AnyMsg(bytes(20_000))
+    frame = AnyMsg._encode_frame(big)
+    assert isinstance(frame, list) and frame[1] is big._buff
