@@ -23,6 +23,11 @@ static void handleCallbacks(double seconds) {
   ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(seconds));
 }
 
+static void ready() {
+  std::puts("ready");
+  std::fflush(stdout);
+}
+
 static void waitForSubscriber(const ros::Publisher& publisher) {
   while (ros::ok() && publisher.getNumSubscribers() == 0) ros::WallDuration(0.01).sleep();
 }
@@ -67,6 +72,7 @@ template <class M> void receive(ros::NodeHandle& node, const std::string& topic,
   };
   ros::Subscriber subscriber = node.subscribe<M>(topic, queue, boost::function<void(const boost::shared_ptr<M const>&)>(heard),
                                                  ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+  ready();
   while (ros::ok() && count == 0) handleCallbacks(0.05);
   const double start = now();
   const long first = count;
@@ -81,6 +87,7 @@ static void echo(ros::NodeHandle& node, int queue) {
   ros::Subscriber subscriber = node.subscribe<Float64>(
       "ping", queue, boost::function<void(const Float64::ConstPtr&)>([&](const Float64::ConstPtr& m) { publisher.publish(*m); }),
       ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+  ready();
   ros::spin();
 }
 
@@ -137,6 +144,7 @@ int main(int argc, char** argv) {
   else if (role == "call") call(node, queue != 0, seconds);
   else if (role == "srv") {
     ros::ServiceServer server = node.advertiseService("bench_srv", answer);
+    ready();
     ros::spin();
   } else {
     std::fprintf(stderr, "unknown role\n");

@@ -125,8 +125,11 @@ class Process:
     def write(self, line: str) -> None:
         """Send one line to its standard input."""
         assert self.child.stdin is not None
-        self.child.stdin.write(line.encode() + b"\n")
-        self.child.stdin.flush()
+        try:
+            self.child.stdin.write(line.encode() + b"\n")
+            self.child.stdin.flush()
+        except BrokenPipeError:
+            raise AssertionError(f"{self.label} ended before {line!r}\n{self.transcript()}") from None
 
     def signal(self, number: int) -> None:
         """Send a signal to the whole process group."""
