@@ -173,7 +173,9 @@ def test_bad_utf8_names_field_and_offset() -> None:
 
 
 def test_g19_types_after_decoding() -> None:
-    text = "uint8[] u\nchar[] c\nbyte[] b\nint8[2] i\nfloat32[] f\nbool[] l\nstring[] s\ntime[] t\nuint8[1] v\nbool[1] w"
+    text = (
+        "uint8[] u\nchar[] c\nbyte[] b\nint8[2] i\nfloat32[] f\nbool[] l\nstring[] s\ntime[] t\nuint8[1] v\nbool[1] w"
+    )
     message = roundtrip(make(text)(b"a", [1], [1], [1, 2], [1.0], [True], ["x"], [Time(1)], b"b", [True]))
     values = [getattr(message, name) for name in message.__slots__]
     assert values == [b"a", b"\1", (1,), (1, 2), (1.0,), [True], ["x"], [Time(1)], b"b", [True]]
@@ -192,7 +194,7 @@ def test_times_are_normalised_when_decoded() -> None:
     data = struct.pack("<IIiiIII", 1, 2_000_000_000, 1, -1, 1, 1, 1_500_000_000)
     message = cls._decode(data, 0, len(data))
     assert message == cls(Time(3, 0), Duration(0, 999_999_999), [Time(2, 500_000_000)])
-    with pytest.raises(DeserializationError):  # noqa: PT012  both belong to the check
+    with pytest.raises(DeserializationError):
         cls._decode(data[:-1], 0, len(data) - 1)
 
 
@@ -209,7 +211,9 @@ def test_numbers_from_an_array_object_are_not_converted_one_by_one() -> None:
     cls = make("float64[] x\nint16[] y")
     numbers = array.array("d", range(1000))
     assert body(cls(numbers, array.array("h", [1]))) == body(cls(tuple(numbers), [1]))
-    assert body(cls(array.array("f", [1.5] * 500), [])) == body(cls((1.5,) * 500, []))  # another format: element by element
+    assert body(cls(array.array("f", [1.5] * 500), [])) == body(
+        cls((1.5,) * 500, [])
+    )  # another format: element by element
 
 
 @pytest.mark.parametrize(

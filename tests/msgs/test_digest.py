@@ -68,7 +68,9 @@ def test_very_deep_nesting_is_an_error() -> None:
         digests(**texts).md5(parse_message("p/T0", texts["T0"]))
 
 
-@given(st.one_of(st.text(), st.lists(st.sampled_from([SEPARATOR, "MSG:", " ", "p/A", "\n", "int8 x", "="])).map("".join)))
+@given(
+    st.one_of(st.text(), st.lists(st.sampled_from([SEPARATOR, "MSG:", " ", "p/A", "\n", "int8 x", "="])).map("".join))
+)
 def test_any_full_text_is_cut_or_refused(text: str) -> None:
     try:
         parts = split_full_text("p/T", text)

@@ -30,7 +30,9 @@ def test_the_text_wins_over_what_is_installed() -> None:
 
 def test_header_needs_no_text_and_roslib_is_std_msgs() -> None:
     plain: Any = from_definition("p/T", "Header header")
-    old: Any = from_definition("p/T", f"roslib/Header header\n{SEPARATOR}\nMSG: roslib/Header\nuint32 seq\ntime stamp\nstring frame_id")
+    old: Any = from_definition(
+        "p/T", f"roslib/Header header\n{SEPARATOR}\nMSG: roslib/Header\nuint32 seq\ntime stamp\nstring frame_id"
+    )
     assert plain._md5sum == old._md5sum
     assert plain._has_header and old._has_header
 
@@ -56,7 +58,9 @@ def test_bad_type_name() -> None:
         from_definition("*", "")
 
 
-@given(st.lists(st.sampled_from([SEPARATOR, "MSG: p/A", "A", "int8", "x", "[]", "[3]", " ", "\n", "T", "=1"])).map("".join))
+@given(
+    st.lists(st.sampled_from([SEPARATOR, "MSG: p/A", "A", "int8", "x", "[]", "[3]", " ", "\n", "T", "=1"])).map("".join)
+)
 def test_any_text_gives_a_class_or_the_documented_error(text: str) -> None:
     try:
         cls = from_definition("p/T", text)

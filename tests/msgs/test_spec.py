@@ -145,7 +145,8 @@ def test_g09_action_texts_as_stock_writes_them() -> None:
         "pkg/DoGoal": note + "# c\nint32 a\n\n",
         "pkg/DoResult": note,
         "pkg/DoFeedback": note + "\n# no feedback\n",
-        "pkg/DoAction": note + "\nDoActionGoal action_goal\nDoActionResult action_result\nDoActionFeedback action_feedback\n",
+        "pkg/DoAction": note
+        + "\nDoActionGoal action_goal\nDoActionResult action_result\nDoActionFeedback action_feedback\n",
         "pkg/DoActionGoal": note + "\nHeader header\nactionlib_msgs/GoalID goal_id\nDoGoal goal\n",
         "pkg/DoActionResult": note + "\nHeader header\nactionlib_msgs/GoalStatus status\nDoResult result\n",
         "pkg/DoActionFeedback": note + "\nHeader header\nactionlib_msgs/GoalStatus status\nDoFeedback feedback\n",
@@ -154,7 +155,26 @@ def test_g09_action_texts_as_stock_writes_them() -> None:
         action_messages("pkg/Do", "---")
 
 
-PIECES = ["int8", "string", "time", "Header", "pkg/T", "x", "X", "=", "#", "[", "]", "3", "-1", " ", "\t", "\r", "\n", "é"]
+PIECES = [
+    "int8",
+    "string",
+    "time",
+    "Header",
+    "pkg/T",
+    "x",
+    "X",
+    "=",
+    "#",
+    "[",
+    "]",
+    "3",
+    "-1",
+    " ",
+    "\t",
+    "\r",
+    "\n",
+    "é",
+]
 
 
 @given(st.one_of(st.text(), st.lists(st.sampled_from(PIECES)).map("".join)))

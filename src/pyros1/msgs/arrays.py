@@ -37,14 +37,14 @@ class Packers(dict[int, Callable[..., bytes]]):
             except TypeError:
                 pass
             else:
-                # numpy's names for 8-byte integers vary between platforms: l and q are the same on most.
-                same = view.format == self._code or {view.format, self._code} <= _LONGS.get(self._code, set())
+                same = view.format in _SAME.get(self._code, self._code)
                 if same and view.ndim == 1 and view.itemsize == struct.calcsize("<" + self._code):
                     return view.tobytes()
         return self[len(values)](*values)
 
 
-_LONGS = {"q": {"q", "l"}, "Q": {"Q", "L"}}
+# Buffer formats that hold the same bytes as a struct code: which name an 8-byte integer has varies between platforms.
+_SAME = {"q": "ql", "Q": "QL", "B": "B?"}
 
 
 class Unpackers(dict[int, Callable[[Buffer, int], tuple[Any, ...]]]):

@@ -95,7 +95,7 @@ class Encoder(Source):
             return
         if length >= 0:
             self.lines.append(f"if len({local}) != {length}: raise ValueError('wrong length')")
-            if code is not None and length:
+            if code is not None and base != "bool" and length:
                 self.value(f"{length}{code}", f"*{local}")
                 return
         else:
@@ -103,7 +103,9 @@ class Encoder(Source):
         if code is not None:
             packers = self.ref(arrays.Packers(code), ("packers", code))
             self.large = True
-            piece = self.piece(f"{packers}.pack({local}) if len({local}) > 256 else {packers}[len({local})](*{local})")
+            # numpy's booleans do not pass for integers, its arrays of them do as a whole.
+            whole = f"{local}.__class__ is not list" if base == "bool" else f"len({local}) > 256"
+            piece = self.piece(f"{packers}.pack({local}) if {whole} else {packers}[len({local})](*{local})")
         elif base == "string":
             piece = self.piece(f"{self.ref(arrays.pack_strings)}({local})")
         elif nested is None:

@@ -1,0 +1,40 @@
+"""Numeric arrays as numpy arrays (G23)."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import pytest
+
+from pyros1.msgs import from_definition
+
+numpy = pytest.importorskip("numpy")
+SEPARATOR = "=" * 80
+
+
+def test_decode_to_numpy_and_encode_from_it() -> None:
+    cls: Any = from_definition(
+        "p/T", f"float32[] f\nuint8[] u\nbool[2] b\nstring[] s\nA[] a\n{SEPARATOR}\nMSG: p/A\nint16[] i"
+    )
+    plain = cls((1.0, 2.5), b"ab", [True, False], ["x"], [cls._classes["p/A"]((1, -2))])
+    data = cls._encode(plain)
+    message = cls().deserialize_numpy(data, numpy)
+    assert (message.f.dtype, message.u.dtype, message.b.dtype) == (numpy.float32, numpy.uint8, numpy.bool_)
+    assert message.a[0].i.tolist() == [1, -2] and message.s == ["x"]
+    buffer = io.BytesIO()
+    message.serialize_numpy(buffer, numpy)
+    assert buffer.getvalue() == data
+    assert message == cls().deserialize_numpy(data, numpy)
+
+
+def test_large_arrays_and_other_dtypes() -> None:
+    cls: Any = from_definition("p/T", "float64[] x\nint64[] i\nuint8[] u")
+    numbers = numpy.arange(1000)
+    expected = cls._encode(cls(tuple(map(float, range(1000))), tuple(range(1000)), bytes(1000)))
+    assert cls._encode(cls(numbers.astype("f8"), numbers.astype("i8"), numpy.zeros(1000, "u1"))) == expected
+    assert cls._encode(cls(numbers.astype("f4"), numbers.astype("i2"), numpy.zeros((10, 100), "u1"))) == expected
+    every_second = numpy.arange(2000)[::2].astype("f8")
+    assert cls._encode(cls(numpy.repeat(every_second, 2)[::2], [], b"")) == cls._encode(
+        cls(list(every_second), [], b"")
+    )
