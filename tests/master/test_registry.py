@@ -81,7 +81,7 @@ def test_m32_m33_types() -> None:
     registry = Registry()
 
     def known() -> dict[str, str]:
-        return {topic: kind for topic, kind in registry.topic_types()}
+        return {item[0]: item[1] for item in registry.topic_types()}
 
     registry.register_subscriber("/s", "/t", "*", A)
     assert known() == {}

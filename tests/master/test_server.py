@@ -165,8 +165,10 @@ def test_m13_shutdown_answers_first() -> None:
 
 def test_m38_m57_subscribers_are_told(client: MasterClient, make_slave: Callable[[], Slave], lines: list[str]) -> None:
     first, second = make_slave(), make_slave()
-    client.call("registerSubscriber", "/t", "*", first.uri)
-    MasterClient("/other", client.uri).register_subscriber("/t", "*", second.uri)
+    client.register_subscriber("/t", "*", first.uri)
+    other = MasterClient("/other", client.uri)
+    other.register_subscriber("/t", "*", second.uri)
+    other.close()
     publisher = MasterClient("/p", client.uri)
     assert publisher.register_publisher("/t", "a/b", "http://p:1/") == [first.uri, second.uri]
     update = ["publisherUpdate", "/master", "/t", ["http://p:1/"]]
