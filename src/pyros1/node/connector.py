@@ -112,7 +112,7 @@ class Connector:
             try:
                 self._subscription.link_local(self, publication)
             except (Refusal, Error) as refusal:
-                self._refuse(str(refusal))
+                self._refuse(f"publisher {self.uri} of {publication.topic} refused the connection: {refusal}")
             return
         attempt = self._attempt
         self._context.rpc.call(

@@ -142,7 +142,12 @@ class Publication:
         Raises:
             Refusal: it wants another type.
         """
-        link = LocalLink(subscription, uri, header, self._answer(header), self.queue_size, self._remove)
+        try:
+            answer = self._answer(header)
+        except Refusal as refusal:  # over TCP the server says so
+            self.context.log.warn("refused a connection of %s for %s: %s", header["callerid"], self.topic, refusal)
+            raise
+        link = LocalLink(subscription, uri, header, answer, self.queue_size, self._remove)
         self._add(link)
         return link
 

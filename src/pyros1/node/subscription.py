@@ -133,13 +133,15 @@ class Subscription:
         link = publication.connect_local(self, connector.uri, self.request_header())
         connector.linked = True
         with self._lock:
-            self._local_links = (*self._local_links, link)
+            if link.connected:  # not so if the publisher ended meanwhile, on its own thread
+                self._local_links = (*self._local_links, link)
         self._changed()
 
     def local_closed(self, link: LocalLink) -> None:
         """A local publisher has ended its link. Any thread."""
         with self._lock:
             self._local_links = tuple(other for other in self._local_links if other is not link)
+        self.reader.submit(lambda: self._latched.pop(id(link), None))
         self.context.loop.call_soon(self._reconnect, link.uri, None)
         self._changed()
 
