@@ -1,0 +1,291 @@
+"""``pyros1 launch``: start what launch files describe (https://wiki.ros.org/roslaunch/Commandline%20Tools)."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import socket
+import sys
+from optparse import OptionParser, Values
+from pathlib import Path
+from typing import NoReturn
+
+from pyros1.errors import Error, LaunchError, PackageNotFoundError
+from pyros1.launch import report
+from pyros1.launch.command_line import OWN_PACKAGES, locate, node_words
+from pyros1.launch.loader import STDIN, absolute_files, load_plan
+from pyros1.launch.plan import Plan
+from pyros1.launch.resources import Resources
+from pyros1.msgs.packages import PackageIndex
+
+USAGE = """usage: %prog [options] [package] <filename> [arg_name:=value...]
+       %prog [options] <filename> [<filename>...] [arg_name:=value...]
+
+If <filename> is a single dash ('-'), launch XML is read from standard input."""
+_ARGUMENT = re.compile(r"([A-Za-z~/_][\w/~.-]*):=(.*)", re.DOTALL)
+_COMMAND_TIMEOUT_S = 600.0
+
+
+def main(argv: list[str]) -> int:
+    """Run ``pyros1 launch``.
+
+    Args:
+        argv: the words after the command's name.
+
+    Returns:
+        The exit code: 0, also when nodes died; 1 when nothing could be launched; 2 for a wrong command line.
+    """
+    parser = make_parser("roslaunch")
+    arguments = dict(match.groups() for word in argv if (match := _ARGUMENT.fullmatch(word)))
+    options, words = parser.parse_args([word for word in argv if not _ARGUMENT.fullmatch(word)])
+    if options.child_name or options.server_uri:
+        parser.error("remote child mode (-c, -u) is not available")
+    queries = [name for name in _QUERIES if getattr(options, name)]
+    if len(queries) > 1:
+        parser.error("only one of --args, --nodes, --find-node, --files, --dump-params and --ros-args can be given")
+    if not words and not options.core:
+        parser.error("you must specify at least one input file")
+    if options.core and words:
+        parser.error("input files are not allowed in core mode")
+    resources = make_resources()
+    try:
+        files = find_files(words, resources, parser)
+        plan = _load(files, arguments, resources, options)
+        if plan is None:
+            return 0
+        if queries:
+            return _answer(plan, options, words)
+        return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
+    except Error as error:
+        print_exception(error)
+        return 1
+
+
+_QUERIES = ("node_args", "node_list", "find_node", "file_list", "dump_params", "ros_args")
+
+
+def make_parser(prog: str) -> OptionParser:
+    """Return the parser of the command's options (L147-L172)."""
+    parser = OptionParser(usage=USAGE, prog=prog)
+    add = parser.add_option
+    add("--files", dest="file_list", default=False, action="store_true", help="Print list files loaded by launch file, including launch file itself")
+    add("--args", metavar="NODE_NAME", dest="node_args", help="Print command-line arguments for node")
+    add("--nodes", dest="node_list", default=False, action="store_true", help="Print list of node names in launch file")
+    add("--find-node", metavar="NODE_NAME", dest="find_node", help="Find launch file that node is defined in")
+    add("-c", "--child", metavar="NAME", dest="child_name", help="Run as child service 'NAME'. Required with -u")
+    add("--local", dest="local_only", default=False, action="store_true", help="Do not launch remote nodes")
+    add("--screen", dest="force_screen", default=False, action="store_true", help="Force output of all local nodes to screen")
+    add("--required", dest="force_required", default=False, action="store_true", help="Force all nodes to be required")
+    add("--log", dest="force_log", default=False, action="store_true", help="Force output of all local nodes to log")
+    add("-u", "--server_uri", metavar="URI", dest="server_uri", help="URI of server. Required with -c")
+    add("--run_id", metavar="RUN_ID", dest="run_id", help="run_id of session. Required with -c")
+    add("--wait", dest="wait_for_master", default=False, action="store_true", help="wait for master to start before launching")
+    add("-p", "--port", metavar="PORT", dest="port", type="int", help="master port. Only valid if master is launched")
+    add("--core", dest="core", default=False, action="store_true", help="Launch core services only")
+    add("--pid", metavar="PID_FILE", dest="pid_file", default="", help="write the roslaunch pid to filename")
+    add("-v", dest="verbose", default=False, action="store_true", help="verbose printing")
+    add("--no-summary", dest="no_summary", default=False, action="store_true", help="hide summary printing")
+    add("--dump-params", dest="dump_params", default=False, action="store_true", help="Dump parameters of all roslaunch files to stdout")
+    add("--skip-log-check", dest="skip_log_check", default=False, action="store_true", help="skip check size of log folder (it is never checked here)")
+    add("--ros-args", dest="ros_args", default=False, action="store_true", help="Display command-line arguments for this launch file")
+    add("--disable-title", dest="disable_title", default=False, action="store_true", help="Disable setting of terminal title")
+    add("-w", "--numworkers", metavar="NUM_WORKERS", dest="num_workers", type="int", default=3, help="accepted; a master started here needs no workers")
+    add("-t", "--timeout", metavar="TIMEOUT", dest="timeout", type="float", help="seconds that nodes have to answer a master started here")
+    add("--master-logger-level", metavar="LEVEL", dest="master_logger_level", default="", help="accepted; master.log has everything")
+    add("--sigint-timeout", metavar="SECONDS", dest="sigint_timeout", type="float", default=15.0, help="seconds from SIGINT to SIGTERM when ending nodes")
+    add("--sigterm-timeout", metavar="SECONDS", dest="sigterm_timeout", type="float", default=2.0, help="seconds from SIGTERM to SIGKILL when ending nodes")
+    return parser
+
+
+def make_resources() -> Resources:
+    """Return the real world for `load_plan`."""
+    return Resources(
+        packages=PackageIndex(os.environ),
+        environ=os.environ,
+        run_command=_run_command,
+        unique=lambda: f"{socket.gethostname()}_{os.getpid()}_{random.randrange(10**18)}",
+        stdin=sys.stdin.read,
+    )
+
+
+def _run_command(words: list[str]) -> str:
+    import subprocess  # noqa: PLC0415 - rarely needed when only a question is asked
+
+    try:
+        done = subprocess.run(words, stdout=subprocess.PIPE, check=False, timeout=_COMMAND_TIMEOUT_S)
+    except FileNotFoundError as error:
+        raise LaunchError(f"no such command [{words}].") from error
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise LaunchError(f"command [{words}] failed: {error}") from error
+    if done.returncode:
+        raise LaunchError(f"command [{words}] returned with code [{done.returncode}].")
+    return done.stdout.decode("utf-8", "replace")
+
+
+def find_files(words: list[str], resources: Resources, parser: OptionParser) -> list[str]:
+    """Turn ``pkg file``, ``file...`` and ``-`` into paths (X01, X05).
+
+    A bare file name that is not in the current folder may also be that of one of pyros1's own launch files.
+    """
+    if words.count(STDIN) > 1:
+        parser.error("Only a single instance of the dash ('-') may be specified.")
+    if len(words) == 2 and STDIN not in words:  # noqa: PLR2004
+        found = _in_package(words[0], words[1], resources)
+        if found:
+            return [found]
+        if not os.path.isfile(words[0]):
+            package, file = words
+            hint = "" if _is_package(package, resources) else f": there is no package [{package}]"
+            raise LaunchError(
+                f"[{file}] is neither a launch file in package [{package}] nor is [{package}] a launch file name{hint}"
+            )
+    if len(words) == 1 and words[0] != STDIN and not os.path.isfile(words[0]):
+        own = _own_file(words[0])
+        if own is None:
+            raise LaunchError(f"[{words[0]}] is not a launch file name")
+        return [own]
+    missing = [word for word in words if word != STDIN and not os.path.isfile(word)]
+    if missing:
+        parser.error(f"The following input files do not exist: {', '.join(missing)}")
+    return words
+
+
+def _is_package(name: str, resources: Resources) -> bool:
+    try:
+        resources.packages.find(name)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def _in_package(package: str, file: str, resources: Resources) -> str | None:
+    try:
+        found = resources.packages.find_resource(package, file)
+    except PackageNotFoundError:
+        return None
+    if len(found) > 1:
+        places = "\n".join(f" * {path}" for path in found)
+        raise LaunchError(f"multiple files named [{file}] in package [{package}]:\n{places}\nPlease specify full path instead")
+    return str(found[0]) if found else None
+
+
+def _own_file(name: str) -> str | None:
+    if os.path.dirname(name):
+        return None
+    found = sorted(path for path in OWN_PACKAGES.glob(f"*/launch/{re.sub(r'[*?[]', '', name)}") if path.is_file())
+    return str(found[0]) if found else None
+
+
+def _load(files: list[str], arguments: dict[str, str], resources: Resources, options: Values) -> Plan | None:
+    try:
+        plan = load_plan(files, arguments, resources)
+    except Error as error:
+        if not options.dump_params:
+            raise
+        print(f"Unable to load file {files[0] if files else ''}: {error}", file=sys.stderr)
+        return None
+    if options.verbose:
+        for file in absolute_files(plan.files):
+            print(f"... loaded [{file}]")
+    return plan
+
+
+def _answer(plan: Plan, options: Values, files: list[str]) -> int:
+    """Print what one of the pure queries asked for (X06); no master is needed."""
+    if options.dump_params:
+        print(report.dump_params(plan))
+    elif options.node_list:
+        print("\n".join(node.full_name for node in plan.nodes))
+    elif options.file_list:
+        print("\n".join(absolute_files(plan.files)))
+    elif options.ros_args:
+        print(report.ros_args(plan))
+    elif options.find_node:
+        node = plan.find_node(options.find_node)
+        if node is None:
+            name = "/" + options.find_node.strip("/")
+            print(f"ERROR: cannot find node named [{name}]. Run \n\troslaunch --nodes <files>\nto see list of node names.", file=sys.stderr)
+            return 1
+        print(node.file)
+    else:
+        return _print_node_args(plan, options.node_args, files)
+    return 0
+
+
+def _print_node_args(plan: Plan, wanted: str, files: list[str]) -> int:
+    node = plan.find_node(wanted)
+    if node is None:
+        print(f"ERROR: Cannot find node named [/{wanted.strip('/')}] in [{', '.join(files)}].\nNode names are:", file=sys.stderr)
+        for other in plan.nodes:
+            print(f" * {other.full_name}", file=sys.stderr)
+        return 1
+    executable = locate(node.package, node.type, PackageIndex(os.environ))
+    print(report.node_args(node, node_words(node, executable)))
+    return 0
+
+
+def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> int:
+    """Run a plan until it is over.
+
+    Args:
+        plan: what to launch.
+        values: options as parsed.
+        resources: for the executables.
+        title: of the terminal.
+    """
+    # Everything below is needed only when something is really launched.
+    from pyros1.launch.console import Console  # noqa: PLC0415
+    from pyros1.launch.session import Options, Session  # noqa: PLC0415
+    from pyros1.launch.supervisor import install_signals  # noqa: PLC0415
+
+    screen = True if values.force_screen else False if values.force_log else None
+    options = Options(
+        core=values.core,
+        port=values.port,
+        run_id=values.run_id,
+        screen=screen,
+        required=values.force_required,
+        local=values.local_only,
+        wait=values.wait_for_master,
+        show_summary=not values.no_summary,
+        show_title=not values.disable_title,
+        sigint_timeout=values.sigint_timeout,
+        sigterm_timeout=values.sigterm_timeout,
+        title=title,
+        notify_timeout=values.timeout,
+    )
+    console = Console(title=options.show_title)
+    session = Session(plan, options, resources.packages, resources.environ, console)
+    pid_file = Path(values.pid_file) if values.pid_file else None
+    if pid_file is not None:
+        _write_pid(pid_file)
+    restore = install_signals(session.stop)
+    try:
+        session.run()
+    finally:
+        restore()
+        if pid_file is not None:
+            pid_file.unlink(missing_ok=True)
+    return 0
+
+
+def _write_pid(path: Path) -> None:
+    try:
+        path.write_text(str(os.getpid()), encoding="ascii")
+    except OSError as error:
+        raise LaunchError(f"cannot write the pid file {path}: {error.strerror}") from error
+
+
+def print_exception(error: Error) -> None:
+    """Print why nothing was launched, in the words that scripts look for."""
+    red, off = ("\033[31m", "\033[0m") if sys.stderr.isatty() else ("", "")
+    print(f"{red}RLException: {error}{off}", file=sys.stderr)
+
+
+def _main() -> NoReturn:
+    sys.exit(main(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    _main()

@@ -1,0 +1,104 @@
+"""``pyros1 run``: run one executable of a package (https://wiki.ros.org/rosbash#rosrun)."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from pathlib import Path
+
+from pyros1.errors import PackageNotFoundError
+from pyros1.launch.command_line import executable_words, is_own, own_python_environment
+from pyros1.msgs.packages import PackageIndex
+
+USAGE = """Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
+  rosrun will locate PACKAGE and try to find
+  an executable named EXECUTABLE in the PACKAGE tree.
+  If it finds it, it will run it with ARGS."""
+
+
+def main(argv: list[str]) -> int:
+    """Run ``pyros1 run``; the program replaces this process (L22-L24).
+
+    Args:
+        argv: the words after the command's name.
+
+    Returns:
+        Only if nothing was run: 0 after the usage text, 1 for a name ending in a slash, 2 for an unknown package,
+        3 if there is no such executable.
+    """
+    words = list(argv)
+    prefix: list[str] = []
+    debug = False
+    while words and words[0].startswith("-"):
+        option = words.pop(0)
+        if option in ("-h", "--help"):
+            print(USAGE)
+            return 0
+        if option in ("-d", "--debug"):
+            debug = True
+        elif option in ("-p", "--prefix") and words:
+            prefix = shlex.split(words.pop(0))
+        elif option.startswith("--prefix="):
+            prefix = shlex.split(option.partition("=")[2])
+        else:
+            print(USAGE)
+            return 0
+    if len(words) < 2:  # noqa: PLR2004
+        print(USAGE)
+        return 0
+    package, name, *arguments = words
+    if name.endswith("/"):
+        print(f"[rosrun] Couldn't find executable named {name}", file=sys.stderr)
+        return 1
+    index = PackageIndex(os.environ)
+    try:
+        folder = index.find(package)
+        found = index.find_executable(package, name)
+    except PackageNotFoundError as error:
+        print(f"[rospack] Error: package '{package}' not found", file=sys.stderr)
+        if debug:
+            print(f"[rosrun] {error}", file=sys.stderr)
+        return 2
+    if debug:
+        print(f"[rosrun] found: {', '.join(map(str, found)) or 'nothing'} for {name} of {folder}")
+    if not found:
+        _say_missing(index, package, name, folder)
+        return 3
+    executable = found[0] if len(found) == 1 else _select(found)
+    if executable is None:
+        return 0
+    environ = {**os.environ, **(own_python_environment(os.environ) if is_own(executable) else {})}
+    command = [*prefix, *executable_words(executable), *arguments]
+    sys.stdout.flush()
+    try:
+        os.execvpe(command[0], command, environ)
+    except OSError as error:
+        print(f"[rosrun] cannot run {command[0]}: {error.strerror}", file=sys.stderr)
+        return 126
+
+
+def _say_missing(index: PackageIndex, package: str, name: str, folder: Path) -> None:
+    print(f"[rosrun] Couldn't find executable named {name} below {folder}", file=sys.stderr)
+    others = index.find_resource(package, name)
+    if others:
+        print("[rosrun] Found the following, but they're either not files,", file=sys.stderr)
+        print("[rosrun] or not executable:", file=sys.stderr)
+        for path in others:
+            print(f"[rosrun]   {path}", file=sys.stderr)
+
+
+def _select(found: list[Path]) -> Path | None:
+    """Let the user choose; without a terminal take the first, which is the one in lib."""
+    if not sys.stdin.isatty():
+        return found[0]
+    print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")
+    for number, path in enumerate(found, 1):
+        print(f"{number}) {path}")
+    while True:
+        try:
+            answer = input("#? ").strip()
+        except EOFError:
+            return None
+        if answer.isdigit() and 0 < int(answer) <= len(found):
+            return found[int(answer) - 1]

@@ -1,0 +1,1 @@
+"""Launch files: XML to a plan, and a plan to running, supervised processes (https://wiki.ros.org/roslaunch)."""

@@ -1,0 +1,69 @@
+"""Lines for the user of the launcher: plain, bold, errors and warnings; coloured on a terminal only (L16)."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from typing import TextIO
+
+
+class Console:
+    """Writes whole lines, each at once.
+
+    Args:
+        out: for ordinary lines, None for this process's stdout.
+        err: for errors and warnings, None for stderr.
+        log: a file that gets everything, too.
+        title: set the terminal's title (only done on a terminal).
+    """
+
+    def __init__(
+        self, out: TextIO | None = None, err: TextIO | None = None, *, log: TextIO | None = None, title: bool = True
+    ) -> None:
+        self._out = out or sys.stdout
+        self._err = err or sys.stderr
+        self._log = log
+        self._title = title
+        self._lock = threading.Lock()
+
+    def log_to(self, log: TextIO | None) -> None:
+        """Write everything to `log`, too; None ends that."""
+        self._log = log
+
+    def line(self, text: str = "") -> None:
+        """Write an ordinary line."""
+        self._write(self._out, text, "")
+
+    def bold(self, text: str) -> None:
+        """Write a line that stands out."""
+        self._write(self._out, text, "\033[1m")
+
+    def plain_error(self, text: str) -> None:
+        """Write to stderr, in red."""
+        self._write(self._err, text, "\033[31m")
+
+    def error(self, text: str) -> None:
+        """Write an error."""
+        self.plain_error(f"ERROR: {text}")
+
+    def warning(self, text: str) -> None:
+        """Write a warning."""
+        self.plain_error(f"WARNING: {text}")
+
+    def title(self, text: str) -> None:
+        """Set the terminal's title."""
+        if self._title and self._out.isatty():
+            with self._lock:
+                self._out.write(f"\033]2;{text}\007")
+                self._out.flush()
+
+    def _write(self, stream: TextIO, text: str, style: str) -> None:
+        with self._lock:
+            try:
+                stream.write(f"{style}{text}\033[0m\n" if style and stream.isatty() else text + "\n")
+                stream.flush()
+            except (BrokenPipeError, ValueError):
+                pass  # nobody reads any more; the nodes still have to be looked after
+            if self._log is not None:
+                self._log.write(text + "\n")
+                self._log.flush()

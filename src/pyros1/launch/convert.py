@@ -1,0 +1,89 @@
+"""Texts of launch files to typed values: ``<param>`` types and booleans (https://wiki.ros.org/roslaunch/XML/param, X41, X55, X74)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.errors import LaunchError
+
+
+def convert_value(text: str, kind: str) -> Any:
+    """Convert a parameter's text.
+
+    Args:
+        text: the text, substitutions done.
+        kind: ``auto``, ``str``, ``string``, ``int``, ``double``, ``bool``, ``boolean`` or ``yaml``.
+
+    Returns:
+        The value.
+
+    Raises:
+        LaunchError: the text is no such value, or there is no such type.
+    """
+    kind = kind.lower().strip()
+    if kind in ("str", "string"):
+        return text
+    stripped = text.strip()
+    if kind == "auto":
+        return _automatic(text, stripped)
+    if kind in ("bool", "boolean"):
+        if stripped.lower() in ("true", "1"):
+            return True
+        if stripped.lower() in ("false", "0"):
+            return False
+        raise LaunchError(f"{text} is not a '{kind}' type")
+    if kind == "yaml":
+        from pyros1.values import load_yaml  # noqa: PLC0415 - rarely used
+
+        return load_yaml(text)
+    try:
+        if kind == "int":
+            return int(stripped)
+        if kind == "double":
+            return float(stripped)
+    except ValueError as error:
+        raise LaunchError(f"cannot convert [{text}] to type [{kind}]: {error}") from error
+    raise LaunchError(f"Unknown type '{kind}'")
+
+
+def _automatic(text: str, stripped: str) -> Any:
+    try:
+        if "." in stripped:
+            return float(stripped)
+        if "_" not in stripped:  # 1_000 is a number to Python, but was never one to roslaunch
+            return int(stripped)
+    except ValueError:
+        pass
+    if stripped.lower() in ("true", "false"):
+        return stripped.lower() == "true"
+    return text
+
+
+def convert_bool(text: str, attribute: str) -> bool:
+    """Read an attribute that must be true or false.
+
+    Args:
+        text: its value, substitutions done.
+        attribute: its name, for the message.
+
+    Raises:
+        LaunchError: it is neither.
+    """
+    lowered = text.lower().strip()
+    if lowered not in ("true", "false"):
+        raise LaunchError(f"invalid boolean value for [{attribute}]: {text!r}; it must be true or false")
+    return lowered == "true"
+
+
+def convert_condition(text: str) -> bool:
+    """Read the value of ``if`` or ``unless``: true, 1, false or 0 in any case.
+
+    Raises:
+        LaunchError: it is none of them.
+    """
+    lowered = text.lower().strip()
+    if lowered in ("true", "1"):
+        return True
+    if lowered in ("false", "0"):
+        return False
+    raise LaunchError(f"{text} is not a 'bool' type")

@@ -1,0 +1,129 @@
+"""The master and the rosout node inside this process (X78-X80, L14)."""
+
+from __future__ import annotations
+
+import errno
+import os
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pyros1.errors import LaunchError
+from pyros1.net.hosts import LocalAddress
+
+if TYPE_CHECKING:
+    from pyros1.node.node import Node
+
+ROSVERSION = "1.16.0\n"
+ROSDISTRO = "noetic\n"
+CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
+"""What a core sets besides /run_id; the newlines are part of the values, as from the stock one."""
+
+
+class Core:
+    """A master with its rosout node.
+
+    Args:
+        port: to listen on.
+        address: how this machine is reached.
+        uri: the master's URI as nodes are to be told.
+        log_folder: where master.log and rosout.log go.
+        environ: this process's environment.
+        on_shutdown: called with the reason when a client tells the master to shut down.
+        notify_timeout: seconds a node has to answer a notification, None for the default.
+    """
+
+    def __init__(
+        self,
+        *,
+        port: int,
+        address: LocalAddress,
+        uri: str,
+        log_folder: Path,
+        environ: Mapping[str, str],
+        on_shutdown: Callable[[str], object],
+        notify_timeout: float | None = None,
+    ) -> None:
+        from pyros1.master.server import Master  # noqa: PLC0415 - only if no master runs yet
+
+        self._log_folder = log_folder
+        self._log = open(log_folder / "master.log", "a", encoding="utf-8", buffering=1)  # noqa: SIM115 - stays open
+        self._log_lock = threading.Lock()
+        options = {} if notify_timeout is None else {"notify_timeout": notify_timeout}
+        self._master = Master(
+            port=port,
+            bind_host=address.bind,
+            advertised_host=address.advertised,
+            log=self._write_log,
+            on_shutdown=on_shutdown,
+            **options,
+        )
+        self._environ = {**environ, "ROS_MASTER_URI": uri}
+        self._environ.pop("ROS_NAMESPACE", None)
+        self._uri = uri
+        self._rosout: Node | None = None
+
+    def start_master(self) -> None:
+        """Start to serve.
+
+        Raises:
+            LaunchError: the port is taken, or cannot be listened on.
+        """
+        try:
+            self._master.start()
+        except OSError as error:
+            self._log.close()
+            why = error.strerror or str(error)
+            if error.errno == errno.EADDRINUSE:
+                why = "the port is in use; perhaps by a program that is not a ROS master"
+            raise LaunchError(f"cannot start a master at {self._uri}: {why}") from error
+
+    def start_rosout(self) -> None:
+        """Start the rosout node."""
+        from pyros1.node.node import Node  # noqa: PLC0415 - only if no master runs yet
+        from pyros1.node.rosout import RosoutAggregator  # noqa: PLC0415 - only if no master runs yet
+
+        log = str(self._log_folder / "rosout.log")
+        arguments = [f"__log:={self._log_folder / 'rosout-1.log'}"]
+        self._rosout = Node(
+            "rosout",
+            namespace="/",
+            argv=arguments,
+            master_uri=self._uri,
+            environ=self._environ,
+            handle_signals=False,
+            rosout=False,
+            wait_for_master=10.0,
+        )
+        RosoutAggregator(self._rosout, log)
+
+    def stop_rosout(self) -> None:
+        """End the rosout node."""
+        if self._rosout is not None:
+            self._rosout.shutdown("the core is shutting down")
+            self._rosout = None
+
+    def stop_master(self) -> None:
+        """End the master."""
+        self._master.stop()
+        with self._log_lock:
+            self._log.close()
+
+    def _write_log(self, level: str, text: str) -> None:
+        now = time.time()
+        stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now))
+        with self._log_lock:
+            if not self._log.closed:
+                millis = int(now * 1000) % 1000
+                self._log.write(f"[rosmaster.master][{level.upper()}] {stamp},{millis:03d}: {text}\n")
+
+
+def write_pid_file(environ: Mapping[str, str], port: int, home: Path) -> None:
+    """Write ``$ROS_HOME/roscore-<port>.pid`` (L17); a folder that cannot be written to is no reason to stop."""
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        (home / f"roscore-{port}.pid").write_text(str(os.getpid()), encoding="ascii")
+    except OSError:
+        pass

@@ -1,0 +1,42 @@
+"""Where a run's log files go (X86, N29, N30)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+
+def ros_home(environ: Mapping[str, str]) -> Path:
+    """Return ``$ROS_HOME`` or ``~/.ros``."""
+    home = environ.get("ROS_HOME")
+    return Path(home) if home else Path(os.path.expanduser("~")) / ".ros"
+
+
+def log_folder(environ: Mapping[str, str]) -> Path:
+    """Return ``$ROS_LOG_DIR`` or ``$ROS_HOME/log``."""
+    folder = environ.get("ROS_LOG_DIR")
+    return Path(folder) if folder else ros_home(environ) / "log"
+
+
+def make_run_folder(environ: Mapping[str, str], run_id: str) -> Path:
+    """Create the folder of a run and let ``latest`` point to it.
+
+    Raises:
+        OSError: the folder cannot be made.
+    """
+    folder = log_folder(environ) / run_id
+    folder.mkdir(parents=True, exist_ok=True)
+    _point(log_folder(environ) / "latest", folder)
+    return folder
+
+
+def _point(link: Path, target: Path) -> None:
+    try:
+        if link.is_symlink() and os.readlink(link) == str(target):
+            return
+        temporary = link.with_name(f"latest.{os.getpid()}")
+        temporary.symlink_to(target)
+        os.replace(temporary, link)
+    except OSError:
+        pass  # no symbolic links here, or a folder of that name: the logs are in place all the same

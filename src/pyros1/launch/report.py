@@ -1,0 +1,76 @@
+"""What a plan looks like to a person: the SUMMARY block and the answers to the pure queries (X82, L147-L173)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.launch.plan import NodePlan, Plan
+
+_LONGEST_VALUE = 20
+
+
+def summary(plan: Plan, extra_params: dict[str, Any] | None = None) -> str:
+    """Return the block printed before anything is started.
+
+    Args:
+        plan: the plan.
+        extra_params: parameters that are set besides the plan's (those of the core).
+    """
+    lines = ["", "SUMMARY", "========"]
+    if plan.clear_params:
+        lines += ["", "CLEAR PARAMETERS", *(f" * {name}" for name in sorted(plan.clear_params))]
+    params = {**(extra_params or {}), **plan.params}
+    lines += ["", "PARAMETERS", *(f" * {name}: {_short(params[name])}" for name in sorted(params))]
+    remote = [machine for machine in plan.machines.values() if any(node.machine == machine.name for node in plan.nodes)]
+    if remote and len(plan.machines) > 1:
+        lines += ["", "MACHINES", *(f" * {machine.name}" for machine in sorted(remote, key=lambda item: item.name))]
+    lines += ["", "NODES"]
+    by_namespace: dict[str, list[NodePlan]] = {}
+    for node in plan.nodes:
+        by_namespace.setdefault(node.namespace, []).append(node)
+    for namespace in sorted(by_namespace):
+        lines.append(f"  {namespace}")
+        lines += sorted(f"    {node.name} ({node.package}/{node.type})" for node in by_namespace[namespace])
+    return "\n".join([*lines, ""])
+
+
+def _short(value: Any) -> str:
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    text = text.strip()
+    if not text.isprintable():
+        text = "<...>"
+    return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
+
+
+def dump_params(plan: Plan) -> str:
+    """Return all parameters as YAML (``--dump-params``)."""
+    from pyros1.values import dump_yaml  # noqa: PLC0415 - one of many reports
+
+    return dump_yaml(plan.params)
+
+
+def ros_args(plan: Plan) -> str:
+    """Return the documentation of the arguments (``--ros-args``)."""
+    required = [arg for arg in plan.args.values() if arg.default is None]
+    optional = [arg for arg in plan.args.values() if arg.default is not None]
+    lines: list[str] = []
+    if required:
+        lines += ["Required Arguments:", *sorted(f"  {arg.name}: {arg.doc or 'undocumented'}" for arg in required)]
+    if optional:
+        lines.append("Optional Arguments:")
+        lines += sorted(f'  {arg.name} (default "{arg.default}"): {arg.doc or "undocumented"}' for arg in optional)
+    return "\n".join(lines or ["No arguments."])
+
+
+def node_args(node: NodePlan, words: list[str]) -> str:
+    """Return the environment and command line of a node (``--args``).
+
+    Args:
+        node: the node.
+        words: its command line without ``__log``.
+    """
+    env: dict[str, str] = {}
+    if node.namespace.strip("/"):
+        env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
+    env.update(node.env)
+    return " ".join([*(f'{name}="{value}"' for name, value in env.items()), *words])

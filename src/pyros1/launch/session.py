@@ -1,0 +1,353 @@
+"""One run of the launcher, from a plan to the last "done" (X78-X90).
+
+The order is fixed: server, SUMMARY, master (if none runs and it would be ours), /run_id, rosout, rosparam dumps and deletes, parameters in one
+call, nodes. Ending goes the other way round.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TextIO
+
+from pyros1.errors import Error, LaunchError, MasterError, MasterUnreachableError, ParameterNotSetError
+from pyros1.launch.api import LaunchServer
+from pyros1.launch.command_line import locate, node_environment, node_words
+from pyros1.launch.console import Console
+from pyros1.launch.core import CORE_PARAMS, Core, write_pid_file
+from pyros1.launch.logs import make_run_folder, ros_home
+from pyros1.launch.plan import NodePlan, Plan
+from pyros1.launch.process import ProcessSpec
+from pyros1.launch.report import summary
+from pyros1.launch.resources import PackageFinder
+from pyros1.launch.supervisor import Supervisor
+from pyros1.net.hosts import LocalAddress, host_from_environment, is_local, master_uri, parse_uri
+from pyros1.net.master_client import MasterClient
+
+_CALLER = "/roslaunch"
+_WAIT_STEP = 0.2
+
+
+@dataclass
+class Options:
+    """How to launch.
+
+    Attributes:
+        core: run a core only; another master is an error.
+        port: port of a master that is started here, None for that of ROS_MASTER_URI.
+        run_id: a run id that must be the master's.
+        screen: all output to the screen (True), to log files (False), or as each node says (None).
+        required: every node is required.
+        local: leave out nodes of other machines.
+        wait: wait for a master instead of starting one.
+        show_summary: print the SUMMARY block.
+        show_title: set the terminal's title.
+        sigint_timeout: seconds between SIGINT and SIGTERM.
+        sigterm_timeout: seconds between SIGTERM and SIGKILL.
+        title: what the terminal's title begins with.
+        notify_timeout: seconds nodes have to answer a master started here.
+    """
+
+    core: bool = False
+    port: int | None = None
+    run_id: str | None = None
+    screen: bool | None = None
+    required: bool = False
+    local: bool = False
+    wait: bool = False
+    show_summary: bool = True
+    show_title: bool = True
+    sigint_timeout: float = 15.0
+    sigterm_timeout: float = 2.0
+    title: str = "roslaunch"
+    notify_timeout: float | None = None
+
+
+@dataclass
+class Session:
+    """A launch.
+
+    Args:
+        plan: what to launch.
+        options: how.
+        packages: finds executables.
+        environ: this process's environment.
+        console: where lines for the user go.
+    """
+
+    plan: Plan
+    options: Options
+    packages: PackageFinder
+    environ: Mapping[str, str]
+    console: Console
+    failed: bool = False
+    _counter: int = 0
+    _core: Core | None = None
+    _server: LaunchServer | None = None
+    _log: TextIO | None = None
+    _stop: threading.Event = field(default_factory=threading.Event)
+
+    def __post_init__(self) -> None:
+        self._address: LocalAddress = host_from_environment(self.environ, {})
+        self._uri = self._master_uri()
+        self._master = MasterClient(_CALLER, self._uri)
+        self._supervisor = Supervisor(
+            self.console,
+            sigint_timeout=self.options.sigint_timeout,
+            sigterm_timeout=self.options.sigterm_timeout,
+            keep_running=self.options.core,
+        )
+
+    def _master_uri(self) -> str:
+        if self.options.port is not None:
+            return f"http://{self._address.advertised}:{self.options.port}/"
+        return master_uri(self.environ, {})
+
+    def stop(self, reason: str = "") -> None:
+        """Ask `run` to end everything; from any thread and from signal handlers."""
+        self._stop.set()
+        self._supervisor.stop(reason)
+
+    def run(self) -> None:
+        """Launch, watch, and return when all is over.
+
+        Raises:
+            LaunchError: it cannot start; what had been started is ended.
+        """
+        for text in self._address.warnings:
+            self.console.warning(text)
+        try:
+            running = self._find_master()
+            run_id, folder = self._prepare(running)
+            self._start(running, run_id, folder)
+            reason = self._supervisor.run()
+            if reason.startswith("all processes"):
+                self.console.line(reason if self._counter else "No processes to monitor")
+        finally:
+            self._end()
+
+    # Before anything runs ------------------------------------------------------------------------------------------
+
+    def _find_master(self) -> bool:
+        """Return whether a master runs; wait for it if asked to."""
+        while True:
+            try:
+                self._master.get_pid()
+            except MasterUnreachableError:
+                if not self.options.wait:
+                    break
+                if self._stop.wait(_WAIT_STEP):
+                    raise LaunchError("interrupted while waiting for the master") from None
+                continue
+            if self.options.core:
+                raise LaunchError(
+                    f"roscore cannot run as another roscore/master is already running. \n"
+                    f"Please kill other roscore/master processes before relaunching.\nThe ROS_MASTER_URI is {self._uri}"
+                )
+            return True
+        host, _ = parse_uri(self._uri)
+        if self.options.core:
+            self._warn_about_uri()
+        elif self.options.port is None and not is_local(host):
+            raise LaunchError(
+                f"unable to contact ROS master at [{self._uri}]: it is to run on another machine, so none is started "
+                f"here. Start it there, or change ROS_MASTER_URI."
+            )
+        return False
+
+    def _warn_about_uri(self) -> None:
+        """Warn when nodes that read ROS_MASTER_URI would not find this core (L19)."""
+        told = self.environ.get("ROS_MASTER_URI")
+        if not told:
+            return
+        try:
+            host, port = parse_uri(told)
+        except Error as error:
+            self.console.warning(f"ROS_MASTER_URI is not usable: {error}")
+            return
+        if not is_local(host):
+            self.console.warning(f"ROS_MASTER_URI [{told}] host is not set to this machine")
+        elif port != parse_uri(self._uri)[1]:
+            self.console.warning(f"ROS_MASTER_URI port [{port}] does not match this roscore [{parse_uri(self._uri)[1]}]")
+
+    def _prepare(self, running: bool) -> tuple[str, Path]:
+        run_id = self.options.run_id
+        if running:
+            try:
+                theirs = str(self._master.get_param("/run_id"))
+            except ParameterNotSetError:
+                theirs = ""
+            if run_id and theirs and run_id != theirs:
+                raise LaunchError(f"run_id on parameter server does not match declared run_id: {theirs} vs {run_id}")
+            run_id = run_id or theirs
+        run_id = run_id or str(uuid.uuid1())
+        if "/" in run_id or run_id.startswith("."):
+            raise LaunchError(f"not a usable run id: {run_id!r}")
+        try:
+            folder = make_run_folder(self.environ, run_id)
+            log = folder / f"roslaunch-{socket.gethostname()}-{os.getpid()}.log"
+            self._log = log.open("a", encoding="utf-8", errors="replace")
+        except OSError as error:
+            raise LaunchError(f"cannot write log files: {error.strerror}: {error.filename}") from error
+        self.console.line(f"... logging to {log}")
+        self.console.log_to(self._log)
+        return run_id, folder
+
+    # Starting ------------------------------------------------------------------------------------------------------
+
+    def _start(self, running: bool, run_id: str, folder: Path) -> None:
+        self.console.title(self.options.title)
+        self._server = LaunchServer(self._supervisor, self._address)
+        self.console.bold(f"started roslaunch server {self._server.uri}")
+        if self.options.core:
+            self.console.line(f"ros_comm version {CORE_PARAMS['/rosversion'].strip()}")
+        if self.options.show_summary:
+            self.console.line(summary(self.plan, {} if running else CORE_PARAMS))
+        for text in self.plan.warnings:
+            self.console.warning(text)
+        if not running:
+            self._start_master(folder)
+        self.console.bold(f"ROS_MASTER_URI={self._uri}")
+        self.console.title(f"{self.options.title} {self._uri}")
+        self._set_run_id(run_id, running)
+        if self._core is not None:
+            self._core.start_rosout()
+            self.console.bold(f"process[rosout-1]: started with pid [{os.getpid()}]")
+            self.console.line("started core service [/rosout]")
+        self._counter = 1 if self._core is not None else 0
+        self._param_actions()
+        self._set_params()
+        for node in self.plan.nodes:
+            if self._stop.is_set():
+                return
+            self._start_node(node, folder)
+
+    def _start_master(self, folder: Path) -> None:
+        self.console.line("auto-starting new master")
+        port = parse_uri(self._uri)[1]
+        self._core = Core(
+            port=port,
+            address=self._address,
+            uri=self._uri,
+            log_folder=folder,
+            environ=self.environ,
+            on_shutdown=self.stop,
+            notify_timeout=self.options.notify_timeout,
+        )
+        try:
+            self._core.start_master()
+        except LaunchError:
+            self._core = None
+            raise
+        self.console.bold(f"process[master]: started with pid [{os.getpid()}]")
+        write_pid_file(self.environ, port, ros_home(self.environ))
+
+    def _set_run_id(self, run_id: str, running: bool) -> None:
+        if running and self._master.has_param("/run_id"):
+            return
+        self.console.bold(f"setting /run_id to {run_id}")
+        self._master.set_param("/run_id", run_id)
+
+    def _param_actions(self) -> None:
+        for action in self.plan.actions:
+            try:
+                if action.command == "delete":
+                    self._master.delete_param(action.name)
+                else:
+                    from pyros1.values import dump_yaml  # noqa: PLC0415 - rarely used
+
+                    Path(action.path).write_text(dump_yaml(self._master.get_param(action.name)), encoding="utf-8")
+            except ParameterNotSetError as error:
+                self.console.error(str(error))
+            except OSError as error:
+                raise LaunchError(f"cannot dump {action.name} to {action.path}: {error.strerror}") from error
+
+    def _set_params(self) -> None:
+        """Clear and set all parameters, each in one round trip, before any node runs."""
+        clear = [name for name in self.plan.clear_params if name != "/"]
+        if clear:
+            self._master.multicall([("deleteParam", (name.rstrip("/"),)) for name in clear])
+        params: dict[str, Any] = {**(CORE_PARAMS if self._core is not None else {}), **self.plan.params}
+        if self._server is not None:
+            params[self._server.param_name()] = self._server.uri
+        replies = self._master.multicall([("setParam", (name, value)) for name, value in params.items()])
+        for name, reply in zip(params, replies, strict=True):
+            if isinstance(reply, Error):
+                raise LaunchError(f"cannot set parameter {name}: {reply}") from reply
+
+    def _start_node(self, node: NodePlan, folder: Path) -> None:
+        self._counter += 1
+        if self._is_remote(node):
+            if not self.options.local:
+                self.console.error(f"[{node.full_name}] is to run on machine [{node.machine}]: remote nodes are not started yet")
+                self.failed = True
+            return
+        label = f"{node.full_name.lstrip('/')}-{self._counter}"
+        log_base = folder / label.replace("/", "-")
+        try:
+            executable = locate(node.package, node.type, self.packages)
+        except LaunchError as error:
+            self.console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}")
+            self.failed = True
+            return
+        home = ros_home(self.environ)
+        home.mkdir(parents=True, exist_ok=True)
+        screen = node.output == "screen" if self.options.screen is None else self.options.screen
+        spec = ProcessSpec(
+            label=label,
+            node=node.full_name,
+            words=[*node_words(node, executable), f"__log:={log_base}.log"],
+            env=node_environment(node, executable, self.environ, self._uri),
+            cwd=str(executable.parent) if node.cwd == "node" else str(home),
+            log_base=str(log_base),
+            to_screen=screen,
+            respawn=node.respawn,
+            respawn_delay=node.respawn_delay,
+            required=node.required or self.options.required,
+        )
+        if not self._supervisor.start(spec):
+            self.failed = True
+
+    def _is_remote(self, node: NodePlan) -> bool:
+        machine = self.plan.machines.get(node.machine or "")
+        return machine is not None and not is_local(machine.address)
+
+    # Ending --------------------------------------------------------------------------------------------------------
+
+    def _end(self) -> None:
+        started = self._server is not None
+        self._supervisor.shut_down()
+        if self._server is not None:
+            self._forget_server()
+            self._server.close()
+            self._server = None
+        self._master.close()
+        if self._core is not None:
+            self.console.line("[rosout-1] killing on exit")
+            self._core.stop_rosout()
+            self.console.line("[master] killing on exit")
+            self._core.stop_master()
+            self._core = None
+        if started:
+            self.console.line("shutting down processing monitor...")
+            self.console.line("... shutting down processing monitor complete")
+            self.console.bold("done")
+        self.console.log_to(None)
+        if self._log is not None:
+            self._log.close()
+            self._log = None
+
+    def _forget_server(self) -> None:
+        if self._core is not None or self._server is None:
+            return  # the parameter dies with our own master
+        try:
+            self._master.delete_param(self._server.param_name())
+        except MasterError:
+            pass
+        except ParameterNotSetError:
+            pass
