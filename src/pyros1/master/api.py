@@ -130,10 +130,13 @@ class MasterApi:
         return f"Registered [{caller}] as provider of [{service}]", 1
 
     def _unregister_service(self, caller: str, service: str, uri: str) -> Answer:
+        known = self.registry.node_api(caller) is not None
         removed = self.registry.unregister_service(caller, service, uri)
         self._log("info", f"-SERVICE [{service}] {caller} {uri}")
         if removed:
             return f"Unregistered [{caller}] as provider of [{service}]", 1
+        if not known:
+            return f"[{caller}] is not a registered node", 0
         return f"[{uri}] is no longer the current service api handle for [{service}]", 0
 
     def _lookup_service(self, caller: str, service: str) -> Answer:

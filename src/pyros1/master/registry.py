@@ -132,7 +132,6 @@ class Registry:
         """Makes a node the one provider of a service, in place of any other (M17)."""
         notices = self._settle(node, api)
         self._nodes[node].services.add(service)
-        self._services.pop(service, None)
         self._services[service] = (node, uri)
         return notices
 
