@@ -1,0 +1,199 @@
+"""What all commands share: their arguments, names, the master, and how errors end them.
+
+Only what every command needs is imported here: listing topics must stay quick.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from pyros1 import names
+from pyros1.errors import Error, MasterUnreachableError
+
+if TYPE_CHECKING:
+    from optparse import OptionParser
+
+    from pyros1.graph import Graph
+    from pyros1.net.master_client import MasterClient
+
+EX_USAGE = 64
+"""Exit code of a missing or unknown subcommand (sysexits.h), as the stock tools'."""
+
+
+class CommandError(Error):
+    """Ends a command with a text and an exit code.
+
+    Args:
+        text: printed to stderr as it is, without "ERROR: " before it if ``plain``.
+    """
+
+    def __init__(self, text: str, code: int = 1, *, plain: bool = False) -> None:
+        self.code = code
+        self.plain = plain
+        super().__init__(text)
+
+
+def program_name(stock: str) -> str:
+    """How the user called this command: ``rostopic`` under that name, else ``pyros1 topic``."""
+    called = os.path.basename(sys.argv[0]) if sys.argv else ""
+    return stock if called == stock else f"pyros1 {stock[3:]}"
+
+
+class Invocation:
+    """One run of a command: its arguments without the remappings, and the names and the master that those give (N11).
+
+    Args:
+        stock: the stock tool's name, for example ``rostopic``.
+        argv: arguments after the command's name, subcommand first.
+        environ: environment variables; None takes the process's.
+    """
+
+    def __init__(self, stock: str, argv: list[str], environ: Mapping[str, str] | None = None) -> None:
+        self.environ = os.environ if environ is None else environ
+        arguments = names.parse_arguments(argv)
+        self.stock = stock
+        self.program = program_name(stock)
+        self.verb = arguments.rest[0] if arguments.rest else ""
+        self.args = arguments.rest[1:]
+        self.special = arguments.special
+        self.remapping_args = [arg for arg in argv if arg not in arguments.rest]
+        ns = arguments.special.get("__ns") or self.environ.get("ROS_NAMESPACE") or names.SEP
+        self._namespace = names.SEP + ns.strip(names.SEP)
+        self._master: MasterClient | None = None
+
+    def resolve(self, name: str) -> str:
+        """Return the full name that a name on the command line stands for. Legal or not is the master's business."""
+        if names.is_private(name):
+            return names.canonicalize_name(f"{self._namespace}/{self.stock}/{name[1:]}")
+        return names.canonicalize_name(names.ns_join(self._namespace, name))
+
+    @property
+    def namespace(self) -> str:
+        """The namespace of relative names, ``/`` if none was given."""
+        return self._namespace
+
+    @property
+    def caller_id(self) -> str:
+        """The name under which the tool speaks to master and nodes."""
+        return f"/{self.stock}-{os.getpid()}" if self.stock == "rosparam" else f"/{self.stock}"
+
+    @property
+    def master(self) -> MasterClient:
+        """The master of this system."""
+        if self._master is None:
+            from pyros1.net.hosts import master_uri  # noqa: PLC0415
+            from pyros1.net.master_client import MasterClient  # noqa: PLC0415
+
+            self._master = MasterClient(self.caller_id, master_uri(self.environ, self.special))
+        return self._master
+
+    @property
+    def graph(self) -> Graph:
+        """Questions about this system."""
+        from pyros1.graph import Graph  # noqa: PLC0415
+
+        return Graph(self.master)
+
+    def parser(self, usage: str) -> OptionParser:
+        """An option parser.
+
+        Args:
+            usage: for example ``topic list [/namespace]`` without the program's name.
+        """
+        from optparse import OptionParser  # noqa: PLC0415 - the quickest commands have no options
+
+        return OptionParser(usage=f"usage: %prog {usage}", prog=self.program)
+
+    def open_node(self) -> Any:
+        """A node for this command, with an anonymous name as the stock tool's (L05).
+
+        Raises:
+            MasterUnreachableError: the master is not there; tools do not wait for it.
+        """
+        self.master.get_pid()  # says at once, before anything heavy is imported, if there is no master
+        from pyros1.node import Node  # noqa: PLC0415
+
+        return Node(
+            self.stock,
+            anonymous=True,
+            argv=self.remapping_args,
+            environ=self.environ,
+            rosout=False,
+            wait_for_master=0.0,
+            log_level="warn",
+        )
+
+
+class VerbError(Error):
+    """No such subcommand; the text is the command list."""
+
+
+def run(
+    stock: str,
+    argv: list[str],
+    verbs: Mapping[str, Callable[[Invocation], int | None]],
+    usage: Callable[[str], str],
+    *,
+    usage_code: int = EX_USAGE,
+    error_code: int = 1,
+) -> int:
+    """Run a command's verb and turn errors into texts and exit codes (L02-L04).
+
+    Args:
+        verbs: verb -> function.
+        usage: makes the command list, given the program's name.
+        usage_code: exit code without a known verb.
+        error_code: exit code after an error.
+    """
+    invocation = Invocation(stock, argv)
+    verb = verbs.get(invocation.verb)
+    if verb is None:
+        print(usage(invocation.program))
+        return 0 if invocation.verb == "--help" and stock == "rosnode" else usage_code
+    try:
+        code = verb(invocation)
+        sys.stdout.flush()
+        return code or 0
+    except KeyboardInterrupt:
+        return 0
+    except BrokenPipeError:
+        return quiet_pipe()
+    except MasterUnreachableError:
+        return report("Unable to communicate with master!", error_code)
+    except CommandError as error:
+        flush()
+        print(str(error) if error.plain else f"ERROR: {error}", file=sys.stderr)
+        return error.code
+    except Error as error:
+        return report(str(error), error_code)
+
+
+def report(text: str, code: int) -> int:
+    """Print an error and return the exit code."""
+    flush()
+    print(f"ERROR: {text}", file=sys.stderr)
+    return code
+
+
+def flush() -> None:
+    """Write out what was printed, so that it stands before an error's text; a closed pipe does not matter any more."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        quiet_pipe()
+
+
+def quiet_pipe() -> int:
+    """After the reader of our output went away: let the interpreter end without complaint."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, sys.stdout.fileno())
+    os.close(null)
+    return 0
+
+
+def fail(text: str, code: int = 1) -> NoReturn:
+    """End the command with a text that is printed as it is."""
+    raise CommandError(text, code, plain=True)

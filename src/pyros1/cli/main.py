@@ -1,0 +1,87 @@
+"""The ``pyros1`` command: finds the module of the command that was asked for, and imports no other."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+
+from pyros1.errors import Error
+
+COMMANDS = {
+    "core": ("core", "start a master, with parameter server and rosout"),
+    "launch": ("launch", "start the nodes of a launch file"),
+    "run": ("run", "start a node of a package"),
+    "topic": ("topic", "show and use topics: list echo hz bw delay info type find pub"),
+    "node": ("node_cmd", "show and end nodes: list info ping machine kill cleanup"),
+    "service": ("service", "show and call services: list info type uri node args find call"),
+    "param": ("param", "show and set parameters: list get set load dump delete"),
+}
+"""Command -> module in pyros1.cli, and what it does."""
+
+
+def usage() -> str:
+    """The text of ``pyros1 help``."""
+    lines = ["usage: pyros1 <command> [arguments]", "", "Commands:"]
+    lines += [f"  {name:9} {about}" for name, (_, about) in COMMANDS.items()]
+    lines += ["", "Each takes the arguments of the ROS 1 tool of that name: `pyros1 topic list` is `rostopic list`."]
+    lines += ["Type pyros1 <command> -h for more. pyros1 --version shows the version."]
+    return "\n".join(lines)
+
+
+def command_name(word: str) -> str | None:
+    """The command that a word means: ``topic`` or, by its stock name, ``rostopic``. None if there is none."""
+    if word in COMMANDS:
+        return word
+    return word[3:] if word.startswith("ros") and word[3:] in COMMANDS else None
+
+
+def entry(argv: list[str] | None = None) -> int:
+    """Run a command.
+
+    Args:
+        argv: the command line with the program's name; None takes ``sys.argv``. Under a stock tool's name, such as
+            ``rostopic``, the program is that tool.
+
+    Returns:
+        The exit code.
+    """
+    words = list(sys.argv if argv is None else argv)
+    called = os.path.basename(words[0]) if words else ""
+    if called.startswith("ros") and command_name(called):
+        words[:1] = ["pyros1", called]
+    if len(words) < 2:
+        print(usage())
+        return 64
+    word = words[1]
+    if word in ("-h", "--help", "help"):
+        print(usage())
+        return 0
+    if word in ("--version", "-V"):
+        from pyros1 import __version__  # noqa: PLC0415
+
+        print(f"pyros1 {__version__}")
+        return 0
+    name = command_name(word)
+    if name is None:
+        print(f"pyros1: there is no command {word!r}; see: pyros1 help", file=sys.stderr)
+        return 64
+    return _run(COMMANDS[name][0], words[2:])
+
+
+def _run(module: str, arguments: list[str]) -> int:
+    try:
+        code: int = import_module(f"pyros1.cli.{module}").main(arguments)
+        sys.stdout.flush()
+        return code
+    except KeyboardInterrupt:
+        return 0
+    except BrokenPipeError:
+        # Whoever read our output has gone. Python would complain when it flushes stdout at exit.
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
+        os.close(null)
+        return 0
+    except Error as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 1

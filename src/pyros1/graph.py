@@ -1,0 +1,274 @@
+"""Questions about a running system: what the master knows, and what the nodes say about themselves.
+
+Shared by the command line and the views. Nothing here is a node: only the master and the nodes' XML-RPC APIs are asked
+(https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Slave_API), and a service's provider is probed.
+"""
+
+from __future__ import annotations
+
+import re
+import socket
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from time import monotonic
+from typing import Any, Protocol, cast
+
+from pyros1.errors import (
+    DeadlineError,
+    MasterError,
+    MasterUnreachableError,
+    ProtocolError,
+    ServiceUnavailableError,
+    UnreachableError,
+)
+from pyros1.names import SEP
+
+NODE_TIMEOUT = 10.0
+"""Seconds that a node gets to answer one call."""
+
+PROBE_TIMEOUT = 5.0
+"""Seconds that a service's provider gets to say what it provides (L79)."""
+
+_INFO = re.compile(r"TCPROS connection on port (\d+) to \[(.*) on socket (\d+)\]")
+
+
+class Master(Protocol):
+    """The part of MasterClient that is needed here."""
+
+    caller_id: str
+
+    def get_system_state(self) -> list[list[list[Any]]]: ...
+    def get_published_topics(self, subgraph: str = "") -> list[list[str]]: ...
+    def get_topic_types(self) -> list[list[str]]: ...
+    def lookup_node(self, name: str) -> str: ...
+    def lookup_service(self, service: str) -> str: ...
+
+
+@dataclass(frozen=True)
+class SystemState:
+    """Who publishes, subscribes and provides what: name -> node names, in order of registration."""
+
+    publishers: dict[str, list[str]]
+    subscribers: dict[str, list[str]]
+    services: dict[str, list[str]]
+
+    def nodes(self) -> list[str]:
+        """The names of all nodes, each once, in order of registration."""
+        names: dict[str, None] = {}
+        for table in (self.publishers, self.subscribers, self.services):
+            for nodes in table.values():
+                names.update(dict.fromkeys(nodes))
+        return list(names)
+
+    def of_node(self, name: str) -> NodeRegistrations:
+        """What one node has registered, sorted."""
+
+        def having(table: Mapping[str, list[str]]) -> list[str]:
+            return sorted(entry for entry, nodes in table.items() if name in nodes)
+
+        return NodeRegistrations(name, having(self.publishers), having(self.subscribers), having(self.services))
+
+
+@dataclass(frozen=True)
+class NodeRegistrations:
+    """What the master knows of a node: names of topics and services."""
+
+    name: str
+    publications: list[str]
+    subscriptions: list[str]
+    services: list[str]
+
+
+@dataclass(frozen=True)
+class Connection:
+    """One entry of a node's ``getBusInfo`` (S03).
+
+    Attributes:
+        destination: the peer's name (outbound) or API URI (inbound).
+        direction: ``i``, ``o`` or ``b``.
+        local_port, peer, socket: of a TCP connection whose node tells them; else None.
+    """
+
+    id: Any
+    destination: str
+    direction: str
+    transport: str
+    topic: str
+    connected: bool
+    local_port: str | None = None
+    peer: str | None = None
+    socket: str | None = None
+
+
+class Graph:
+    """Asks a master, and the nodes that it knows.
+
+    Args:
+        master: a MasterClient. All methods raise MasterUnreachableError if it does not answer.
+    """
+
+    def __init__(self, master: Master) -> None:
+        self.master = master
+
+    def state(self) -> SystemState:
+        """The registrations of all nodes."""
+        publishers, subscribers, services = (
+            {name: list(nodes) for name, nodes in table} for table in self.master.get_system_state()
+        )
+        return SystemState(publishers, subscribers, services)
+
+    def topic_types(self) -> dict[str, str]:
+        """The type of every topic that ever had one, ``*`` included; the name's order is the master's."""
+        return {name: topic_type for name, topic_type in self.master.get_topic_types()}
+
+    def published_types(self) -> dict[str, str]:
+        """The type of every topic that has a publisher."""
+        return {name: topic_type for name, topic_type in self.master.get_published_topics("")}
+
+    def find_topic(self, name: str) -> tuple[str, str, str] | None:
+        """Split a name of the form ``/topic/field`` at the topic that the master knows.
+
+        Returns:
+            (topic, type, rest): rest is empty or begins with ``/`` or ``[``. None if there is no such topic, or its
+            type is not known yet.
+        """
+        found = None
+        for topic, topic_type in self.topic_types().items():
+            rest = name[len(topic) :]
+            if topic_type == "*" or not name.startswith(topic) or (rest and rest[0] not in "/["):
+                continue
+            if found is None or len(topic) > len(found[0]):
+                found = (topic, topic_type, rest)
+        return found
+
+    def node_uri(self, name: str) -> str | None:
+        """The API URI of a node, None if the master does not know it."""
+        try:
+            return self.master.lookup_node(name)
+        except MasterUnreachableError:
+            raise
+        except MasterError:
+            return None
+
+    def service_uri(self, name: str) -> str | None:
+        """The ``rosrpc://`` URI of a service's provider, None if nobody provides it."""
+        try:
+            return self.master.lookup_service(name)
+        except MasterUnreachableError:
+            raise
+        except MasterError:
+            return None
+
+    def node(self, uri: str, timeout: float = NODE_TIMEOUT) -> NodeApi:
+        """The API of the node at a URI."""
+        return NodeApi(self.master.caller_id, uri, timeout)
+
+
+class NodeApi:
+    """Calls a node's own API; one call after the other, over one connection.
+
+    Args:
+        caller_id: who asks.
+        uri: the node's API.
+        timeout: seconds for each call.
+
+    All methods raise UnreachableError, DeadlineError, ProtocolError, MasterError (the node refused) or XmlRpcFault.
+    """
+
+    def __init__(self, caller_id: str, uri: str, timeout: float = NODE_TIMEOUT) -> None:
+        from pyros1.net.xmlrpc_client import XmlRpcClient  # noqa: PLC0415 - listing topics needs no node
+
+        self.uri = uri
+        self._caller_id = caller_id
+        self._client = XmlRpcClient(uri, timeout=timeout)
+
+    def _call(self, method: str, *args: Any) -> Any:
+        from pyros1.net.master_client import unpack  # noqa: PLC0415
+
+        return unpack(self._client.call(method, self._caller_id, *args), f"the node at {self.uri}")
+
+    def pid(self) -> int:
+        """The node's process id."""
+        return cast(int, self._call("getPid"))
+
+    def ping(self) -> float:
+        """Seconds that the node takes to answer."""
+        start = monotonic()
+        self.pid()
+        return monotonic() - start
+
+    def connections(self) -> list[Connection]:
+        """The node's connections, in its own order."""
+        entries = self._call("getBusInfo")
+        if not isinstance(entries, list):
+            raise ProtocolError(f"the node at {self.uri} answered getBusInfo with something else than a list")
+        return [parse_bus_entry(entry) for entry in entries]
+
+    def shutdown(self, reason: str) -> None:
+        """Tell the node to end."""
+        self._call("shutdown", reason)
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._client.close()
+
+
+def parse_bus_entry(entry: Any) -> Connection:
+    """Read one entry of ``getBusInfo``; the last two elements may be missing.
+
+    Raises:
+        ProtocolError: it is not such an entry.
+    """
+    if not isinstance(entry, (list, tuple)) or len(entry) < 5:
+        raise ProtocolError(f"not an entry of getBusInfo: {entry!r}"[:200])
+    number, destination, direction, transport, topic = entry[:5]
+    connected = bool(entry[5]) if len(entry) > 5 else True
+    match = _INFO.match(entry[6]) if len(entry) > 6 and isinstance(entry[6], str) else None
+    port, peer, sock = match.groups() if match else (None, None, None)
+    return Connection(number, str(destination), str(direction), str(transport), str(topic), connected, port, peer, sock)
+
+
+def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
+    """Ask a service's provider what it provides, without calling the service (L79).
+
+    Args:
+        name: the service's full name.
+        uri: ``rosrpc://host:port``.
+        caller_id: who asks.
+        timeout: seconds for all of it.
+
+    Returns:
+        The provider's connection header: type, md5sum, callerid and more.
+
+    Raises:
+        ServiceUnavailableError: it cannot be reached, does not answer, or does not provide the service.
+    """
+    from pyros1.net.hosts import parse_uri  # noqa: PLC0415
+    from pyros1.wire.header import HeaderReader, encode_header  # noqa: PLC0415
+
+    deadline = monotonic() + timeout
+    greeting = {"probe": "1", "md5sum": "*", "callerid": caller_id, "service": name}
+    try:
+        with socket.create_connection(parse_uri(uri, "rosrpc"), timeout) as sock:
+            sock.sendall(encode_header(greeting))
+            reader = HeaderReader()
+            header = None
+            while header is None:
+                sock.settimeout(max(0.001, deadline - monotonic()))
+                data = sock.recv(4096)
+                if not data:
+                    raise UnreachableError("the connection was closed before the answer")
+                header = reader.feed(data)
+    except (OSError, ProtocolError, UnreachableError, DeadlineError) as error:
+        raise ServiceUnavailableError(f"service [{name}] at {uri} does not answer: {error}") from error
+    if "error" in header:
+        raise ServiceUnavailableError(f"service [{name}] at {uri}: {header['error']}")
+    return header
+
+
+def in_namespace(names: Iterable[str], namespace: str | None) -> list[str]:
+    """Those names that are ``namespace`` itself or lie below it; all if it is None or the root."""
+    if not namespace or namespace == SEP:
+        return list(names)
+    below = namespace.rstrip(SEP) + SEP
+    return [name for name in names if name == namespace or name.startswith(below)]
