@@ -91,7 +91,7 @@ class _Connection:
         self.server = server
         self.sock = sock
         self.parser = RequestParser(server.limits.http)
-        self.out = bytearray()
+        self.out = memoryview(b"")
         self.closing = False
         self.buffered = 0
         self.active = self.began = monotonic()
@@ -157,19 +157,18 @@ class _Connection:
             if self.closing:
                 self.close()
             return
-        self.out += memoryview(data)[sent:]
+        self.out = memoryview(data)[sent:]
         self.server.loop.modify(self.sock, WRITE, self._writable)
 
     def _writable(self, mask: int) -> None:
         try:
-            with memoryview(self.out) as view:
-                sent = self.sock.send(view[:_RECEIVE])
+            sent = self.sock.send(self.out)
         except (BlockingIOError, InterruptedError):
             return
         except OSError:
             self.close()
             return
-        del self.out[:sent]
+        self.out = self.out[sent:]
         self.active = monotonic()
         if self.out:
             return

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import binascii
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 # This facade imports 10 ms faster than defusedxml.expatreader, whose base class pulls in the whole of urllib.
@@ -62,34 +62,22 @@ def _escape(text: str) -> str:
     return text
 
 
-def _write(value: Any, depth: int) -> str:
+def _write(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
     """The ``<value>`` element for a value."""
-    return "".join(_write_all((value,), depth))
-
-
-def _write_all(values: Iterable[Any], depth: int) -> list[str]:
-    """The ``<value>`` elements for values, in pieces; one loop for the common kinds, because calls would cost more."""
-    parts: list[str] = []
-    add = parts.append
-    for value in values:
-        kind = value.__class__
-        if kind is str:
-            add(f"<value><string>{_escape(value)}</string></value>")
-        elif kind is float:
-            add(f"<value><double>{value!r}</double></value>")
-        elif kind is int and _MIN_INT <= value <= _MAX_INT:
-            add(f"<value><int>{value}</int></value>")
-        elif kind is bool:
-            add("<value><boolean>1</boolean></value>" if value else "<value><boolean>0</boolean></value>")
-        elif kind is list or kind is tuple:
-            add("<value><array><data>")
-            parts += _write_all(value, _deeper(depth))
-            add("</data></array></value>")
-        elif kind is dict:
-            add(_write_struct(value, depth))
-        else:
-            add(_write_uncommon(value, depth))
-    return parts
+    kind = value.__class__
+    if kind is str:
+        return f"<value><string>{_escape(value)}</string></value>"
+    if kind is float:
+        return f"<value><double>{value!r}</double></value>"
+    if kind is int and _MIN_INT <= value <= _MAX_INT:
+        return f"<value><int>{value}</int></value>"
+    if kind is bool:
+        return "<value><boolean>1</boolean></value>" if value else "<value><boolean>0</boolean></value>"
+    if kind is list or kind is tuple:
+        return _write_array(value, depth)
+    if kind is dict:
+        return _write_struct(value, depth)
+    return _write_uncommon(value, depth)
 
 
 def _deeper(depth: int) -> int:
@@ -98,16 +86,31 @@ def _deeper(depth: int) -> int:
     return depth + 1
 
 
+def _write_array(value: Sequence[Any], depth: int) -> str:
+    depth = _deeper(depth)
+    items = [
+        f"<value><string>{_escape(item)}</string></value>" if item.__class__ is str else _write(item, depth)
+        for item in value
+    ]
+    return f"<value><array><data>{''.join(items)}</data></array></value>"
+
+
 def _write_struct(value: dict[Any, Any], depth: int) -> str:
     depth = _deeper(depth)
-    parts = ["<value><struct>"]
-    for key, item in value.items():
-        if not isinstance(key, str):
-            raise SerializationError(f"dictionary keys must be strings, not {key!r}")
-        text = f"<value><double>{item!r}</double></value>" if item.__class__ is float else _write(item, depth)
-        parts.append(f"<member><name>{_escape(key)}</name>{text}</member>")
-    parts.append("</struct></value>")
-    return "".join(parts)
+    try:
+        names = "".join(value)
+    except TypeError:
+        bad = next(key for key in value if not isinstance(key, str))
+        raise SerializationError(f"dictionary keys must be strings, not {bad!r}") from None
+    if _escape(names) is not names:  # looked at all together: nearly always there is nothing to escape
+        value = {_escape(key): item for key, item in value.items()}
+    items = [
+        f"<member><name>{key}</name><value><double>{item!r}</double></value></member>"
+        if item.__class__ is float
+        else f"<member><name>{key}</name>{_write(item, depth)}</member>"
+        for key, item in value.items()
+    ]
+    return f"<value><struct>{''.join(items)}</struct></value>"
 
 
 def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
