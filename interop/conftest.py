@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import itertools
 import os
 import sys
@@ -13,7 +14,10 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parent / "peers"))
 pytest.register_assert_rewrite("harness", "cases")
 
-from harness import Master, Peer, free_port, missing_stock  # noqa: E402  found through the path set above
+from harness import SOURCE, Master, Peer, free_port, missing_stock  # noqa: E402  found through the path set above
+
+if importlib.util.find_spec("pyros1") is None:
+    sys.path.insert(0, str(SOURCE))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

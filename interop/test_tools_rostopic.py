@@ -55,11 +55,10 @@ def test_hz_and_bw(ours: Peer, launcher: Master, topic: str) -> None:
         until(lambda: (ours.publish(name), process.unread(pattern))[1], f"rostopic {tool} prints a rate")  # noqa: B023
 
 
-def test_pub_once_and_latched(ours: Peer, launcher: Master, topic: str) -> None:
+def test_pub_once(ours: Peer, launcher: Master, topic: str) -> None:
     ours.subscribe(topic, TEXT)
     launcher.tool("rostopic", "pub", "-1", topic, TEXT, f"data: '{text(1)}'")
     assert bytes.fromhex(ours.received(topic))[4:].decode() == text(1)
-    assert ours.header(topic)["latching"] == "1"
 
 
 def test_pub_at_a_rate_ends_with_sigint(ours: Peer, launcher: Master, topic: str) -> None:

@@ -35,11 +35,11 @@ def test_subscriber_header(ours: Peer, reference: Peer, master: Master, topic: s
     assert mine["tcp_nodelay"] == "1"
 
 
-def publisher_reply(master: Master, node: Peer, topic: str, **changes: str | None) -> dict[str, str]:
-    """The header with which *node* answers a subscriber of the std_msgs/String *topic*."""
-    fields = {"callerid": "/hand", "topic": topic, "type": TEXT, "md5sum": MD5, "tcp_nodelay": "1"}
+def publisher_reply(master: Master, node: Peer, name: str, **changes: str | None) -> dict[str, str]:
+    """The header with which *node* answers a subscriber of the std_msgs/String topic *name*."""
+    fields = {"callerid": "/hand", "topic": name, "type": TEXT, "md5sum": MD5, "tcp_nodelay": "1"}
     fields = {key: value for key, value in {**fields, **changes}.items() if value is not None}
-    with raw.connect(*raw.publisher_address(master, node.name, topic)) as connection:
+    with raw.connect(*raw.publisher_address(master, node.name, name)) as connection:
         connection.sendall(raw.encode_header(fields))
         return raw.read_header(connection)
 
