@@ -54,8 +54,8 @@ def test_g14_full_text_depth_first_each_once() -> None:
 
 def test_a_type_that_contains_itself_is_an_error() -> None:
     texts = {"A": "B b", "B": "A[] a", "S": "S s"}
-    for name in texts:
-        spec = parse_message(f"p/{name}", texts[name])
+    for name, text in texts.items():
+        spec = parse_message(f"p/{name}", text)
         with pytest.raises(DefinitionError, match="contains itself: p/"):
             digests(**texts).md5(spec)
         with pytest.raises(DefinitionError, match="contains itself: p/"):

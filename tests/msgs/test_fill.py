@@ -18,8 +18,8 @@ Point: Any = from_definition("p/Point", "float64 x\nfloat64 y")
 Outer: Any = from_definition("p/Outer", f"Point p\n{SEPARATOR}\nMSG: p/Point\nfloat64 x\nfloat64 y")
 T: Any = from_definition(
     "p/T",
-    "Header header\nint32 i\ntime t\nduration d\nint32[] a\nfloat64[2] f\nstring[] s\ntime[] ts\nuint8[] u\nPoint[] ps\n"
-    f"Point[1] one\n{SEPARATOR}\nMSG: p/Point\nfloat64 x\nfloat64 y",
+    "Header header\nint32 i\ntime t\nduration d\nint32[] a\nfloat64[2] f\nstring[] s\ntime[] ts\nuint8[] u\n"
+    f"Point[] ps\nPoint[1] one\n{SEPARATOR}\nMSG: p/Point\nfloat64 x\nfloat64 y",
 )
 NOW = Time(7, 8)
 

@@ -134,7 +134,7 @@ def test_g08_services() -> None:
     for text in ("", "int8 a", "---\n---\n", " ---\n"):
         with pytest.raises(DefinitionError):
             parse_service("pkg/S", text)
-    with pytest.raises(DefinitionError, match="x.srv:4: "):
+    with pytest.raises(DefinitionError, match=r"x\.srv:4: "):
         parse_service("pkg/S", "int8 a\n---\nint8 b\nwrong\n", "x.srv")
 
 
