@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from pyros1.graph import Graph
     from pyros1.net.master_client import MasterClient
+    from pyros1.node import Node
 
 EX_USAGE = 64
 """Exit code of a missing or unknown subcommand (sysexits.h), as the stock tools'."""
@@ -63,6 +64,7 @@ class Invocation:
         ns = arguments.special.get("__ns") or self.environ.get("ROS_NAMESPACE") or names.SEP
         self._namespace = names.SEP + ns.strip(names.SEP)
         self._master: MasterClient | None = None
+        self._wait: Callable[[float], bool]  # set by open_node
 
     def resolve(self, name: str) -> str:
         """Return the full name that a name on the command line stands for. Legal or not is the master's business."""
@@ -107,16 +109,18 @@ class Invocation:
 
         return OptionParser(usage=f"usage: %prog {usage}", prog=self.program)
 
-    def open_node(self) -> Any:
+    def open_node(self) -> Node:
         """A node for this command, with an anonymous name as the stock tool's (L05).
 
         Raises:
             MasterUnreachableError: the master is not there; tools do not wait for it.
         """
         self.master.get_pid()  # says at once, before anything heavy is imported, if there is no master
+        from threading import Event  # noqa: PLC0415
+
         from pyros1.node import Node  # noqa: PLC0415
 
-        return Node(
+        node = Node(
             self.stock,
             anonymous=True,
             argv=self.remapping_args,
@@ -125,10 +129,14 @@ class Invocation:
             wait_for_master=0.0,
             log_level="warn",
         )
+        ended = Event()
+        node.on_shutdown(ended.set)
+        self._wait = ended.wait
+        return node
 
-
-class VerbError(Error):
-    """No such subcommand; the text is the command list."""
+    def pause(self, seconds: float) -> bool:
+        """Wait in wall time; returns False, at once, when the command's node ends."""
+        return not self._wait(seconds)
 
 
 def run(

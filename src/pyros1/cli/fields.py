@@ -1,0 +1,142 @@
+"""Field paths behind a topic's name: ``/pose/header/stamp``, ``/arr[2]``, ``/arr[1:5:2]/x`` (L60). Pure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pyros1.errors import Error
+from pyros1.msgs import Message, load_message
+from pyros1.msgs.spec import is_type_name
+from pyros1.timing import TVal
+
+_STEP = re.compile(r"([A-Za-z_]\w*)(\[[^\[\]]*\])?\Z", re.ASCII)
+_INTEGER = re.compile(r"[+-]?\d{1,18}\Z", re.ASCII)
+_TIME_PARTS = ("secs", "nsecs")
+
+
+class FieldPathError(Error):
+    """A field path is malformed, or leads to no field of the type."""
+
+
+@dataclass(frozen=True)
+class _Step:
+    field: str
+    subscript: int | slice | None
+
+
+class FieldPath:
+    """A way into a message.
+
+    Args:
+        text: what stands behind the topic: empty, or ``/field[...]/field...``. An index picks an element, a slice maps
+            the rest of the path over the elements.
+
+    Raises:
+        FieldPathError: it is malformed.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self._steps = [_parse_step(part) for part in text.strip("/").split("/")] if text.strip("/") else []
+
+    def get(self, message: Any) -> tuple[Any, str | None]:
+        """Return the value that the path leads to, and its type; None for the type if the path is empty.
+
+        Raises:
+            FieldPathError: an index is out of range, or there is no such field.
+        """
+        try:
+            return _walk(message, None, self._steps)
+        except IndexError as error:
+            raise FieldPathError(f"{error}: {self.text}") from None
+        except AttributeError as error:
+            raise FieldPathError(f"{error}: {self.text}") from None
+        except TypeError as error:
+            raise FieldPathError(f"{error}: {self.text}") from None
+
+    def type_in(self, message_class: type[Message]) -> str:
+        """Return the type of the field, for example ``geometry_msgs/Pose[]``.
+
+        Raises:
+            FieldPathError: there is no such field.
+        """
+        current, mapped = message_class._type, False
+        owner: type[Message] | None = message_class
+        for step in self._steps:
+            current = _field_type(current, owner, step.field)
+            if step.subscript is not None:
+                if "[" not in current and current != "string":
+                    raise FieldPathError(f"field {step.field!r} of type {current} has no elements")
+                if isinstance(step.subscript, int):
+                    current = current.partition("[")[0]
+                elif "[" in current:
+                    current, mapped = current.partition("[")[0], True
+            owner = None
+        return current + "[]" if mapped else current
+
+
+def _parse_step(part: str) -> _Step:
+    match = _STEP.match(part)
+    if match is None:
+        raise FieldPathError(f"not a field: {part!r}")
+    field, brackets = match.groups()
+    if brackets is None:
+        return _Step(field, None)
+    inside = brackets[1:-1]
+    parts = inside.split(":")
+    wrong = f"field {field!r} has invalid slice argument {inside!r}"
+    if len(parts) > 3:
+        raise FieldPathError(f"{wrong}: too many slice arguments")
+    numbers: list[int | None] = []
+    for number in map(str.strip, parts):
+        if number and not _INTEGER.match(number):
+            raise FieldPathError(f"{wrong}: non-integer array index step {number!r}")
+        numbers.append(int(number) if number else None)
+    if len(numbers) == 1:
+        if numbers[0] is None:
+            raise FieldPathError(f"{wrong}: an index is missing")
+        return _Step(field, numbers[0])
+    if len(numbers) == 3 and numbers[2] == 0:
+        raise FieldPathError(f"{wrong}: the step must not be zero")
+    return _Step(field, slice(*numbers))
+
+
+def _walk(value: Any, kind: str | None, steps: Sequence[_Step]) -> tuple[Any, str | None]:
+    for number, step in enumerate(steps):
+        kind = _slot_type(value, step.field)
+        value = getattr(value, step.field)
+        if step.subscript is None:
+            continue
+        value = value[step.subscript]
+        if isinstance(step.subscript, int):
+            kind = kind.partition("[")[0]
+            continue
+        rest = steps[number + 1 :]
+        if rest:
+            found = [_walk(element, None, rest) for element in value]
+            kind = f"{found[0][1]}[]" if found else None
+            return [element for element, _ in found], kind
+    return value, kind
+
+
+def _slot_type(owner: Any, field: str) -> str:
+    if isinstance(owner, TVal) and field in _TIME_PARTS:
+        return "int32"
+    if not isinstance(owner, Message) or field not in owner.__slots__:
+        raise AttributeError(f"{type(owner).__name__!r} object has no field {field!r}")
+    return owner._slot_types[list(owner.__slots__).index(field)]
+
+
+def _field_type(type_name: str, owner: type[Message] | None, field: str) -> str:
+    if type_name in ("time", "duration") and field in _TIME_PARTS:
+        return "int32"
+    if owner is None:
+        if not is_type_name(type_name):
+            raise FieldPathError(f"type {type_name} has no field {field!r}")
+        owner = load_message(type_name)
+    if field not in owner.__slots__:
+        raise FieldPathError(f"type {type_name} has no field {field!r}")
+    return owner._slot_types[list(owner.__slots__).index(field)]

@@ -1,0 +1,157 @@
+"""The figures of ``topic hz``, ``bw`` and ``delay``, and the lines that show them (L64-L66). Pure: times come in."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+HZ_WINDOW = 50_000
+"""Most messages in the window of ``hz`` and ``delay`` unless told."""
+
+BW_WINDOW = 100
+"""Most messages in the window of ``bw`` unless told."""
+
+
+class Summary(NamedTuple):
+    """Figures of a window."""
+
+    mean: float
+    least: float
+    most: float
+    deviation: float
+
+
+def summarise(values: Iterable[float]) -> Summary:
+    """Mean, minimum, maximum and standard deviation of at least one value."""
+    numbers = list(values)
+    mean = sum(numbers) / len(numbers)
+    deviation = math.sqrt(sum((number - mean) ** 2 for number in numbers) / len(numbers))
+    return Summary(mean, min(numbers), max(numbers), deviation)
+
+
+class RateMeter:
+    """The rate of one topic.
+
+    Args:
+        window: most messages that count; -1 or less: `HZ_WINDOW`.
+    """
+
+    def __init__(self, window: int = -1) -> None:
+        size = HZ_WINDOW if window < 0 else window
+        self._intervals: deque[float] = deque(maxlen=max(1, size - 1))
+        self._last: float | None = None
+        self._fresh = False
+
+    def arrived(self, now: float) -> None:
+        """Count a message; ``now`` in seconds. Time that jumps back starts the measurement anew."""
+        last, self._last = self._last, now
+        if last is None:
+            return
+        if now < last:
+            self._intervals.clear()
+            return
+        self._intervals.append(now - last)
+        self._fresh = True
+
+    def figures(self) -> tuple[float, Summary, int] | None:
+        """Rate in Hz, figures of the intervals, messages in the window; None if nothing came since the last call."""
+        intervals = list(self._intervals)  # the callback goes on meanwhile
+        if not self._fresh or not intervals:
+            return None
+        self._fresh = False
+        summary = summarise(intervals)
+        rate = 1.0 / summary.mean if summary.mean > 0 else 0.0
+        return rate, summary, len(intervals) + 1
+
+
+def rate_lines(rate: float, summary: Summary, window: int) -> str:
+    """What ``hz`` prints for one topic."""
+    return (
+        f"average rate: {rate:.3f}\n\tmin: {summary.least:.3f}s max: {summary.most:.3f}s "
+        f"std dev: {summary.deviation:.5f}s window: {window}"
+    )
+
+
+def rate_table(figures: Mapping[str, tuple[float, Summary, int]]) -> str:
+    """What ``hz`` prints for several topics."""
+    header = ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
+    rows = [
+        [topic, *(_four_digits(x) for x in (rate, summary.least, summary.most, summary.deviation)), str(window)]
+        for topic, (rate, summary, window) in figures.items()
+    ]
+    widths = [max(len(row[column]) for row in [header, *rows]) for column in range(len(header))]
+    lines = ["   ".join(name.center(width) for name, width in zip(header, widths, strict=True))]
+    lines.append("=" * len(lines[0]))
+    lines += ["   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _four_digits(number: float) -> str:
+    return str(float(f"{number:.4g}"))
+
+
+class BandwidthMeter:
+    """The bandwidth of one topic.
+
+    Args:
+        window: most messages that count; -1 or less: `BW_WINDOW`.
+    """
+
+    def __init__(self, window: int = -1) -> None:
+        size = BW_WINDOW if window < 0 else max(1, window)
+        self._entries: deque[tuple[float, int]] = deque(maxlen=size)
+
+    def arrived(self, now: float, size: int) -> None:
+        """Count a message of ``size`` bytes; ``now`` in seconds."""
+        self._entries.append((now, size))
+
+    def lines(self, now: float) -> str | None:
+        """What ``bw`` prints; None without two messages."""
+        entries = list(self._entries)
+        if len(entries) < 2 or now <= entries[0][0]:
+            return None
+        sizes = [size for _, size in entries]
+        total = sum(sizes)
+        rate = total / (now - entries[0][0])
+        mean, least, most = total / len(sizes), min(sizes), max(sizes)
+        return (
+            f"average: {_scaled(rate)}/s\n"
+            f"\tmean: {_scaled(mean)} min: {_scaled(least)} max: {_scaled(most)} window: {len(sizes)}"
+        )
+
+
+def _scaled(count: float) -> str:
+    if count < 1000:
+        return f"{count:.2f}B"
+    return f"{count / 1000:.2f}KB" if count < 1_000_000 else f"{count / 1_000_000:.2f}MB"
+
+
+class DelayMeter:
+    """The age of one topic's messages when they arrive.
+
+    Args:
+        window: most messages that count; -1 or less: `HZ_WINDOW`.
+    """
+
+    def __init__(self, window: int = -1) -> None:
+        self._delays: deque[float] = deque(maxlen=HZ_WINDOW if window < 0 else max(1, window))
+        self._fresh = False
+
+    def arrived(self, delay: float) -> None:
+        """Count a message that is ``delay`` seconds old."""
+        self._delays.append(delay)
+        self._fresh = True
+
+    def lines(self) -> str | None:
+        """What ``delay`` prints; None if nothing came since the last call."""
+        delays = list(self._delays)
+        if not self._fresh:
+            return None
+        self._fresh = False
+        summary = summarise(delays)
+        return (
+            f"average delay: {summary.mean:.3f}\n\tmin: {summary.least:.3f}s max: {summary.most:.3f}s "
+            f"std dev: {summary.deviation:.5f}s window: {len(delays)}"
+        )

@@ -1,0 +1,71 @@
+"""Subscribing to whatever a topic carries, for echo, hz, bw and delay: the type comes from the publisher's header."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.cli.common import Invocation
+from pyros1.errors import MasterError, UnknownTypeError
+from pyros1.msgs import AnyMsg, DefinitionCache, Message, load_message
+
+_LOOK_AGAIN = 0.2
+
+
+def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str] | None:
+    """Split ``name`` into topic and field path, as soon as the topic is known; says once that it is not (L61).
+
+    Returns:
+        (topic, field path), or None if the node was told to end before.
+    """
+    graph = invocation.graph
+    found = graph.find_topic(name)
+    if found is None:
+        print(f"WARNING: topic [{name}] does not appear to be published yet", file=sys.stderr, flush=True)
+    while found is None:
+        if not node.ok():
+            return None
+        # Which part of the name is the topic and which a field, only the master can tell.
+        invocation.pause(_LOOK_AGAIN)
+        try:
+            found = graph.find_topic(name)
+        except MasterError:
+            continue  # it may come back
+    return found[0], found[2]
+
+
+def subscribe(node: Any, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
+    """Subscribe to undecoded messages."""
+    return node.subscribe(topic, AnyMsg, callback)
+
+
+class Decoder:
+    """Decodes messages of any type, with the definition in their connection's header."""
+
+    def __init__(self) -> None:
+        self._cache = DefinitionCache()
+
+    def message_class(self, raw: AnyMsg) -> type[Message]:
+        """The class of a raw message.
+
+        Raises:
+            DefinitionError, UnknownTypeError: the publisher sent no usable definition, and there is none here.
+        """
+        header = raw._connection_header or {}
+        type_name, md5sum = header.get("type", ""), header.get("md5sum", "")
+        try:
+            return self._cache.get(type_name, md5sum, header.get("message_definition", ""))
+        except UnknownTypeError:
+            cls = load_message(type_name)
+            if md5sum not in ("*", cls._md5sum):
+                raise
+            return cls
+
+    def decode(self, raw: AnyMsg) -> Message:
+        """The message.
+
+        Raises:
+            MessageError: see `message_class`, or the bytes are not such a message.
+        """
+        return self.message_class(raw)._decode(raw._buff, 0, len(raw._buff))

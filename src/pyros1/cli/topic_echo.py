@@ -1,0 +1,226 @@
+"""``topic echo`` (L60-L63)."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable
+from optparse import Values
+from typing import Any
+
+from pyros1.cli.common import CommandError, Invocation
+from pyros1.cli.expression import Expression, ExpressionError
+from pyros1.cli.fields import FieldPath, FieldPathError
+from pyros1.cli.subscribing import Decoder, find_topic, subscribe
+from pyros1.errors import MessageError
+from pyros1.msgs import AnyMsg, Message
+from pyros1.msgs.text import format_message
+from pyros1.timing import Time, TVal
+
+_CLEAR = "\033[2J\033[;H"
+_CLOCK_PATIENCE = 2.0
+
+
+def echo(invocation: Invocation) -> None:
+    """``topic echo [options] /topic[/field...]``."""
+    options, name = _arguments(invocation)
+    expression = Expression(options.filter_expr) if options.filter_expr else None
+    with invocation.open_node() as node:
+        found = find_topic(invocation, node, name)
+        if found is None:
+            return
+        topic, path = found
+        show = Plot(options, node.now) if options.plot else Text(options, node.now)
+        printer = Printer(topic, FieldPath(path), show, expression, options.msg_count)
+        with subscribe(node, topic, printer.arrived):
+            _wait(invocation, node, printer)
+    if printer.error is not None:
+        raise printer.error
+
+
+def _arguments(invocation: Invocation) -> tuple[Values, str]:
+    parser = invocation.parser("echo [options] /topic")
+    parser.add_option("-p", dest="plot", action="store_true", help="echo in a plotting friendly format")
+    parser.add_option("-w", dest="width", metavar="NUM_WIDTH", help="fixed width for numeric values")
+    parser.add_option(
+        "--filter",
+        dest="filter_expr",
+        metavar="FILTER-EXPRESSION",
+        help="Python expression to filter messages that are printed. It can use m (the message), topic (the topic name) "
+        "and harmless functions such as len, abs, min and max.",
+    )
+    parser.add_option("--nostr", dest="nostr", action="store_true", help="exclude string fields")
+    parser.add_option("--noarr", dest="noarr", action="store_true", help="exclude arrays")
+    parser.add_option("-c", "--clear", action="store_true", help="clear screen before printing next message")
+    parser.add_option("-n", dest="msg_count", metavar="COUNT", help="number of messages to echo")
+    parser.add_option(
+        "--offset", action="store_true", help="display time as offsets from current time (in seconds)"
+    )
+    options, args = parser.parse_args(invocation.args)
+    if not args:
+        parser.error("topic must be specified")
+    if len(args) > 1:
+        parser.error("you may only specify one input topic")
+    for field, what in (("msg_count", "COUNT"), ("width", "NUM_WIDTH")):
+        value = getattr(options, field)
+        if value is not None:
+            try:
+                setattr(options, field, int(value))
+            except ValueError:
+                parser.error(f"{what} must be an integer")
+    return options, invocation.resolve(args[0])
+
+
+def _wait(invocation: Invocation, node: Any, printer: Printer) -> None:
+    """Until the count is reached or the node ends; warns once if simulated time does not run (L63)."""
+    warned = False
+    waited = 0.0
+    while node.ok() and not printer.done.wait(0.25):
+        waited += 0.25
+        if waited >= _CLOCK_PATIENCE and not warned and not printer.count and node.now().is_zero():
+            warned = True
+            print(
+                "WARNING: no messages received and simulated time is active.\nIs /clock being published?",
+                file=sys.stderr,
+                flush=True,
+            )
+
+
+class Printer:
+    """Shows the messages that pass the filter, until there were enough.
+
+    Attributes:
+        count: messages shown.
+        done: set when no more are wanted.
+        error: what ended it before its time.
+    """
+
+    def __init__(
+        self,
+        topic: str,
+        path: FieldPath,
+        show: Callable[[Message, Any, str | None], str],
+        expression: Expression | None,
+        limit: int | None,
+    ) -> None:
+        self.count = 0
+        self.done = threading.Event()
+        self.error: Exception | None = None
+        self._topic = topic
+        self._path = path
+        self._show = show
+        self._expression = expression
+        self._limit = limit
+        self._decoder = Decoder()
+        self._said: set[str] = set()
+
+    def arrived(self, raw: AnyMsg) -> None:
+        """Take one message; called from the subscription's thread."""
+        if self.done.is_set():
+            return
+        if self._limit is not None and self.count >= self._limit:
+            self.done.set()
+            return
+        try:
+            text = self._text(raw)
+            if text is None:
+                return
+            sys.stdout.write(text)
+            sys.stdout.flush()
+        except (BrokenPipeError, CommandError) as error:
+            self.error = error
+            self.done.set()
+            return
+        self.count += 1
+        if self._limit is not None and self.count >= self._limit:
+            self.done.set()
+
+    def _text(self, raw: AnyMsg) -> str | None:
+        try:
+            message = self._decoder.decode(raw)
+        except MessageError as error:
+            type_name = (raw._connection_header or {}).get("type", "unknown type")
+            raise CommandError(f"a message of type [{type_name}] on {self._topic} cannot be shown: {error}") from None
+        try:
+            if self._expression is not None and not self._expression({"m": message, "topic": self._topic}):
+                return None
+            value, kind = self._path.get(message)
+        except (ExpressionError, FieldPathError) as error:
+            # It may be this message's fault only: an array too short, say. Once said, it is known.
+            if str(error) not in self._said:
+                self._said.add(str(error))
+                print(error, file=sys.stderr, flush=True)
+            return None
+        return self._show(message, value, kind)
+
+
+class Text:
+    """Messages as YAML-like text, with ``---`` behind each (L61)."""
+
+    def __init__(self, options: Values, now: Callable[[], Time]) -> None:
+        self._prefix = _CLEAR if options.clear else ""
+        self._now = now if options.offset else None
+        self._settings: dict[str, Any] = {
+            "no_string": bool(options.nostr),
+            "no_array": bool(options.noarr),
+            "width": options.width,
+        }
+
+    def __call__(self, message: Message, value: Any, kind: str | None) -> str:
+        offset = self._now() if self._now else None
+        text = format_message(value, type_name=kind, time_offset=offset, **self._settings)
+        return f"{self._prefix}{text}\n---\n"
+
+
+class Plot:
+    """Messages as rows of comma-separated values, under a row of names (L62)."""
+
+    def __init__(self, options: Values, now: Callable[[], Time]) -> None:
+        self._now = now
+        self._offset = bool(options.offset)
+        self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
+        self._header_done = False
+
+    def __call__(self, message: Message, value: Any, kind: str | None) -> str:
+        now = self._now()
+        whole = kind is None and getattr(message, "_has_header", False)
+        stamp = message.header.stamp if whole else now  # type: ignore[attr-defined] # _has_header says that it is there
+        ns = stamp.to_nsec() - (now.to_nsec() if self._offset and whole else 0)
+        row: list[str] = []
+        self._values(value, kind, now if self._offset else None, row)
+        text = ",".join([str(ns), *row]) + "\n"
+        if not self._header_done:
+            self._header_done = True
+            names: list[str] = []
+            self._names(value, kind, "field", names)
+            text = ",".join(["%time", *names]) + "\n" + text
+        return text
+
+    def _shown(self, kind: str) -> bool:
+        return not (self._noarr and "[" in kind) and not (self._nostr and kind.partition("[")[0] == "string")
+
+    def _slots(self, message: Message) -> list[tuple[str, str]]:
+        return [(n, t) for n, t in zip(message.__slots__, message._slot_types, strict=True) if self._shown(t)]
+
+    def _names(self, value: Any, kind: str | None, prefix: str, names: list[str]) -> None:
+        if isinstance(value, Message):
+            for name, slot_type in self._slots(value):
+                self._names(getattr(value, name), slot_type, f"{prefix}.{name}", names)
+        elif isinstance(value, (list, tuple)):
+            for number, element in enumerate(value):
+                self._names(element, None, f"{prefix}{number}", names)
+        else:
+            names.append(prefix)
+
+    def _values(self, value: Any, kind: str | None, offset: Time | None, row: list[str]) -> None:
+        if isinstance(value, Message):
+            for name, slot_type in self._slots(value):
+                self._values(getattr(value, name), slot_type, offset, row)
+        elif isinstance(value, (list, tuple)):
+            for element in value:
+                self._values(element, None, offset, row)
+        elif isinstance(value, TVal):
+            minus = offset.to_nsec() if offset is not None and isinstance(value, Time) else 0
+            row.append(str(value.to_nsec() - minus))
+        else:
+            row.append(str(value))
