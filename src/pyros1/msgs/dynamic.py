@@ -90,8 +90,8 @@ class DefinitionCache:
             if not full_text.strip() and md5sum not in ("*", EMPTY_MD5):
                 raise UnknownTypeError(f"the publisher of type {type_name} sent no definition")
             cls = from_definition(type_name, full_text)
-            while len(self._classes) >= self._limit:
-                del self._classes[next(iter(self._classes))]
+            for oldest in list(self._classes)[: len(self._classes) - self._limit + 1]:
+                self._classes.pop(oldest, None)
             self._classes[key] = cls
         return cls
 
