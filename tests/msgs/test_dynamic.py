@@ -80,3 +80,9 @@ def test_cache() -> None:
     assert cache.get("std_msgs/Empty", "d41d8cd98f00b204e9800998ecf8427e", "")._slot_types == []
     with pytest.raises(UnknownTypeError, match="sent no definition"):
         cache.get("p/T", "992ce8a1687cec8c8bd883ec73ca41d1", "")
+
+
+def test_cache_keeps_all_up_to_its_limit() -> None:
+    cache = DefinitionCache(limit=5)
+    classes = [cache.get("p/T", "*", f"int8 a{i}") for i in range(5)]
+    assert [cache.get("p/T", "*", f"int8 a{i}") for i in range(5)] == classes

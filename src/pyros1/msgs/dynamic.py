@@ -90,7 +90,7 @@ class DefinitionCache:
             if not full_text.strip() and md5sum not in ("*", EMPTY_MD5):
                 raise UnknownTypeError(f"the publisher of type {type_name} sent no definition")
             cls = from_definition(type_name, full_text)
-            for oldest in list(self._classes)[: len(self._classes) - self._limit + 1]:
+            for oldest in list(self._classes)[: max(0, len(self._classes) - self._limit + 1)]:
                 self._classes.pop(oldest, None)
             self._classes[key] = cls
         return cls
