@@ -119,11 +119,11 @@ class Graph:
 
     def topic_types(self) -> dict[str, str]:
         """The type of every topic that ever had one, ``*`` included; the name's order is the master's."""
-        return {name: topic_type for name, topic_type in self.master.get_topic_types()}
+        return {entry[0]: entry[1] for entry in self.master.get_topic_types()}
 
     def published_types(self) -> dict[str, str]:
         """The type of every topic that has a publisher."""
-        return {name: topic_type for name, topic_type in self.master.get_published_topics("")}
+        return {entry[0]: entry[1] for entry in self.master.get_published_topics("")}
 
     def find_topic(self, name: str) -> tuple[str, str, str] | None:
         """Split a name of the form ``/topic/field`` at the topic that the master knows.

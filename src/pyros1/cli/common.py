@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from pyros1 import names
 from pyros1.errors import Error, MasterUnreachableError
@@ -205,3 +205,26 @@ def quiet_pipe() -> int:
 def fail(text: str, code: int = 1) -> NoReturn:
     """End the command with a text that is printed as it is."""
     raise CommandError(text, code, plain=True)
+
+
+_GUARD = "\0"
+
+
+def guard_negatives(arguments: list[str]) -> list[str]:
+    """Mark negative numbers, so that they are not taken for options; `unguard` the arguments after parsing."""
+    return [_GUARD + arg if _is_negative_number(arg) else arg for arg in arguments]
+
+
+def unguard(argument: str) -> str:
+    """Remove the mark of `guard_negatives`."""
+    return argument.removeprefix(_GUARD)
+
+
+def _is_negative_number(text: str) -> bool:
+    if not text.startswith("-"):
+        return False
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

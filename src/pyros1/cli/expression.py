@@ -65,7 +65,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 }
 _CONSTANTS = {"pi": math.pi, "None": None, "True": True, "False": False}
 _STRING_METHODS = frozenset(
-    "startswith endswith find count lower upper strip lstrip rstrip split isdigit isalpha isspace".split()
+    ["startswith", "endswith", "find", "count", "lower", "upper", "strip", "lstrip", "rstrip", "split", "isdigit", "isalpha", "isspace"]
 )
 _TIME_METHODS = frozenset({"to_sec", "to_nsec", "is_zero"})
 
@@ -125,7 +125,9 @@ def _check(node: ast.AST, text: str) -> None:
         if node.keywords or not isinstance(node.func, (ast.Name, ast.Attribute)):
             raise ExpressionError(f"[{text}]: only plain function calls are possible")
         if isinstance(node.func, ast.Name) and node.func.id not in _FUNCTIONS:
-            raise ExpressionError(f"[{text}]: there is no function {node.func.id}; there are: {', '.join(sorted(_FUNCTIONS))}")
+            raise ExpressionError(
+                f"[{text}]: there is no function {node.func.id}; there are: {', '.join(sorted(_FUNCTIONS))}"
+            )
     elif not isinstance(node, _ALLOWED) or isinstance(node, ast.MatMult):
         raise ExpressionError(f"[{text}]: {type(node).__name__} is not possible in an expression")
 

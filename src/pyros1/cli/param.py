@@ -7,7 +7,7 @@ import sys
 from optparse import OptionParser, Values
 from typing import Any
 
-from pyros1.cli.common import CommandError, Invocation, run
+from pyros1.cli.common import CommandError, Invocation, guard_negatives, run, unguard
 from pyros1.errors import MasterError, MasterUnreachableError, ParameterNotSetError
 
 INT_RANGE = range(-(2**31), 2**31)
@@ -105,9 +105,7 @@ def pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
 
 def set_value(invocation: Invocation) -> None:
     """``param set name value`` (L80)."""
-    # optparse would take a negative number for an option.
-    negatives = [arg for arg in invocation.args if _is_negative_number(arg)]
-    invocation.args = [arg for arg in invocation.args if arg not in negatives]
+    invocation.args = guard_negatives(invocation.args)
     file = {"help": "set parameters to contents of text file", "metavar": "TEXT_FILE", "dest": "text_file"}
     binary = {"help": "set parameters to contents of binary file", "metavar": "BINARY_FILE", "dest": "bin_file"}
     options, args, parser = _parse(
@@ -119,7 +117,7 @@ def set_value(invocation: Invocation) -> None:
         (("-b", "--binfile"), binary),
         _VERBOSE,
     )
-    args += negatives
+    args = [unguard(arg) for arg in args]
     name = invocation.resolve(args[0])
     if options.text_file and options.bin_file:
         parser.error("you may only specify one of --textfile or --binfile")
@@ -148,14 +146,9 @@ def set_value(invocation: Invocation) -> None:
     _set(invocation, name, "" if args[1] == "" else load_yaml(args[1]), options.verbose)
 
 
-def _is_negative_number(text: str) -> bool:
-    try:
-        return text.startswith("-") and float(text) is not None
-    except ValueError:
-        return False
-
-
-def _set(invocation: Invocation, name: str, value: Any, verbose: bool, form: str = "set parameter [{}] to [{}]") -> None:
+def _set(
+    invocation: Invocation, name: str, value: Any, verbose: bool, form: str = "set parameter [{}] to [{}]"
+) -> None:
     """Set a value; a dictionary leaf by leaf, so that it is merged into what is there (L80)."""
     _check(value)
     leaves = list(_leaves(name, value))

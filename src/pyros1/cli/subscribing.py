@@ -68,4 +68,5 @@ class Decoder:
         Raises:
             MessageError: see `message_class`, or the bytes are not such a message.
         """
-        return self.message_class(raw)._decode(raw._buff, 0, len(raw._buff))
+        message: Message = self.message_class(raw)._decode(raw._buff, 0, len(raw._buff))
+        return message

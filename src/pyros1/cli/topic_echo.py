@@ -53,9 +53,7 @@ def _arguments(invocation: Invocation) -> tuple[Values, str]:
     parser.add_option("--noarr", dest="noarr", action="store_true", help="exclude arrays")
     parser.add_option("-c", "--clear", action="store_true", help="clear screen before printing next message")
     parser.add_option("-n", dest="msg_count", metavar="COUNT", help="number of messages to echo")
-    parser.add_option(
-        "--offset", action="store_true", help="display time as offsets from current time (in seconds)"
-    )
+    parser.add_option("--offset", action="store_true", help="display time as offsets from current time (in seconds)")
     options, args = parser.parse_args(invocation.args)
     if not args:
         parser.error("topic must be specified")

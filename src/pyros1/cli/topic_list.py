@@ -133,7 +133,7 @@ def type_of(invocation: Invocation) -> int | None:
     found = invocation.graph.find_topic(name)
     if found is None:
         fail(f"unknown topic type [{name}]")
-    topic, topic_type, rest = found
+    _, topic_type, rest = found
     if not rest:
         print(topic_type)
         return None

@@ -1,0 +1,218 @@
+"""``topic pub`` (L67-L69)."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from optparse import OptionParser, Values
+from time import time
+from typing import Any
+
+from pyros1.cli.arguments import argument_names
+from pyros1.cli.common import CommandError, Invocation, guard_negatives, unguard
+from pyros1.cli.documents import documents
+from pyros1.errors import DefinitionError, Error, MessageError, SerializationError, UnknownTypeError
+from pyros1.msgs import Message, load_message
+from pyros1.msgs.fill import fill_message
+from pyros1.timing import Time
+from pyros1.values import load_yaml
+
+_HOLD = 3.0
+"""Seconds that -1 stays, so that subscribers can fetch the message."""
+
+_SUBSCRIBER_PATIENCE = 5.0
+"""Seconds that messages from a file or stdin wait for the first subscriber."""
+
+_DEFAULT_RATE = 10.0
+
+
+def pub(invocation: Invocation) -> None:
+    """``topic pub /topic type [args...]``."""
+    options, name, type_name, words, parser = _arguments(invocation)
+    arguments = _values(words, parser)
+    message_class = _load(type_name)
+    from_arguments = not options.file and (bool(arguments) or not message_class.__slots__ or sys.stdin.isatty())
+    if from_arguments:  # wrong arguments need no master to be found out
+        fill(message_class(), arguments, Time())
+    rate = options.rate
+    with invocation.open_node() as node:
+        latch = bool(options.latch) or (from_arguments and rate is None)
+        publisher = node.advertise(name, message_class, queue_size=100, latch=latch)
+        run = _Publishing(invocation, node, publisher, message_class, options)
+        if not from_arguments:
+            run.stream(_documents(options.file), rate or _DEFAULT_RATE)
+        elif rate is not None:
+            run.repeat(arguments, rate, bool(options.substitute_keywords))
+        else:
+            run.latched(arguments, bool(options.once))
+
+
+def _arguments(invocation: Invocation) -> tuple[Values, str, str, list[str], OptionParser]:
+    parser = invocation.parser("pub /topic type [args...]")
+    parser.add_option("-v", dest="verbose", action="store_true", help="print verbose output")
+    parser.add_option(
+        "-r",
+        "--rate",
+        metavar="RATE",
+        help="publishing rate (hz).  For -f and stdin input, this defaults to 10.  Otherwise it is not set.",
+    )
+    parser.add_option("-1", "--once", action="store_true", help="publish one message and exit")
+    parser.add_option("-f", "--file", metavar="FILE", help="read args from YAML file (Bagy)")
+    parser.add_option(
+        "-l",
+        "--latch",
+        action="store_true",
+        help="enable latching for -f, -r and piped input.  This latches the first message.",
+    )
+    parser.add_option(
+        "-s",
+        "--substitute-keywords",
+        action="store_true",
+        help="When publishing with a rate, performs keyword ('now' or 'auto') substitution for each message",
+    )
+    parser.add_option("--use-rostime", action="store_true", help="use rostime for time stamps, else walltime is used")
+    options, args = parser.parse_args(_guarded(invocation.args))
+    if options.rate is not None:
+        if options.once:
+            parser.error("You cannot select both -r and -1 (--once)")
+        try:
+            options.rate = float(unguard(options.rate))
+        except ValueError:
+            parser.error("rate must be a number")
+        if options.rate <= 0:
+            parser.error("rate must be greater than zero")
+    if not args:
+        parser.error("/topic must be specified")
+    if len(args) == 1:
+        parser.error("topic type must be specified")
+    if options.file and len(args) > 2:
+        parser.error("args conflict with -f setting")
+    if options.file and not os.path.isfile(options.file):
+        raise CommandError(f"file does not exist: {options.file}")
+    return options, invocation.resolve(args[0]), args[1], [unguard(arg) for arg in args[2:]], parser
+
+
+def _guarded(words: list[str]) -> list[str]:
+    """Negative numbers are values, except the first -1 before any value: that is the option."""
+    guarded: list[str] = []
+    positional = 0
+    for word in words:
+        option = word == "-1" and positional < 2
+        guarded.append(word if option else guard_negatives([word])[0])
+        positional += not word.startswith("-")
+    return guarded
+
+
+def _values(words: list[str], parser: OptionParser) -> list[Any]:
+    values = []
+    for word in words:
+        try:
+            values.append(load_yaml(word) if word else word)
+        except Error as error:
+            parser.error(f"Argument error: {error}")
+    return values
+
+
+def _load(type_name: str) -> type[Message]:
+    package, _, name = type_name.partition("/")
+    if not package or not name or "/" in name:
+        raise CommandError(f"invalid topic type: {type_name}")
+    try:
+        return load_message(type_name)
+    except DefinitionError:
+        raise
+    except UnknownTypeError:
+        raise CommandError(
+            f"invalid message type: {type_name}.\n"
+            f"If this is a valid message type, perhaps you need to type 'rosmake {package}'"
+        ) from None
+
+
+def fill(message: Message, arguments: Any, now: Time | None) -> None:
+    """Fill a message from the values of the arguments, and make sure that they fit.
+
+    Raises:
+        CommandError: they do not; the text says what is expected (L68).
+    """
+    try:
+        fill_message(message, arguments, now)
+    except MessageError as error:
+        expected = " ".join(argument_names(type(message)))
+        raise CommandError(f"{error}\n\nArgs are: [{expected}]") from None
+    try:
+        type(message)._encode(message)
+    except SerializationError as error:
+        expected = " ".join(argument_names(type(message)))
+        raise CommandError(f"{error}\n\nArgs are: [{expected}]") from None
+
+
+def _documents(path: str | None) -> Iterator[Any]:
+    if path is None:
+        yield from documents(sys.stdin, "stdin")
+        return
+    with open(path, encoding="utf-8") as file:
+        yield from documents(file, path)
+
+
+class _Publishing:
+    def __init__(
+        self, invocation: Invocation, node: Any, publisher: Any, message_class: type[Message], options: Values
+    ) -> None:
+        self._invocation = invocation
+        self._node = node
+        self._publisher = publisher
+        self._class = message_class
+        self._verbose = bool(options.verbose)
+        self._once = bool(options.once)
+        self._rostime = bool(options.use_rostime)
+
+    def _message(self, arguments: Any) -> Message:
+        message = self._class()
+        now = self._node.now() if self._rostime else Time.from_sec(time())
+        fill(message, arguments, now)
+        return message
+
+    def latched(self, arguments: list[Any], once: bool) -> None:
+        """One message, kept for those who come later."""
+        message = self._message(arguments)
+        what = f"[{message}]" if self._verbose else "message"
+        until = f" for {_HOLD} seconds" if once else ". Press ctrl-C to terminate"
+        print(f"publishing and latching {what}{until}", flush=True)
+        self._publisher.publish(message)
+        if once:
+            self._invocation.pause(_HOLD)
+        else:
+            self._node.spin()
+
+    def repeat(self, arguments: list[Any], rate: float, substitute: bool) -> None:
+        """One message, again and again."""
+        message = self._message(arguments)
+        pace = self._node.rate(rate)
+        while self._node.ok():
+            if substitute:
+                message = self._message(arguments)
+            if self._verbose:
+                print(f"publishing {message}", flush=True)
+            self._publisher.publish(message)
+            pace.sleep()
+
+    def stream(self, source: Iterator[Any], rate: float) -> None:
+        """One message for each document."""
+        pace = self._node.rate(rate)
+        waited = False
+        for document in source:
+            if not self._node.ok():
+                return
+            message = self._message(document if isinstance(document, (list, dict)) else [document])
+            if not waited:
+                waited = True
+                self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_PATIENCE)
+            if self._verbose:
+                print(f"publishing {message}", flush=True)
+            self._publisher.publish(message)
+            if self._once:
+                break
+            pace.sleep()
+        if waited:
+            self._invocation.pause(_HOLD if self._once or self._publisher.num_connections == 0 else 0.2)
