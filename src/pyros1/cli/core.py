@@ -23,7 +23,13 @@ def main(argv: list[str]) -> int:
     add("-w", "--numworkers", metavar="NUM_WORKERS", dest="num_workers", type="int", help="accepted; no workers needed")
     add("-t", "--timeout", metavar="TIMEOUT", dest="timeout", type="float", help="seconds that nodes have to answer")
     add("--master-logger-level", metavar="LEVEL", dest="level", help="accepted; master.log has everything")
-    add("--sigint-timeout", metavar="SECONDS", dest="sigint_timeout", type="float", help="seconds from SIGINT to SIGTERM")
+    add(
+        "--sigint-timeout",
+        metavar="SECONDS",
+        dest="sigint_timeout",
+        type="float",
+        help="seconds from SIGINT to SIGTERM",
+    )
     add("--sigterm-timeout", metavar="SECONDS", dest="sigterm_timeout", type="float", help="and from there to SIGKILL")
     options, words = parser.parse_args([word for word in argv if not word.startswith("__")])
     if words:

@@ -37,7 +37,7 @@ def main(argv: list[str]) -> int:
         The exit code: 0, also when nodes died; 1 when nothing could be launched; 2 for a wrong command line.
     """
     parser = make_parser("roslaunch")
-    arguments = dict(match.groups() for word in argv if (match := _ARGUMENT.fullmatch(word)))
+    arguments = {match[1]: match[2] for word in argv if (match := _ARGUMENT.fullmatch(word))}
     options, words = parser.parse_args([word for word in argv if not _ARGUMENT.fullmatch(word)])
     if options.child_name or options.server_uri:
         parser.error("remote child mode (-c, -u) is not available")
@@ -69,32 +69,109 @@ def make_parser(prog: str) -> OptionParser:
     """Return the parser of the command's options (L147-L172)."""
     parser = OptionParser(usage=USAGE, prog=prog)
     add = parser.add_option
-    add("--files", dest="file_list", default=False, action="store_true", help="Print list files loaded by launch file, including launch file itself")
+    add(
+        "--files",
+        dest="file_list",
+        default=False,
+        action="store_true",
+        help="Print list files loaded by launch file, including launch file itself",
+    )
     add("--args", metavar="NODE_NAME", dest="node_args", help="Print command-line arguments for node")
     add("--nodes", dest="node_list", default=False, action="store_true", help="Print list of node names in launch file")
     add("--find-node", metavar="NODE_NAME", dest="find_node", help="Find launch file that node is defined in")
     add("-c", "--child", metavar="NAME", dest="child_name", help="Run as child service 'NAME'. Required with -u")
     add("--local", dest="local_only", default=False, action="store_true", help="Do not launch remote nodes")
-    add("--screen", dest="force_screen", default=False, action="store_true", help="Force output of all local nodes to screen")
+    add(
+        "--screen",
+        dest="force_screen",
+        default=False,
+        action="store_true",
+        help="Force output of all local nodes to screen",
+    )
     add("--required", dest="force_required", default=False, action="store_true", help="Force all nodes to be required")
     add("--log", dest="force_log", default=False, action="store_true", help="Force output of all local nodes to log")
     add("-u", "--server_uri", metavar="URI", dest="server_uri", help="URI of server. Required with -c")
     add("--run_id", metavar="RUN_ID", dest="run_id", help="run_id of session. Required with -c")
-    add("--wait", dest="wait_for_master", default=False, action="store_true", help="wait for master to start before launching")
+    add(
+        "--wait",
+        dest="wait_for_master",
+        default=False,
+        action="store_true",
+        help="wait for master to start before launching",
+    )
     add("-p", "--port", metavar="PORT", dest="port", type="int", help="master port. Only valid if master is launched")
     add("--core", dest="core", default=False, action="store_true", help="Launch core services only")
     add("--pid", metavar="PID_FILE", dest="pid_file", default="", help="write the roslaunch pid to filename")
     add("-v", dest="verbose", default=False, action="store_true", help="verbose printing")
     add("--no-summary", dest="no_summary", default=False, action="store_true", help="hide summary printing")
-    add("--dump-params", dest="dump_params", default=False, action="store_true", help="Dump parameters of all roslaunch files to stdout")
-    add("--skip-log-check", dest="skip_log_check", default=False, action="store_true", help="skip check size of log folder (it is never checked here)")
-    add("--ros-args", dest="ros_args", default=False, action="store_true", help="Display command-line arguments for this launch file")
-    add("--disable-title", dest="disable_title", default=False, action="store_true", help="Disable setting of terminal title")
-    add("-w", "--numworkers", metavar="NUM_WORKERS", dest="num_workers", type="int", default=3, help="accepted; a master started here needs no workers")
-    add("-t", "--timeout", metavar="TIMEOUT", dest="timeout", type="float", help="seconds that nodes have to answer a master started here")
-    add("--master-logger-level", metavar="LEVEL", dest="master_logger_level", default="", help="accepted; master.log has everything")
-    add("--sigint-timeout", metavar="SECONDS", dest="sigint_timeout", type="float", default=15.0, help="seconds from SIGINT to SIGTERM when ending nodes")
-    add("--sigterm-timeout", metavar="SECONDS", dest="sigterm_timeout", type="float", default=2.0, help="seconds from SIGTERM to SIGKILL when ending nodes")
+    add(
+        "--dump-params",
+        dest="dump_params",
+        default=False,
+        action="store_true",
+        help="Dump parameters of all roslaunch files to stdout",
+    )
+    add(
+        "--skip-log-check",
+        dest="skip_log_check",
+        default=False,
+        action="store_true",
+        help="skip check size of log folder (it is never checked here)",
+    )
+    add(
+        "--ros-args",
+        dest="ros_args",
+        default=False,
+        action="store_true",
+        help="Display command-line arguments for this launch file",
+    )
+    add(
+        "--disable-title",
+        dest="disable_title",
+        default=False,
+        action="store_true",
+        help="Disable setting of terminal title",
+    )
+    add(
+        "-w",
+        "--numworkers",
+        metavar="NUM_WORKERS",
+        dest="num_workers",
+        type="int",
+        default=3,
+        help="accepted; a master started here needs no workers",
+    )
+    add(
+        "-t",
+        "--timeout",
+        metavar="TIMEOUT",
+        dest="timeout",
+        type="float",
+        help="seconds that nodes have to answer a master started here",
+    )
+    add(
+        "--master-logger-level",
+        metavar="LEVEL",
+        dest="master_logger_level",
+        default="",
+        help="accepted; master.log has everything",
+    )
+    add(
+        "--sigint-timeout",
+        metavar="SECONDS",
+        dest="sigint_timeout",
+        type="float",
+        default=15.0,
+        help="seconds from SIGINT to SIGTERM when ending nodes",
+    )
+    add(
+        "--sigterm-timeout",
+        metavar="SECONDS",
+        dest="sigterm_timeout",
+        type="float",
+        default=2.0,
+        help="seconds from SIGTERM to SIGKILL when ending nodes",
+    )
     return parser
 
 
@@ -130,7 +207,7 @@ def find_files(words: list[str], resources: Resources, parser: OptionParser) -> 
     """
     if words.count(STDIN) > 1:
         parser.error("Only a single instance of the dash ('-') may be specified.")
-    if len(words) == 2 and STDIN not in words:  # noqa: PLR2004
+    if len(words) == 2 and STDIN not in words:
         found = _in_package(words[0], words[1], resources)
         if found:
             return [found]
@@ -166,7 +243,9 @@ def _in_package(package: str, file: str, resources: Resources) -> str | None:
         return None
     if len(found) > 1:
         places = "\n".join(f" * {path}" for path in found)
-        raise LaunchError(f"multiple files named [{file}] in package [{package}]:\n{places}\nPlease specify full path instead")
+        raise LaunchError(
+            f"multiple files named [{file}] in package [{package}]:\n{places}\nPlease specify full path instead"
+        )
     return str(found[0]) if found else None
 
 
@@ -196,7 +275,7 @@ def _answer(plan: Plan, options: Values, files: list[str]) -> int:
     if options.dump_params:
         print(report.dump_params(plan))
     elif options.node_list:
-        print("\n".join(node.full_name for node in plan.nodes))
+        print("\n".join(node.full_name for node in [*plan.nodes, *plan.tests]))
     elif options.file_list:
         print("\n".join(absolute_files(plan.files)))
     elif options.ros_args:
@@ -205,7 +284,8 @@ def _answer(plan: Plan, options: Values, files: list[str]) -> int:
         node = plan.find_node(options.find_node)
         if node is None:
             name = "/" + options.find_node.strip("/")
-            print(f"ERROR: cannot find node named [{name}]. Run \n\troslaunch --nodes <files>\nto see list of node names.", file=sys.stderr)
+            advice = "Run \n\troslaunch --nodes <files>\nto see list of node names."
+            print(f"ERROR: cannot find node named [{name}]. {advice}", file=sys.stderr)
             return 1
         print(node.file)
     else:
@@ -216,12 +296,15 @@ def _answer(plan: Plan, options: Values, files: list[str]) -> int:
 def _print_node_args(plan: Plan, wanted: str, files: list[str]) -> int:
     node = plan.find_node(wanted)
     if node is None:
-        print(f"ERROR: Cannot find node named [/{wanted.strip('/')}] in [{', '.join(files)}].\nNode names are:", file=sys.stderr)
+        print(
+            f"ERROR: Cannot find node named [/{wanted.strip('/')}] in [{', '.join(files)}].\nNode names are:",
+            file=sys.stderr,
+        )
         for other in plan.nodes:
             print(f" * {other.full_name}", file=sys.stderr)
         return 1
     executable = locate(node.package, node.type, PackageIndex(os.environ))
-    print(report.node_args(node, node_words(node, executable)))
+    print(report.node_args(node, node_words(node, executable), os.environ))
     return 0
 
 

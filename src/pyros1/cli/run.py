@@ -17,6 +17,28 @@ USAGE = """Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
   If it finds it, it will run it with ARGS."""
 
 
+class _Options:
+    """The words of the command line, sorted; ``usage`` asks for the usage text instead."""
+
+    def __init__(self, argv: list[str]) -> None:
+        words = list(argv)
+        self.prefix: list[str] = []
+        self.debug = False
+        self.usage = False
+        while words and words[0].startswith("-"):
+            option = words.pop(0)
+            if option in ("-d", "--debug"):
+                self.debug = True
+            elif option in ("-p", "--prefix") and words:
+                self.prefix = shlex.split(words.pop(0))
+            elif option.startswith("--prefix="):
+                self.prefix = shlex.split(option.partition("=")[2])
+            else:
+                self.usage = True
+        self.words = words
+        self.usage = self.usage or len(words) < 2
+
+
 def main(argv: list[str]) -> int:
     """Run ``pyros1 run``; the program replaces this process (L22-L24).
 
@@ -27,49 +49,35 @@ def main(argv: list[str]) -> int:
         Only if nothing was run: 0 after the usage text, 1 for a name ending in a slash, 2 for an unknown package,
         3 if there is no such executable.
     """
-    words = list(argv)
-    prefix: list[str] = []
-    debug = False
-    while words and words[0].startswith("-"):
-        option = words.pop(0)
-        if option in ("-h", "--help"):
-            print(USAGE)
-            return 0
-        if option in ("-d", "--debug"):
-            debug = True
-        elif option in ("-p", "--prefix") and words:
-            prefix = shlex.split(words.pop(0))
-        elif option.startswith("--prefix="):
-            prefix = shlex.split(option.partition("=")[2])
-        else:
-            print(USAGE)
-            return 0
-    if len(words) < 2:  # noqa: PLR2004
+    options = _Options(argv)
+    if options.usage:
         print(USAGE)
         return 0
-    package, name, *arguments = words
+    package, name, *arguments = options.words
     if name.endswith("/"):
         print(f"[rosrun] Couldn't find executable named {name}", file=sys.stderr)
         return 1
     index = PackageIndex(os.environ)
     try:
-        folder = index.find(package)
         found = index.find_executable(package, name)
     except PackageNotFoundError as error:
         print(f"[rospack] Error: package '{package}' not found", file=sys.stderr)
-        if debug:
+        if options.debug:
             print(f"[rosrun] {error}", file=sys.stderr)
         return 2
-    if debug:
-        print(f"[rosrun] found: {', '.join(map(str, found)) or 'nothing'} for {name} of {folder}")
+    if options.debug:
+        print(f"[rosrun] found: {', '.join(map(str, found)) or 'nothing'}")
     if not found:
-        _say_missing(index, package, name, folder)
+        _say_missing(index, package, name, index.find(package))
         return 3
     executable = found[0] if len(found) == 1 else _select(found)
     if executable is None:
         return 0
+    return _execute([*options.prefix, *executable_words(executable), *arguments], executable)
+
+
+def _execute(command: list[str], executable: Path) -> int:
     environ = {**os.environ, **(own_python_environment(os.environ) if is_own(executable) else {})}
-    command = [*prefix, *executable_words(executable), *arguments]
     sys.stdout.flush()
     try:
         os.execvpe(command[0], command, environ)

@@ -52,7 +52,11 @@ class LaunchServer:
         if method == "get_pid":
             return [1, "", os.getpid()]
         if method == "list_processes":
-            return [1, "processes on parent machine", [_counts(self._supervisor.active), _counts(self._supervisor.dead)]]
+            return [
+                1,
+                "processes on parent machine",
+                [_counts(self._supervisor.active), _counts(self._supervisor.dead)],
+            ]
         if method == "get_node_names":
             return [1, "node names", [process.spec.node for process in self._supervisor.active]]
         if method == "list_children":

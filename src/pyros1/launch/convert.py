@@ -1,4 +1,7 @@
-"""Texts of launch files to typed values: ``<param>`` types and booleans (https://wiki.ros.org/roslaunch/XML/param, X41, X55, X74)."""
+"""Texts of launch files to typed values: parameters and booleans (X41, X55, X74).
+
+The types are those of https://wiki.ros.org/roslaunch/XML/param.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from typing import Any
 from pyros1.errors import LaunchError
 
 
-def convert_value(text: str, kind: str) -> Any:
+def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each type
     """Convert a parameter's text.
 
     Args:

@@ -46,19 +46,18 @@ class Core:
         on_shutdown: Callable[[str], object],
         notify_timeout: float | None = None,
     ) -> None:
-        from pyros1.master.server import Master  # noqa: PLC0415 - only if no master runs yet
+        from pyros1.master.server import NOTIFY_TIMEOUT_S, Master  # noqa: PLC0415 - only if no master runs yet
 
         self._log_folder = log_folder
         self._log = open(log_folder / "master.log", "a", encoding="utf-8", buffering=1)  # noqa: SIM115 - stays open
         self._log_lock = threading.Lock()
-        options = {} if notify_timeout is None else {"notify_timeout": notify_timeout}
         self._master = Master(
             port=port,
             bind_host=address.bind,
             advertised_host=address.advertised,
             log=self._write_log,
             on_shutdown=on_shutdown,
-            **options,
+            notify_timeout=NOTIFY_TIMEOUT_S if notify_timeout is None else notify_timeout,
         )
         self._environ = {**environ, "ROS_MASTER_URI": uri}
         self._environ.pop("ROS_NAMESPACE", None)

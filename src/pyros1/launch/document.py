@@ -1,7 +1,7 @@
 """A launch file's XML as a tree that remembers where everything stood.
 
-Entities are refused (defusedxml), nothing is fetched from anywhere, and the only thing checked here is that the text is XML with one
-``<launch>`` at its root.
+Entities are refused (defusedxml), nothing is fetched from anywhere, and the only thing checked here is that the text is
+XML with one ``<launch>`` at its root.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""``$(eval ...)``: a small, safe part of Python's expressions (https://wiki.ros.org/roslaunch/XML#substitution_args, X71).
+"""``$(eval ...)``: a small, safe part of Python's expressions (X71, https://wiki.ros.org/roslaunch/XML).
 
-The text is parsed to a syntax tree and every node of it is interpreted here; what is not listed is refused. There is no attribute access
-but on ``math``, no comprehension or lambda, no name but those given, and sizes are bounded, so that an expression can neither reach into the
-interpreter nor keep it busy for long.
+The text is parsed to a syntax tree and every node of it is interpreted here; what is not listed is refused. Attributes
+are those of ``math`` and a few methods of plain values, there is no comprehension or lambda and no name but those
+given, and sizes are bounded, so that an expression can neither reach into the interpreter nor keep it busy for long.
 """
 
 from __future__ import annotations
@@ -51,7 +51,11 @@ _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.In: lambda left, right: left in right,
     ast.NotIn: lambda left, right: left not in right,
 }
-_MATH = {name: getattr(math, name) for name in dir(math) if not name.startswith("_") and name not in ("factorial", "comb", "perm")}
+_MATH = {
+    name: getattr(math, name)
+    for name in dir(math)
+    if not name.startswith("_") and name not in ("factorial", "comb", "perm")
+}
 _BUILTINS: dict[str, Any] = {
     "list": list,
     "dict": dict,
@@ -67,11 +71,20 @@ _BUILTINS: dict[str, Any] = {
 }
 # Methods of plain values that launch files use; none of them gives access to anything but its own value.
 _STR_METHODS = frozenset(
-    "capitalize count endswith find index isalnum isalpha isdigit islower isspace isupper join lower lstrip partition replace "
-    "rfind rindex rpartition rsplit rstrip split splitlines startswith strip swapcase title upper".split()
+    (
+        *("capitalize", "count", "endswith", "find", "index", "isalnum", "isalpha", "isdigit", "islower", "isspace"),
+        *("isupper", "join", "lower", "lstrip", "partition", "replace", "rfind", "rindex", "rpartition", "rsplit"),
+        *("rstrip", "split", "splitlines", "startswith", "strip", "swapcase", "title", "upper"),
+    )
 )
 _LIST_METHODS = frozenset(("count", "index"))
 _DICT_METHODS = frozenset(("get", "keys", "values", "items"))
+_METHODS: dict[type, frozenset[str]] = {
+    str: _STR_METHODS,
+    list: _LIST_METHODS,
+    tuple: _LIST_METHODS,
+    dict: _DICT_METHODS,
+}
 
 
 def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> str:
@@ -132,7 +145,11 @@ class _Interpreter:
     def _dict(self, node: ast.Dict) -> Any:
         if any(key is None for key in node.keys):
             raise LaunchError("$(eval ...) does not allow ** in a dict")
-        return {self.value(key): self.value(item) for key, item in zip(node.keys, node.values, strict=True) if key is not None}
+        return {
+            self.value(key): self.value(item)
+            for key, item in zip(node.keys, node.values, strict=True)
+            if key is not None
+        }
 
     def _unaryop(self, node: ast.UnaryOp) -> Any:
         return _UNARY[type(node.op)](self.value(node.operand))
@@ -188,7 +205,7 @@ class _Interpreter:
         if isinstance(node.value, ast.Name) and node.value.id == "math" and node.attr in _MATH:
             return _MATH[node.attr]
         value = self.value(node.value)
-        allowed = {str: _STR_METHODS, list: _LIST_METHODS, tuple: _LIST_METHODS, dict: _DICT_METHODS}.get(type(value))
+        allowed = _METHODS.get(type(value))
         if allowed is None or node.attr not in allowed:
             raise LaunchError(f"$(eval ...) does not allow the attribute '{node.attr}'")
         return getattr(value, node.attr)

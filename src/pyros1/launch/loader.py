@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from pyros1.errors import Error, LaunchError
 from pyros1.launch.convert import convert_bool, convert_condition
@@ -21,7 +21,18 @@ from pyros1.launch.substitution import substitute
 
 STDIN = "-"
 _MAX_INCLUDES = 100
-_NODE_ATTRIBUTES = ("pkg", "type", "name", "args", "machine", "respawn", "respawn_delay", "required", "ns", "clear_params")
+_NODE_ATTRIBUTES = (
+    "pkg",
+    "type",
+    "name",
+    "args",
+    "machine",
+    "respawn",
+    "respawn_delay",
+    "required",
+    "ns",
+    "clear_params",
+)
 _TEST_ATTRIBUTES = ("pkg", "type", "name", "test-name", "args", "machine", "ns", "clear_params", "cwd", "launch-prefix")
 ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "launch": ("deprecated",),
@@ -85,7 +96,7 @@ class _Loader:
         name = "<stdin>" if file == STDIN else file
         root = parse_document(data, name)
         self.plan.files.append(name)
-        self._launch(root, Scope(self._resources, name, given=dict(arguments)), top=True)
+        self._launch(root, Scope(self._resources, name, given=dict(arguments)))
 
     def _read(self, file: str) -> bytes:
         try:
@@ -93,20 +104,12 @@ class _Loader:
         except OSError as error:
             raise LaunchError(f"cannot read [{file}]: {error.strerror}") from error
 
-    def _launch(self, root: Element, scope: Scope, *, top: bool = False) -> None:
+    def _launch(self, root: Element, scope: Scope) -> None:
         self._check_attributes(root, scope)
         if "deprecated" in root.attributes:
             text = self.attribute(root, scope, "deprecated")
             self.plan.warnings.append(f"[{scope.file}] DEPRECATED: {text}")
-        if top:
-            self._document_args(root, scope)
         self.children(root, scope, self._tags)
-
-    def _document_args(self, root: Element, scope: Scope) -> None:
-        for element in root.children:
-            if element.tag == "arg" and "name" in element.attributes and "value" not in element.attributes:
-                name = element.attributes["name"]
-                self.plan.args[name] = ArgPlan(name, element.attributes.get("default"), element.attributes.get("doc"))
 
     # What all tags share -------------------------------------------------------------------------------------------
 
@@ -128,7 +131,9 @@ class _Loader:
             except Error as error:
                 raise element.error(str(error)) from error
 
-    def _unknown_tag(self, element: Element, parent: Element, tags: dict[str, Callable[[Element, Scope], None]]) -> None:
+    def _unknown_tag(
+        self, element: Element, parent: Element, tags: dict[str, Callable[[Element, Scope], None]]
+    ) -> None:
         if element.tag == "master" and parent.tag == "launch":
             self.plan.warnings.append("ignoring defunct <master /> tag")
             return
@@ -178,6 +183,16 @@ class _Loader:
             if error.line is not None:
                 raise
             raise element.error(f"Invalid <arg> tag: {error}") from error
+        if value is None and not scope.included:
+            self._document(element, scope, name)
+
+    def _document(self, element: Element, scope: Scope, name: str) -> None:
+        """Note an argument of a top-level file for ``--ros-args``."""
+        try:
+            default = self.attribute(element, scope, "default")
+        except LaunchError:  # it was given, so its default need not be good for anything
+            default = element.attributes["default"]
+        self.plan.args[name] = ArgPlan(name, default, element.attributes.get("doc"))
 
     def _group(self, element: Element, scope: Scope) -> None:
         inner = scope.child(self._namespace(element, scope))
@@ -242,6 +257,7 @@ class _Loader:
         old, new = self.attribute(element, scope, "from"), self.attribute(element, scope, "to")
         if not old or not new or not old.strip() or not new.strip():
             raise LaunchError("<remap> tag is missing required from/to attributes")
+        scope.remappings.pop(old.strip(), None)
         scope.remappings[old.strip()] = new.strip()
 
     def _env(self, element: Element, scope: Scope) -> None:
@@ -281,7 +297,7 @@ class _Loader:
             scope.default_machine = name
 
 
-def _did_you_mean(name: str, known: Sequence[str] | dict[str, object]) -> str:
+def _did_you_mean(name: str, known: Iterable[str]) -> str:
     close = difflib.get_close_matches(name, list(known), 1, 0.75)
     return f" (did you mean '{close[0]}'?)" if close else ""
 

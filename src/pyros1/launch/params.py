@@ -135,7 +135,9 @@ class ParamReader:
             raise LaunchError(f"error loading <rosparam> tag: {_without_place(error)}", where, line) from error
         for value in documents:
             if not isinstance(value, dict) and not name:
-                raise LaunchError("error loading <rosparam> tag: 'param' attribute must be set for non-dictionary values")
+                raise LaunchError(
+                    "error loading <rosparam> tag: 'param' attribute must be set for non-dictionary values"
+                )
             for key, leaf in _leaves(name, value):
                 self.set(key, leaf, scope, node)
 

@@ -96,7 +96,9 @@ class Process:
         self.exit_code = None
         self.spawn_count += 1
         self.started = time.monotonic()
-        self._watcher = threading.Thread(target=self._watch, args=(self._popen, self._ended), name=f"watch {spec.label}")
+        self._watcher = threading.Thread(
+            target=self._watch, args=(self._popen, self._ended), name=f"watch {spec.label}"
+        )
         self._watcher.daemon = True
         self._watcher.start()
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from pyros1.launch.plan import NodePlan, Plan
+from pyros1.net.hosts import DEFAULT_MASTER_URI
 
 _LONGEST_VALUE = 20
 
@@ -62,14 +64,17 @@ def ros_args(plan: Plan) -> str:
     return "\n".join(lines or ["No arguments."])
 
 
-def node_args(node: NodePlan, words: list[str]) -> str:
+def node_args(node: NodePlan, words: list[str], environ: Mapping[str, str]) -> str:
     """Return the environment and command line of a node (``--args``).
 
     Args:
         node: the node.
         words: its command line without ``__log``.
+        environ: this process's environment; only what differs from it is printed.
     """
     env: dict[str, str] = {}
+    if not environ.get("ROS_MASTER_URI"):
+        env["ROS_MASTER_URI"] = f"{DEFAULT_MASTER_URI}/"
     if node.namespace.strip("/"):
         env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
     env.update(node.env)

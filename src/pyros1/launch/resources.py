@@ -1,4 +1,4 @@
-"""What planning takes from the world: files, packages, the environment, commands. The loader itself touches none of them."""
+"""What planning takes from the world: files, packages, the environment, commands; the loader has no other way there."""
 
 from __future__ import annotations
 

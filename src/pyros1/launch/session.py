@@ -1,7 +1,7 @@
 """One run of the launcher, from a plan to the last "done" (X78-X90).
 
-The order is fixed: server, SUMMARY, master (if none runs and it would be ours), /run_id, rosout, rosparam dumps and deletes, parameters in one
-call, nodes. Ending goes the other way round.
+The order is fixed: server, SUMMARY, master (if none runs and it would be ours), /run_id, rosout, rosparam dumps and
+deletes, parameters in one call, nodes. Ending goes the other way round.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ class Session:
             self._start(running, run_id, folder)
             reason = self._supervisor.run()
             if reason.startswith("all processes"):
-                self.console.line(reason if self._counter else "No processes to monitor")
+                self.console.line(reason if self._supervisor.dead else "No processes to monitor")
         finally:
             self._end()
 
@@ -173,7 +173,9 @@ class Session:
         if not is_local(host):
             self.console.warning(f"ROS_MASTER_URI [{told}] host is not set to this machine")
         elif port != parse_uri(self._uri)[1]:
-            self.console.warning(f"ROS_MASTER_URI port [{port}] does not match this roscore [{parse_uri(self._uri)[1]}]")
+            self.console.warning(
+                f"ROS_MASTER_URI port [{port}] does not match this roscore [{parse_uri(self._uri)[1]}]"
+            )
 
     def _prepare(self, running: bool) -> tuple[str, Path]:
         run_id = self.options.run_id
@@ -284,7 +286,9 @@ class Session:
         self._counter += 1
         if self._is_remote(node):
             if not self.options.local:
-                self.console.error(f"[{node.full_name}] is to run on machine [{node.machine}]: remote nodes are not started yet")
+                self.console.error(
+                    f"[{node.full_name}] is to run on machine [{node.machine}]: remote nodes are not started yet"
+                )
                 self.failed = True
             return
         label = f"{node.full_name.lstrip('/')}-{self._counter}"

@@ -1,7 +1,7 @@
 """``$(arg x)`` and its kin in attribute values (https://wiki.ros.org/roslaunch/XML#substitution_args, X70-X73).
 
-Everything but ``find`` is replaced first, then ``find``; so ``$(find pkg)/$(arg file)`` works and nesting does not. ``$(eval ...)`` must be the
-whole text. There is no escape for ``$(``; any other ``$`` stands for itself.
+Everything but ``find`` is replaced first, then ``find``; so ``$(find pkg)/$(arg file)`` works and nesting does not.
+``$(eval ...)`` must be the whole text. There is no escape for ``$(``; any other ``$`` stands for itself.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Keeps a set of processes as their specs ask for, and ends them all in good order (X87-X90).
 
-One queue carries what happens (a process ended, a signal came, a master was told to shut down); the thread in `run` sleeps on it until then, or
-until the next respawn is due. Nothing polls.
+One queue carries what happens (a process ended, a signal came, a master was told to shut down); the thread in `run`
+sleeps on it until then, or until the next respawn is due. Nothing polls.
 """
 
 from __future__ import annotations

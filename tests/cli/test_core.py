@@ -1,0 +1,23 @@
+# ruff: noqa: E501 - tables in one line
+"""pyros1 core's command line (L06-L13); what it does is tested with the launcher in test_launch.py."""
+
+from __future__ import annotations
+
+import pytest
+
+from pyros1.cli.core import main
+
+
+def test_no_arguments_l13(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["something"])
+    assert caught.value.code == 2
+    assert "roscore does not take arguments" in capsys.readouterr().err
+
+
+def test_help(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["--help"])
+    assert caught.value.code == 0
+    out = capsys.readouterr().out
+    assert all(flag in out for flag in ("--port", "-v", "--numworkers", "--timeout", "--master-logger-level", "--sigint-timeout"))

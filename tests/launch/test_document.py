@@ -1,0 +1,46 @@
+# ruff: noqa: E501 - tables and programs in one line
+"""XML with line numbers, and hostile XML."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pyros1.errors import LaunchError
+from pyros1.launch.document import parse_document
+
+TEXT = '<launch>\n  <node a="1" b="2">\n    <param/>text &amp; more<!-- c --> end\n  </node>\n</launch>\n'
+
+
+def test_tags_know_their_line_and_attributes_their_order() -> None:
+    root = parse_document(TEXT, "f.launch")
+    (node,) = root.children
+    assert (root.tag, root.line, node.line, node.children[0].line) == ("launch", 1, 2, 3)
+    assert list(node.attributes.items()) == [("a", "1"), ("b", "2")]
+    assert node.text.strip() == "text & more end"
+    assert str(node.error("bad")) == "f.launch:2: bad"
+
+
+@pytest.mark.parametrize("text", ["", "<foo/>", "<launch>", "<launch/><launch/>", "<launch><a></launch>", "x", "\0", "<launch a='1' a='2'/>"])
+def test_bad_xml_x07(text: str) -> None:
+    with pytest.raises(LaunchError, match=r"^f\.launch(:\d+)?: Invalid roslaunch XML syntax"):
+        parse_document(text, "f.launch")
+
+
+def test_entities_are_refused() -> None:
+    bomb = '<!DOCTYPE l [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><launch>&b;</launch>'
+    outside = '<!DOCTYPE l [<!ENTITY a SYSTEM "file:///etc/passwd">]><launch>&a;</launch>'
+    for text in (bomb, outside):
+        with pytest.raises(LaunchError, match="refused"):
+            parse_document(text, "f.launch")
+    with pytest.raises(LaunchError, match="deeply"):
+        parse_document("<launch>" + "<a>" * 5000, "f.launch")
+
+
+@given(st.binary(max_size=80) | st.integers(0, len(TEXT)).map(lambda end: TEXT[:end].encode()))
+def test_any_bytes_give_a_tree_or_the_documented_error(data: bytes) -> None:
+    try:
+        assert parse_document(data, "f.launch").tag == "launch"
+    except LaunchError:
+        pass

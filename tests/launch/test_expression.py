@@ -1,0 +1,49 @@
+# ruff: noqa: E501 - tables and programs in one line
+"""The safe interpreter of $(eval ...) (X71)."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pyros1.errors import LaunchError
+from pyros1.launch.expression import evaluate
+
+VARIABLES = {"i": 3, "f": 0.5, "s": "text", "t": True}
+FUNCTIONS = {"arg": VARIABLES.__getitem__, "env": lambda name: "/home/me"}
+
+
+@pytest.mark.parametrize(
+    ("text", "result"),
+    [
+        ("i + 1", "4"), ("i * f", "1.5"), ("7 // 2 % 2", "1"), ("2 ** 10", "1024"), ("not t", "False"), ("i == 3 and s or 'x'", "text"),
+        ("'a' if t else 'b'", "a"), ("1 < i <= 3", "True"), ("'ex' in s", "True"), ("[1, 2, 3][-1]", "3"), ("s[1:3].upper()", "EX"),
+        ("sqrt(16) + math.pi * 0", "4.0"), ("arg('s') + env('HOME')", "text/home/me"), ("list(map(str, [1, 2]))", "['1', '2']"),
+        ("{'a': 1}['a']", "1"), ("-i", "-3"), ("str(1) + str(true)", "1True"), ("int('7') / 2", "3.5"), ("','.join(['a', 'b'])", "a,b"),
+        ("i is not None", "True"), ("dict(a=1).get('a')", "1"),
+    ],
+)  # fmt: skip
+def test_what_launch_files_use(text: str, result: str) -> None:
+    assert evaluate(text, VARIABLES, FUNCTIONS) == result
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "1 +", "foo", "open('x')", "().__class__", "s.format(i)", "s.encode()", "(lambda: 1)()", "[x for x in [1]]", "9 ** 9 ** 9", "1 << 99999",
+        "'a' * 10 ** 8", "exec('1')", "math", "i.real", "[1][5]", "1 / 0", "f'{i}'", "'%99999999d' % 1", "str(*[1])", "dict(**{})", "(i := 4)",
+        "arg('nope')", "'a' + 1", "factorial(10000)", "print(1)", "{**{}}", "await i", "int('9' * 9000)",
+    ],
+)  # fmt: skip
+def test_what_is_refused(text: str) -> None:
+    with pytest.raises(LaunchError):
+        evaluate(text, VARIABLES, FUNCTIONS)
+
+
+@given(st.text(alphabet="ist01+-*/%()[]{}'\",.:=<> andorifelsmth", max_size=40))
+def test_any_text_gives_a_string_or_the_documented_error(text: str) -> None:
+    try:
+        assert isinstance(evaluate(text, VARIABLES, FUNCTIONS), str)
+    except LaunchError:
+        pass

@@ -1,0 +1,108 @@
+# ruff: noqa: E501 - tables and programs in one line
+"""Real child processes: start, death, respawn, required, and an end that comes (X87-X90)."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pyros1.launch.console import Console
+from pyros1.launch.process import ProcessSpec
+from pyros1.launch.supervisor import Supervisor
+
+DEADLINE = 20.0
+STUBBORN = "import signal, time; signal.signal(2, signal.SIG_IGN); signal.signal(15, signal.SIG_IGN); print('ready', flush=True); time.sleep(60)"
+
+
+class Bench:
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.out, self.err = io.StringIO(), io.StringIO()
+        self.supervisor = Supervisor(Console(self.out, self.err), sigint_timeout=0.2, sigterm_timeout=0.2)
+
+    def spec(self, label: str, code: str, *, respawn: bool = False, required: bool = False, delay: float = 0.0) -> ProcessSpec:
+        words = [sys.executable, "-c", code]
+        base = str(self.folder / label)
+        return ProcessSpec(label, f"/{label}", words, dict(os.environ), str(self.folder), base, False, respawn, delay, required)
+
+    def log(self, label: str) -> str:
+        return (self.folder / f"{label}-stdout.log").read_text()
+
+    def wait_for_log(self, label: str, text: str) -> None:
+        deadline = time.monotonic() + DEADLINE
+        while not (self.folder / f"{label}-stdout.log").exists() or text not in self.log(label):
+            assert time.monotonic() < deadline, f"{label} did not say {text}"
+            time.sleep(0.01)
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    bench = Bench(tmp_path)
+    yield bench
+    bench.supervisor.shut_down()
+    assert not any(process.alive for process in bench.supervisor.dead)
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("watch ")]
+
+
+def test_all_dead_ends_the_run_x87_x89(bench: Bench) -> None:
+    assert bench.supervisor.start(bench.spec("good-1", "print('hello')"))
+    assert bench.supervisor.start(bench.spec("bad-2", "raise SystemExit(3)"))
+    assert bench.supervisor.run() == "all processes on machine have died, roslaunch will exit"
+    assert "process[good-1]: started with pid [" in bench.out.getvalue()
+    assert f"[good-1] process has finished cleanly\nlog file: {bench.folder / 'good-1'}*.log" in bench.out.getvalue()
+    assert "[bad-2] process has died [pid " in bench.err.getvalue()
+    assert ", exit code 3, cmd " in bench.err.getvalue()
+    assert bench.log("good-1") == "hello\n"
+
+
+def test_required_ends_the_run_x88(bench: Bench) -> None:
+    bench.supervisor.start(bench.spec("other-1", "import time; time.sleep(60)"))
+    bench.supervisor.start(bench.spec("needed-2", "", required=True))
+    assert bench.supervisor.run() == "required process died"
+    assert "REQUIRED process [needed-2] has died!\nInitiating shutdown!" in bench.err.getvalue()
+
+
+def test_respawn_appends_to_the_log_x85_x88(bench: Bench) -> None:
+    counter = bench.folder / "count"
+    code = f"p = {str(counter)!r}; open(p, 'a').write('x'); n = len(open(p).read()); print('life', n, flush=True); import time; n > 2 and time.sleep(60)"
+    bench.supervisor.start(bench.spec("again-1", code, respawn=True, delay=0.01))
+    runner = threading.Thread(target=bench.supervisor.run)
+    runner.start()
+    bench.wait_for_log("again-1", "life 3")
+    bench.supervisor.stop("enough")
+    runner.join(DEADLINE)
+    assert not runner.is_alive()
+    assert bench.log("again-1") == "life 1\nlife 2\nlife 3\n"
+    assert bench.out.getvalue().count("[again-1] restarting process") == 2
+    assert bench.supervisor.active[0].spawn_count == 3
+
+
+def test_escalation_reaches_the_stuck_in_reverse_order_x90(bench: Bench) -> None:
+    bench.supervisor.start(bench.spec("polite-1", "import time; print('ready', flush=True); time.sleep(60)"))
+    bench.supervisor.start(bench.spec("stuck-2", STUBBORN))
+    bench.wait_for_log("polite-1", "ready")
+    bench.wait_for_log("stuck-2", "ready")
+    bench.supervisor.shut_down()
+    lines = [line for line in bench.out.getvalue().splitlines() if "started with" not in line]
+    assert lines == [
+        "[stuck-2] killing on exit",
+        "[polite-1] killing on exit",
+        "[stuck-2] escalating to SIGTERM",
+        "[stuck-2] escalating to SIGKILL",
+    ]
+    assert {process.spec.label: process.exit_code for process in bench.supervisor.dead}["stuck-2"] == -9
+
+
+def test_what_cannot_be_started_is_said(bench: Bench) -> None:
+    spec = bench.spec("none-1", "")
+    spec.words = ["/no/such/program"]
+    assert not bench.supervisor.start(spec)
+    assert "cannot launch node of type [/none-1]" in bench.err.getvalue()
+    assert bench.supervisor.run().startswith("all processes")
