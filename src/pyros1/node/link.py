@@ -242,6 +242,9 @@ class SubscriberLink:
         Args:
             until: `perf_counter` time after which what is left is given up.
         """
+        if self._blocking:  # nothing waits, or a publisher waits with our lock, which only closing ends
+            self.close()
+            return
         with self._lock:
             while not self._closed and len(self._queue):
                 self._flush()

@@ -104,22 +104,21 @@ class Publication:
         except SerializationError as error:
             raise SerializationError(f"{self.topic}: {error}") from None
         if latch:
-            with self._lock:  # a new link gets either the old message and then this one, or this one
-                self._latched = frame if isinstance(frame, bytes) else b"".join(frame)
-                for link in self.links:
-                    link.send(frame)
-            return
+            links = self._keep(frame)
         for link in links:
             link.send(frame)
+
+    def _keep(self, frame: Frame) -> tuple[Link, ...]:
+        """Make a frame the latched one; return the links that must still get it: later ones get it when they come."""
+        with self._lock:
+            self._latched = frame if isinstance(frame, bytes) else b"".join(frame)
+            return self.links
 
     def publish_body(self, body: bytes) -> None:
         """Send an already encoded message."""
         frame = len(body).to_bytes(_U32_SIZE, "little") + body
-        with self._lock:
-            if self.latch:
-                self._latched = frame
-            for link in self.links:
-                link.send(frame)
+        for link in self._keep(frame) if self.latch else self.links:
+            link.send(frame)
 
     def accept(self, sock: socket.socket, header: dict[str, str]) -> None:
         """Answer a subscriber's header and take it as a link. On the loop.
