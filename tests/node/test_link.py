@@ -1,0 +1,310 @@
+"""link: a slow or stuck subscriber harms nobody; nothing is reordered, torn or left unsent."""
+
+from __future__ import annotations
+
+import itertools
+import socket
+import threading
+from typing import Any
+
+import pytest
+from pyros1.msgs.sensor_msgs.msg import Image
+from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray
+
+from pyros1.net.loop import Loop
+from pyros1.node.link import SubscriberLink
+
+IMAGE_SIZE = 1 << 20
+
+
+@pytest.fixture(autouse=True)
+def tcp(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+
+
+def greet(peer: Any, type: Any = Float64, topic: str = "/t", **fields: str) -> Any:
+    peer.greet(topic=topic, md5sum=type._md5sum, type=type._type, callerid="/raw", **fields)
+    assert "error" not in peer.answer()
+    return peer
+
+
+# A subscriber that never reads ----------------------------------------------------------------------------------------
+
+
+def test_a_stuck_subscriber_delays_nobody_and_loses_the_oldest(make_node: Any, raw_peer: Any, collect: Any) -> None:
+    talker, got = make_node("talker"), collect()
+    publisher = talker.advertise("t", Image, queue_size=3)
+    make_node("listener").subscribe("t", Image, lambda message: got(message.height))
+    stuck = greet(raw_peer(talker, receive_buffer=4096), Image)
+    assert publisher.wait_for_subscribers(2, timeout=5)
+    body = bytes(IMAGE_SIZE)
+    for number in range(1, 31):
+        publisher.publish(Image(height=number, data=body))
+        got.wait(number)  # the other subscriber gets each message although this one reads nothing
+    assert got.items == list(range(1, 31))
+    link = next(link for link in publisher._publication.links if link.peer == "/raw")
+    assert link.connected
+    assert publisher.dropped == link.dropped > 0
+    assert len(link._queue) <= 3 + 1, "the waiting ones and the begun one"
+    # what it reads at last is whole messages in order, the newest among them
+    heights = [Image._decode(body, 0, len(body)).height for body in read_until(stuck, lambda h: h == 30)]
+    assert heights == sorted(heights) and heights[-3:] == [28, 29, 30]
+    assert len(heights) + link.dropped == 30
+
+
+def read_until(peer: Any, done: Any) -> Any:
+    while True:
+        body = peer.frame()
+        yield body
+        if done(Image._decode(body, 0, len(body)).height):
+            return
+
+
+def test_queue_size_one_keeps_the_newest_message(make_node: Any, raw_peer: Any) -> None:
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Image, queue_size=1)
+    peer = greet(raw_peer(talker, receive_buffer=4096), Image)
+    for number in range(1, 41):
+        publisher.publish(Image(height=number, data=bytes(IMAGE_SIZE)))
+    heights = [Image._decode(body, 0, len(body)).height for body in read_until(peer, lambda h: h == 40)]
+    assert heights[-1] == 40
+    assert len(heights) < 40
+
+
+def test_queue_size_zero_keeps_everything(make_node: Any, raw_peer: Any) -> None:
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Image, queue_size=0)
+    peer = greet(raw_peer(talker, receive_buffer=4096), Image)
+    for number in range(1, 21):
+        publisher.publish(Image(height=number, data=bytes(IMAGE_SIZE)))
+    heights = [Image._decode(body, 0, len(body)).height for body in read_until(peer, lambda h: h == 20)]
+    assert heights == list(range(1, 21))
+    assert publisher.dropped == 0
+
+
+def test_an_array_that_is_changed_while_it_waits_is_sent_as_it_was(make_node: Any, raw_peer: Any) -> None:
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Image, queue_size=0)
+    peer = greet(raw_peer(talker, receive_buffer=4096), Image)
+    data = bytearray(IMAGE_SIZE)
+    for number in range(1, 9):
+        data[:] = bytes([number]) * IMAGE_SIZE
+        publisher.publish(Image(height=number, data=data))
+    data[:] = b"\xff" * IMAGE_SIZE
+    for body in read_until(peer, lambda h: h == 8):
+        message = Image._decode(body, 0, len(body))
+        assert message.data == bytes([message.height]) * IMAGE_SIZE
+
+
+def test_many_subscribers_stuck_at_once_bound_the_memory(make_node: Any, raw_peer: Any) -> None:
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Float64MultiArray, queue_size=5)
+    for _ in range(5):
+        greet(raw_peer(talker, receive_buffer=4096), Float64MultiArray)
+    message = Float64MultiArray(data=[0.0] * 20_000)
+    for _ in range(100):
+        publisher.publish(message)
+    for link in publisher._publication.links:
+        assert sum(memoryview(part).nbytes for part in link._queue.buffers()) <= 6 * 160_100
+
+
+# queue_size=None ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def blocked(make_node: Any, raw_peer: Any, in_thread: Any) -> Any:
+    """A publisher that waits, in a thread, for a subscriber that does not read."""
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Image, queue_size=None)
+    peer = greet(raw_peer(talker, receive_buffer=4096), Image)
+    assert publisher.wait_for_subscribers(timeout=5)
+    sent: list[int] = []
+    full = threading.Event()
+    link = publisher._publication.links[0]
+
+    def flood() -> None:
+        for number in range(1, 41):
+            publisher.publish(Image(height=number, data=bytes(IMAGE_SIZE)))
+            sent.append(number)
+
+    def watch(wait: Any = link._drain_blocking) -> None:
+        full.set()
+        wait()
+
+    link._drain_blocking = watch
+    thread = in_thread(flood)
+    assert full.wait(10)
+    yield talker, peer, thread, sent
+    peer.close()
+
+
+def test_without_queue_the_publisher_waits_and_nothing_is_lost_t38(blocked: Any) -> None:
+    _, peer, thread, sent = blocked
+    assert len(sent) < 40
+    heights = [Image._decode(body, 0, len(body)).height for body in read_until(peer, lambda h: h == 40)]
+    assert heights == list(range(1, 41))
+    thread.join()
+
+
+def test_the_death_of_the_peer_ends_the_wait(blocked: Any) -> None:
+    _, peer, thread, _ = blocked
+    peer.close()
+    thread.join()
+
+
+def test_shutdown_ends_the_wait(blocked: Any, in_thread: Any) -> None:
+    talker, _, thread, _ = blocked
+    in_thread(talker.shutdown).join()
+    thread.join()
+
+
+# Coalescing -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def loop() -> Any:
+    loop = Loop("test")
+    loop.start()
+    yield loop
+    loop.stop()
+
+
+@pytest.fixture
+def linked(loop: Any) -> Any:
+    """A link and the socket at its other end."""
+    server = socket.create_server(("127.0.0.1", 0))
+    far = socket.create_connection(server.getsockname())
+    near, _ = server.accept()
+    server.close()
+    far.settimeout(10)
+    closed = threading.Event()
+    links: list[Any] = []
+
+    def make(queue_size: int | None) -> Any:
+        link = SubscriberLink(loop, near, {"callerid": "/far"}, b"", queue_size, lambda _: closed.set())
+        links.append(link)
+        return link, far, closed
+
+    yield make
+    for link in links:
+        link.close()
+        assert closed.wait(5)
+    far.close()
+
+
+def frame(number: int, size: int = 8) -> bytes:
+    return size.to_bytes(4, "little") + number.to_bytes(size, "little")
+
+
+def receive(sock: Any, count: int) -> bytes:
+    data = b""
+    while len(data) < count:
+        part = sock.recv(1 << 16)
+        assert part
+        data += part
+    return data
+
+
+@pytest.mark.parametrize("queue_size", [0, 1, 2, 1000, None])
+def test_nothing_stays_unsent_whatever_the_pace(linked: Any, queue_size: int | None) -> None:
+    link, far, _ = linked(queue_size)
+    number = itertools.count()
+    for burst in (1, 2, 9, 10, 50, 137, 500, 3):  # each burst ends, and all of it must come without another push
+        sent = [frame(next(number)) for _ in range(burst)]
+        for item in sent:
+            link.send(item)
+        if queue_size == 0 or queue_size is None:
+            assert receive(far, 12 * burst) == b"".join(sent)
+        else:
+            data = b""
+            while not data.endswith(sent[-1]):
+                data += receive(far, 1)
+            frames = [data[i : i + 12] for i in range(0, len(data), 12)]
+            assert frames == sorted(frames, key=lambda f: f[4:][::-1]), "in order"
+            assert len(frames) + link.dropped >= burst
+    assert link.messages == 1 + 2 + 9 + 10 + 50 + 137 + 500 + 3
+
+
+def test_a_tight_loop_loses_nothing_that_the_subscriber_can_take(linked: Any, in_thread: Any) -> None:
+    link, far, _ = linked(1000)
+    count = 20_000
+    reading = in_thread(receive, far, 12)
+    link.send(frame(0))
+    first = reading.join()
+    assert first == frame(0)
+    got = bytearray()
+    last = frame(count)
+    done = threading.Event()
+
+    def read() -> None:
+        while not got.endswith(last):
+            got.extend(far.recv(1 << 16))
+        done.set()
+
+    reader = in_thread(read)
+    for index in range(1, count + 1):
+        link.send(frame(index))
+    assert done.wait(10)
+    reader.join()
+    numbers = [int.from_bytes(got[i + 4 : i + 12], "little") for i in range(0, len(got), 12)]
+    assert numbers == sorted(set(numbers))
+    assert len(numbers) + link.dropped == count
+
+
+def test_small_and_large_frames_keep_their_order(linked: Any, in_thread: Any) -> None:
+    link, far, _ = linked(0)
+    frames: list[Any] = []
+    for index in range(300):
+        frames.append(frame(index))
+        if index % 50 == 49:
+            body = bytes([index % 256]) * 100_000
+            frames.append([len(body).to_bytes(4, "little"), body])
+    whole = b"".join(b"".join(item) if isinstance(item, list) else item for item in frames)
+    reading = in_thread(receive, far, len(whole))
+    for item in frames:
+        link.send(item)
+    assert reading.join() == whole
+    assert link.bytes_sent == len(whole)
+
+
+def test_finish_sends_what_waits(linked: Any, in_thread: Any) -> None:
+    import time
+
+    link, far, closed = linked(0)
+    frames = [frame(index, 1000) for index in range(3000)]
+    for item in frames:
+        link.send(item)
+
+    def read_all() -> bytes:
+        data = b""
+        while part := far.recv(1 << 16):
+            data += part
+        return data
+
+    reading = in_thread(read_all)
+    link.finish(time.perf_counter() + 5.0)
+    assert reading.join() == b"".join(frames)
+    assert closed.wait(5) and not link.connected
+    link.send(frame(1))  # nothing happens
+
+
+def test_the_end_of_a_peer_is_noticed_without_publishing(linked: Any) -> None:
+    link, far, closed = linked(10)
+    far.close()
+    assert closed.wait(5)
+    assert not link.connected
+
+
+def test_what_a_subscriber_says_is_ignored(linked: Any) -> None:
+    link, far, closed = linked(10)
+    far.sendall(b"noise" * 1000)
+    link.send(frame(5))
+    assert receive(far, 12) == frame(5)
+    assert link.connected and not closed.is_set()
+
+
+def test_address_has_the_shape_that_rosnode_reads_s03(linked: Any) -> None:
+    link, far, _ = linked(1)
+    host, port = far.getsockname()[:2]
+    own = far.getpeername()[1]
+    assert link.address.startswith(f"TCPROS connection on port {own} to [{host}:{port} on socket ")
