@@ -14,6 +14,7 @@ from pyros1.master.arguments import Refused, Validator
 from pyros1.master.parameters import Parameters, updates
 from pyros1.master.registry import Notice, Registry
 from pyros1.net.xmlrpc_server import unknown_method
+from pyros1.wire.xmlrpc import Prepared
 
 Log = Callable[[str, str], object]
 """``log(level, text)`` with level ``info``, ``warn`` or ``error``."""
@@ -49,6 +50,7 @@ class MasterApi:
         self._log = log
         self._on_shutdown = on_shutdown
         self._pid = pid
+        self._state: tuple[int, Prepared] = (-1, Prepared())  # tools ask for it all the time
 
     def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
         """Answers one call.
@@ -158,7 +160,10 @@ class MasterApi:
         return "current system state", self.registry.topic_types()
 
     def _get_system_state(self, caller: str) -> Answer:
-        return "current system state", self.registry.system_state()
+        version = self.registry.version
+        if self._state[0] != version:
+            self._state = (version, Prepared(self.registry.system_state()))
+        return "current system state", self._state[1]
 
     # ---- parameters
 

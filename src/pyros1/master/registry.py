@@ -70,6 +70,8 @@ class Registry:
         self._services: dict[str, tuple[str, str]] = {}  # service -> (node, rosrpc URI)
         self._types: dict[str, str] = {}
         self.param_subscribers: Members = {}
+        self.version = 0
+        """Grows with every change of what ``system_state`` answers."""
 
     # ---- questions
 
@@ -112,6 +114,7 @@ class Registry:
 
     def register_publisher(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
         """Adds a publisher. A real type overwrites what was known, ``*`` does not (M32)."""
+        self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].publications.add(topic)
         self._publishers.setdefault(topic, {})[node] = api
@@ -121,6 +124,7 @@ class Registry:
 
     def register_subscriber(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
         """Adds a subscriber. Its type counts only where none is known (M32)."""
+        self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].subscriptions.add(topic)
         self._subscribers.setdefault(topic, {})[node] = api
@@ -130,6 +134,7 @@ class Registry:
 
     def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
         """Makes a node the one provider of a service, in place of any other (M17)."""
+        self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].services.add(service)
         self._services[service] = (node, uri)
@@ -137,6 +142,7 @@ class Registry:
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
         """Notes that a node wants to hear of changes at, above and below a key (M29)."""
+        self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].parameters.add(key)
         self.param_subscribers.setdefault(key, {})[node] = api
@@ -146,6 +152,7 @@ class Registry:
         """Removes a publisher; None if it was not registered with that API (M16)."""
         if self._publishers.get(topic, {}).get(node) != api:
             return None
+        self.version += 1
         _remove(self._publishers, topic, node)
         self._nodes[node].publications.discard(topic)
         self._drop_if_idle(node)
@@ -155,6 +162,7 @@ class Registry:
         """Removes a subscriber; False if it was not registered with that API (M16)."""
         if self._subscribers.get(topic, {}).get(node) != api:
             return False
+        self.version += 1
         _remove(self._subscribers, topic, node)
         self._nodes[node].subscriptions.discard(topic)
         self._drop_if_idle(node)
@@ -164,6 +172,7 @@ class Registry:
         """Removes a service; False if the node is not its present provider with that URI (M18)."""
         current = self._services.get(service) == (node, uri)
         if current:
+            self.version += 1
             del self._services[service]
         entry = self._nodes.get(node)
         if entry is not None and (current or self._services.get(service, ("", ""))[0] != node):

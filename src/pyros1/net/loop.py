@@ -8,6 +8,8 @@ Callbacks must not block. ``call_soon``, ``call_later``, ``run``, ``start`` and 
 from __future__ import annotations
 
 import heapq
+import math
+import select
 import selectors
 import socket
 import sys
@@ -27,6 +29,61 @@ READ: Final = selectors.EVENT_READ
 WRITE: Final = selectors.EVENT_WRITE
 
 ResultT = TypeVar("ResultT")
+
+
+class _Portable:
+    """What the loop needs of a selector."""
+
+    def __init__(self) -> None:
+        self._selector = selectors.DefaultSelector()
+
+    def register(self, fd: int, events: int) -> None:
+        self._selector.register(fd, events)
+
+    def modify(self, fd: int, events: int) -> None:
+        self._selector.modify(fd, events)
+
+    def unregister(self, fd: int) -> None:
+        self._selector.unregister(fd)
+
+    def select(self, timeout: float | None) -> list[tuple[int, int]]:
+        return [(key.fd, mask) for key, mask in self._selector.select(timeout)]
+
+    def close(self) -> None:
+        self._selector.close()
+
+
+class _Epoll:
+    """The same for Linux, without an object per event: it is the busiest code of the loop."""
+
+    def __init__(self) -> None:
+        self._epoll = select.epoll()
+        self._in, self._out = select.EPOLLIN, select.EPOLLOUT
+
+    def register(self, fd: int, events: int) -> None:
+        self._epoll.register(fd, self._to_epoll(events))
+
+    def modify(self, fd: int, events: int) -> None:
+        self._epoll.modify(fd, self._to_epoll(events))
+
+    def unregister(self, fd: int) -> None:
+        self._epoll.unregister(fd)
+
+    def select(self, timeout: float | None) -> list[tuple[int, int]]:
+        # Rounded up to epoll's milliseconds, or the loop would spin for the last fraction before a timer.
+        seconds = -1.0 if timeout is None else math.ceil(timeout * 1e3) * 1e-3
+        plain_in = self._in
+        return [(fd, READ if mask == plain_in else self._from_epoll(mask)) for fd, mask in self._epoll.poll(seconds)]
+
+    def close(self) -> None:
+        self._epoll.close()
+
+    def _to_epoll(self, events: int) -> int:
+        return (self._in if events & READ else 0) | (self._out if events & WRITE else 0)
+
+    def _from_epoll(self, mask: int) -> int:
+        # An error or hang-up counts as both: reading or writing will tell what happened.
+        return (READ if mask & ~self._out else 0) | (WRITE if mask & ~self._in else 0)
 
 
 class TimerHandle:
@@ -82,7 +139,7 @@ class Loop:
     def __init__(self, name: str, on_error: Callable[[BaseException], object] | None = None) -> None:
         self.name = name
         self._on_error = on_error or _report
-        self._selector = selectors.DefaultSelector()
+        self._selector = _Epoll() if hasattr(select, "epoll") else _Portable()
         self._callbacks: dict[int, Callable[[int], object]] = {}
         self._calls: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._timers: list[tuple[float, int, TimerHandle]] = []
@@ -198,21 +255,21 @@ class Loop:
             sock: a non-blocking socket (or a file descriptor).
             events: READ, WRITE or both. A callback may be called once without need: it must bear with EAGAIN.
         """
-        key = self._selector.register(sock, events, callback)
-        self._callbacks[key.fd] = callback
+        fd = sock if isinstance(sock, int) else sock.fileno()
+        self._selector.register(fd, events)
+        self._callbacks[fd] = callback
 
     def modify(self, sock: socket.socket | int, events: int, callback: Callable[[int], object]) -> None:
         """Changes what a registered socket waits for, or what is called."""
-        key = self._selector.modify(sock, events, callback)
-        self._callbacks[key.fd] = key.data  # not callback: the selector keeps the old object if it is equal
+        fd = sock if isinstance(sock, int) else sock.fileno()
+        self._selector.modify(fd, events)
+        self._callbacks[fd] = callback
 
     def unregister(self, sock: socket.socket | int) -> None:
         """Forgets the socket; to be called before it is closed. Harmless if it is not registered."""
-        try:
-            key = self._selector.unregister(sock)
-        except (KeyError, ValueError):
-            return
-        self._callbacks.pop(key.fd, None)
+        fd = sock if isinstance(sock, int) else sock.fileno()
+        if self._callbacks.pop(fd, None) is not None:
+            self._selector.unregister(fd)
 
     # ---- inside
 
@@ -256,10 +313,9 @@ class Loop:
         else:
             timeout = None
         callbacks = self._callbacks
-        for key, mask in self._selector.select(timeout):
-            # An earlier callback of this round may have unregistered this one.
-            callback = callbacks.get(key.fd)
-            if callback is not None and callback is key.data:
+        for fd, callback, mask in [(fd, callbacks.get(fd), mask) for fd, mask in self._selector.select(timeout)]:
+            # An earlier callback of this round may have unregistered this one, and even reused its descriptor.
+            if callback is not None and callbacks.get(fd) is callback:
                 try:
                     callback(mask)
                 except Exception as error:  # noqa: BLE001 - one socket's failure must not end the others

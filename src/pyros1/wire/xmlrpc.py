@@ -42,6 +42,13 @@ _HEAD: Final = "<?xml version='1.0'?>\n"
 _MIN_INT: Final = -(2**31)
 _MAX_INT: Final = 2**31 - 1
 
+
+class Prepared(list[Any]):
+    """A list that is sent often and is not changed any more: it is written once."""
+
+    text: str | None = None
+
+
 # --------------------------------------------------------------------------------------------------------------------
 # Writing. Every value gets an explicit type and no element is self-closing: roscpp's parser needs both.
 
@@ -115,6 +122,10 @@ def _write_struct(value: dict[Any, Any], depth: int) -> str:
 
 def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
     """Subclasses of the plain types, binary data, dates, integers of other libraries; and the refusals."""
+    if isinstance(value, Prepared):
+        if value.text is None:
+            value.text = _write(list(value), depth)
+        return value.text
     from datetime import datetime  # noqa: PLC0415 - rarely needed, so not paid for by every start
 
     if isinstance(value, (bytes, bytearray, memoryview)):
