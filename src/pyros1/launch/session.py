@@ -300,7 +300,10 @@ class Session:
             self.failed = True
             return
         home = ros_home(self.environ)
-        home.mkdir(parents=True, exist_ok=True)
+        try:
+            home.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise LaunchError(f"cannot make the nodes' folder {home}: {error.strerror}; set ROS_HOME") from error
         screen = node.output == "screen" if self.options.screen is None else self.options.screen
         spec = ProcessSpec(
             label=label,

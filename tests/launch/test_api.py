@@ -1,0 +1,45 @@
+"""The launcher's XML-RPC interface (X92, X81)."""
+
+from __future__ import annotations
+
+import io
+import os
+import socket
+import sys
+from pathlib import Path
+
+import pytest
+
+from pyros1.errors import XmlRpcFault
+from pyros1.launch.api import LaunchServer
+from pyros1.launch.console import Console
+from pyros1.launch.process import ProcessSpec
+from pyros1.launch.supervisor import Supervisor
+from pyros1.net.hosts import LocalAddress
+from pyros1.net.xmlrpc_client import XmlRpcClient
+
+
+def test_questions_about_processes(tmp_path: Path) -> None:
+    supervisor = Supervisor(Console(io.StringIO(), io.StringIO()), sigint_timeout=0.1, sigterm_timeout=0.1)
+    server = LaunchServer(supervisor, LocalAddress("localhost", "127.0.0.1", socket.AF_INET))
+    client = XmlRpcClient(server.uri)
+    words = [sys.executable, "-c", "import time; time.sleep(60)"]
+    try:
+        supervisor.start(ProcessSpec("ns/a-1", "/ns/a", words, dict(os.environ), str(tmp_path), str(tmp_path / "a")))
+        assert server.param_name() == f"/roslaunch/uris/host_localhost__{server.uri.rstrip('/').rpartition(':')[2]}"
+        assert client.call("get_pid") == [1, "", os.getpid()]
+        assert client.call("list_processes") == [1, "processes on parent machine", [[["ns/a-1", 1]], []]]
+        assert client.call("get_node_names") == [1, "node names", ["/ns/a"]]
+        assert client.call("list_children") == [1, "roslaunch children", []]
+        code, _, info = client.call("process_info", "ns/a-1")
+        assert (code, info["alive"], info["spawn_count"], info["pid"]) == (1, True, 1, supervisor.active[0].pid)
+        assert client.call("process_info", "nope")[0] == -1
+        with pytest.raises(XmlRpcFault):
+            client.call("no_such_method")
+        supervisor.shut_down()
+        assert client.call("list_processes")[2] == [[], [["ns/a-1", 1]]]
+        assert client.call("process_info", "ns/a-1")[2]["exit_code"] < 0
+    finally:
+        supervisor.shut_down()
+        client.close()
+        server.close()
