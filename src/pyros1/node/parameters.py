@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import ParameterNotSetError
@@ -23,14 +23,23 @@ class Parameters:
         master: asked for everything that is not cached.
         resolve: makes a full name.
         api: the node's slave API, which the master tells about changes.
+        remappings: of the command line, as written; `search` follows them.
     """
 
-    def __init__(self, master: MasterClient, resolve: Callable[[str], str], api: Callable[[], str]) -> None:
+    def __init__(
+        self,
+        master: MasterClient,
+        resolve: Callable[[str], str],
+        api: Callable[[], str],
+        remappings: Mapping[str, str],
+    ) -> None:
         self._master = master
         self._resolve = resolve
         self._api = api
+        self._remappings = remappings
         self._cache: dict[str, Any] = {}
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # one subscription at a time
+        self._overtaking: list[tuple[str, Any]] | None = None  # updates that come while a subscription is under way
 
     def __getitem__(self, name: str) -> Any:
         """Return a parameter's value: a number, a string, bytes, a list or a dict.
@@ -49,7 +58,9 @@ class Parameters:
 
     def __setitem__(self, name: str, value: Any) -> None:
         """Set a parameter; a dict replaces the whole namespace of that name."""
-        self._master.set_param(self._resolve(name), value)
+        key = self._resolve(name)
+        self._master.set_param(key, value)
+        self.update(key, value)  # the master tells everybody but us (M54)
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; a dict replaces the whole namespace of that name."""
@@ -67,8 +78,11 @@ class Parameters:
         return self._master.has_param(self._resolve(name))
 
     def search(self, name: str) -> str | None:
-        """Look for ``name`` in the node's own namespace, then upwards; return the full name found, or None."""
-        return self._master.search_param(name)
+        """Look for ``name`` in the node's own namespace, then upwards; return the full name found, or None.
+
+        A remapping of exactly this name is followed (P22).
+        """
+        return self._master.search_param(self._remappings.get(name, name))
 
     def names(self) -> list[str]:
         """Return the full names of all parameters."""
@@ -89,16 +103,25 @@ class Parameters:
             with self._lock:
                 value = self._cache.get(key, _MISSING)
                 if value is _MISSING:
-                    self._cache[key] = None  # an update may come before the answer
-                    try:
-                        value = self._master.subscribe_param(self._api(), key)
-                    except BaseException:
-                        del self._cache[key]
-                        raise
-                    if self._cache[key] is None:
-                        self._cache[key] = value
-                    value = self._cache[key]
-        return default if value == {} or value is None else value
+                    value = self._subscribe(key)
+        return default if value == {} else value
+
+    def _subscribe(self, key: str) -> Any:
+        """Ask the master for a value and its updates, and keep it. An update may overtake the answer. Lock held."""
+        self._overtaking = []
+        try:
+            self._cache[key] = self._master.subscribe_param(self._api(), key)
+        finally:
+            overtaking, self._overtaking = self._overtaking, None
+            for update in overtaking:
+                self.update(*update)
+        return self._cache[key]
+
+    def renew(self) -> None:
+        """Fetch all local copies again, from a master that was restarted and does not know of them."""
+        with self._lock:
+            for key in list(self._cache):
+                self._subscribe(key)
 
     def uncache(self, name: str) -> None:
         """Drop the local copy of a parameter that `cached` made."""
@@ -116,8 +139,11 @@ class Parameters:
 
         A change below or above a cached name concerns it too (M53).
         """
+        overtaking = self._overtaking
+        known = overtaking is not None
+        if overtaking is not None:
+            overtaking.append((key, value))
         key = key.rstrip("/") or "/"
-        known = False
         for name in list(self._cache):
             if name == key:
                 self._cache[name] = value

@@ -42,13 +42,21 @@ class Registrar:
         context: the node.
         master_uri: where the master is.
         on_publishers: called with (topic, publisher APIs) when a subscriber was registered again.
+        on_restart: called when everything was registered again with a master that was restarted.
     """
 
-    def __init__(self, context: Context, master_uri: str, on_publishers: Callable[[str, list[str]], None]) -> None:
+    def __init__(
+        self,
+        context: Context,
+        master_uri: str,
+        on_publishers: Callable[[str, list[str]], None],
+        on_restart: Callable[[], None],
+    ) -> None:
         self._context = context
         self._master = MasterClient(context.name, master_uri, timeout=10.0)
         self._uri = master_uri
         self._on_publishers = on_publishers
+        self._on_restart = on_restart
         self._entries: dict[Entry, None] = {}
         self._jobs: deque[_Job] = deque()
         self._changed = threading.Condition()
@@ -137,7 +145,7 @@ class Registrar:
         """Call the master, as long as it takes."""
         while True:
             try:
-                value = self._master.call(entry[0], *entry[1:])
+                value = self._call_once(entry)
                 self._away = False
                 return value
             except MasterUnreachableError:
@@ -150,6 +158,20 @@ class Registrar:
                 if self._closed or self._context.stopping.wait(RETRY_TIME):
                     raise NodeShutdownError(f"{self._context.name} is shutting down") from None
 
+    def _call_once(self, entry: Entry) -> Any:
+        """Call the master; if that shows that it was restarted, register everything else again too.
+
+        Once a new master knows this one entry it knows the node, and `_check` would no longer see that the rest is missing.
+        """
+        if not self._entries or entry[0] not in _INVERSE:
+            return self._master.call(entry[0], *entry[1:])
+        node, value = self._master.multicall([("lookupNode", (self._context.name,)), (entry[0], entry[1:])])
+        if isinstance(value, Error):
+            raise value
+        if isinstance(node, MasterError):
+            self._register_again()
+        return value
+
     def _check(self) -> None:
         """Look whether the master still knows us; if not, tell it everything again."""
         if not self._entries:
@@ -157,24 +179,31 @@ class Registrar:
         try:
             self._master.lookup_node(self._context.name)
             self._away = False
-            return
         except MasterUnreachableError:
             self._away = True
-            return
-        except MasterError:
-            pass  # it answers, but does not know us: it is a new one
+        except MasterError:  # it answers, but does not know us: it is a new one
+            self._register_again()
         except Error:
-            return
+            pass  # it answers nonsense: perhaps it will do better
+
+    def _register_again(self) -> None:
         self._context.log.info("the master was restarted: registering again")
-        for entry in list(self._entries):
-            try:
-                value = self._master.call(entry[0], *entry[1:])
-            except Error as error:
-                self._context.log.warn("%s of %s failed: %s", entry[0], entry[1], error)
-                return
-            if entry[0] == "registerSubscriber":
-                self._on_publishers(entry[1], value)
-        self._away = False
+        try:
+            for entry in list(self._entries):
+                try:
+                    value = self._master.call(entry[0], *entry[1:])
+                except MasterUnreachableError:
+                    raise
+                except MasterError as error:
+                    self._context.log.warn("%s of %s failed: %s", entry[0], entry[1], error)
+                    continue
+                if entry[0] == "registerSubscriber":
+                    self._on_publishers(entry[1], value)
+            self._on_restart()
+            self._away = False
+        except Error as error:  # the next check tries again, if the master does not know us then
+            self._away = isinstance(error, MasterUnreachableError)
+            self._context.log.warn("registering again failed: %s", error)
 
 
 _INVERSE = {

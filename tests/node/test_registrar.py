@@ -1,0 +1,213 @@
+"""registrar: nodes that start before their master, and masters that are restarted."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.msgs.std_srvs.srv import Empty
+
+from pyros1.errors import MasterError, MasterUnreachableError, NodeShutdownError
+from pyros1.master.server import Master
+
+
+@pytest.fixture
+def late_master(free_port: int) -> Iterator[Any]:
+    """Return a function that starts (again) a master on always the same port."""
+    masters: list[Master] = []
+
+    def start() -> Master:
+        stop()
+        masters.append(Master(port=free_port, bind_host="127.0.0.1"))
+        masters[-1].start()
+        return masters[-1]
+
+    def stop() -> None:
+        for master in masters:
+            master.stop()
+
+    start.stop = stop  # type: ignore[attr-defined]
+    start.uri = f"http://localhost:{free_port}/"  # type: ignore[attr-defined]
+    yield start
+    stop()
+
+
+@pytest.fixture
+def environ(late_master: Any, tmp_path: Any) -> dict[str, str]:
+    return {"ROS_MASTER_URI": late_master.uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": str(tmp_path / "ros")}
+
+
+@pytest.fixture(autouse=True)
+def quick_checks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.registrar.CHECK_TIME", 0.05)
+    monkeypatch.setattr("pyros1.node.registrar.RETRY_TIME", 0.02)
+    monkeypatch.setattr("pyros1.node.node._MASTER_RETRY", 0.02)
+
+
+class Output:
+    """Stands for sys.stderr; can be waited for."""
+
+    def __init__(self) -> None:
+        self.text = ""
+        self.said = threading.Event()
+
+    def write(self, text: str) -> None:
+        self.text += text
+        self.said.set()
+
+    def flush(self) -> None: ...
+    def isatty(self) -> bool:
+        return False
+
+
+def test_a_node_waits_for_its_master_and_says_so_p01(
+    make_node: Any, late_master: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stderr = Output()
+    monkeypatch.setattr("sys.stderr", stderr)
+    starting = in_thread(make_node, "early")
+    said = stderr.said.wait(5)
+    late_master()
+    node = starting.join()
+    assert said
+    assert f"Unable to immediately register with master node [{late_master.uri}]" in stderr.text
+    assert stderr.text.count("Unable to") == 1
+    assert node.master.lookup_node("/early") == node.uri
+
+
+def test_patience_has_a_limit(make_node: Any, late_master: Any) -> None:
+    with pytest.raises(MasterUnreachableError, match=late_master.uri) as caught:
+        make_node("early", wait_for_master=0.05)
+    assert "pyros1 core" in str(caught.value), "says what to do"
+    with pytest.raises(MasterUnreachableError):
+        make_node("early", wait_for_master=0)
+
+
+def test_everything_is_registered_again_after_a_restart_of_the_master(
+    make_node: Any, late_master: Any, watch_log: Any, collect: Any
+) -> None:
+    late_master()
+    node, got = make_node("node"), collect()
+    log = watch_log(node)
+    node.advertise("a", Float64)
+    node.subscribe("b", Float64, got)
+    node.advertise_service("s", Empty, lambda request: {})
+    node.params["/gain"] = 1
+    assert node.params.cached("/gain") == 1
+    before = node.master.get_system_state()
+    late_master()
+    log.saw("the master was restarted")
+    while sorted(map(len, node.master.get_system_state())) != sorted(map(len, before)):
+        pass
+    assert [sorted(part) for part in node.master.get_system_state()] == [sorted(part) for part in before]
+    other = make_node("other")
+    publisher = other.advertise("b", Float64)
+    assert publisher.wait_for_subscribers(timeout=5)
+    publisher.publish(2)
+    got.wait()
+    while node.params.cached("/gain", "gone") != "gone":
+        pass
+    other.params["/gain"] = 3
+    while node.params.cached("/gain") != 3:
+        pass
+
+
+def test_a_registration_with_a_new_master_brings_all_others_along(
+    make_node: Any, late_master: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.registrar.CHECK_TIME", 60.0)
+    late_master()
+    node = make_node("node")
+    node.advertise("a", Float64)
+    late_master()
+    node.advertise("b", Float64)  # before the registrar has looked
+    topics = [name for name, _ in node.master.get_system_state()[0]]
+    assert {"/a", "/b", "/rosout"} <= set(topics)
+
+
+def test_subscriber_and_publisher_find_each_other_again(make_node: Any, late_master: Any, collect: Any) -> None:
+    """Links stay up without a master; a publisher that is replaced meanwhile is found when the master is back."""
+    late_master()
+    got = collect()
+    make_node("listener").subscribe("t", Float64, got)
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Float64)
+    assert publisher.wait_for_subscribers(timeout=5)
+    late_master.stop()
+    publisher.publish(1)
+    got.wait()
+    talker.shutdown()
+    late_master()
+    again = make_node("talker").advertise("t", Float64)
+    assert again.wait_for_subscribers(timeout=10)
+    again.publish(2)
+    got.wait(2)
+    assert got.data == [1, 2]
+
+
+def test_registering_waits_while_the_master_is_away(
+    make_node: Any, late_master: Any, watch_log: Any, in_thread: Any
+) -> None:
+    late_master()
+    node = make_node("node")
+    log = watch_log(node)
+    late_master.stop()
+    advertising = in_thread(node.advertise, "t", Float64)
+    log.saw("away", late_master.uri)
+    late_master()
+    advertising.join()
+    assert "/t" in [name for name, _ in node.master.get_published_topics()]
+
+
+def test_unregistering_needs_no_master(make_node: Any, late_master: Any) -> None:
+    late_master()
+    node = make_node("node")
+    publisher = node.advertise("t", Float64)
+    late_master.stop()
+    publisher.unregister()
+    late_master()
+    node.advertise("u", Float64)
+    assert "/t" not in [name for name, _ in node.master.get_published_topics()]
+
+
+def test_shutdown_while_the_master_is_away(make_node: Any, late_master: Any, in_thread: Any, watch_log: Any) -> None:
+    late_master()
+    node = make_node("node")
+    log = watch_log(node)
+    late_master.stop()
+    advertising = in_thread(node.advertise, "t", Float64)
+    log.saw("away")
+    node.shutdown()
+    with pytest.raises(NodeShutdownError):
+        advertising.join()
+
+
+def test_a_clean_end_leaves_nothing_registered_t55(make_node: Any, late_master: Any) -> None:
+    late_master()
+    observer, node = make_node("observer"), make_node("node")
+    node.advertise("a", Float64)
+    node.subscribe("b", Float64, print)
+    node.advertise_service("s", Empty, lambda request: {})
+    node.shutdown()
+    state = observer.master.get_system_state()
+    assert not [name for part in state for name, nodes in part if "/node" in nodes]
+    with pytest.raises(MasterError):
+        observer.master.lookup_node("/node")
+
+
+def test_a_second_node_of_the_same_name_ends_the_first_m34_o01(
+    make_node: Any, late_master: Any, watch_log: Any
+) -> None:
+    late_master()
+    first = make_node("twin")
+    log = watch_log(first)
+    service = first.advertise_service("s", Empty, lambda request: {})
+    second = make_node("twin")
+    first.spin()  # ends
+    first.shutdown()
+    assert any("new node registered with same name" in text for text in log.texts)
+    assert second.ok() and service is not None
+    assert second.master.lookup_node("/twin") == second.uri

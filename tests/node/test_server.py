@@ -1,0 +1,164 @@
+"""server: peers that are silent, slow, wrong or hostile harm nobody."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from pyros1.msgs.std_msgs.msg import Float64
+
+from pyros1.wire.header import MAX_HEADER_SIZE, encode_header
+
+
+@pytest.fixture
+def node(make_node: Any) -> Any:
+    node = make_node("talker")
+    node.advertise("t", Float64, latch=True).publish(1.5)
+    node.advertise_service("flip", "std_srvs/SetBool", lambda request: (not request.data, ""))
+    return node
+
+
+WANTED = {"topic": "/t", "md5sum": Float64._md5sum, "type": "std_msgs/Float64", "callerid": "/raw"}
+
+
+def assert_serves(node: Any, raw_peer: Any) -> None:
+    peer = raw_peer(node).greet(**WANTED)
+    assert peer.answer()["type"] == "std_msgs/Float64"
+    assert peer.frame() == Float64._encode(Float64(1.5))
+
+
+def test_one_port_serves_topics_and_services_t04_o15(node: Any, raw_peer: Any, service_port: Any) -> None:
+    assert_serves(node, raw_peer)
+    assert service_port(node.master.lookup_service("/flip")) == node._tcpros.port
+    peer = raw_peer(node).greet(service="/flip", md5sum="*", callerid="/raw")
+    answer = peer.answer()
+    assert (answer["type"], answer["service"], answer["callerid"]) == ("std_srvs/SetBool", "/flip", "/talker")
+    peer.sock.sendall(b"\x01\0\0\0\x01")
+    assert peer.take(10) == b"\x01\x05\0\0\0" + b"\0" + b"\0\0\0\0"
+
+
+def test_a_header_with_topic_and_service_asks_for_the_topic_t04(node: Any, raw_peer: Any) -> None:
+    assert raw_peer(node).greet(**WANTED, service="/flip").answer()["topic"] == "/t"
+
+
+def test_any_md5_is_answered_with_the_real_type_t09(node: Any, raw_peer: Any) -> None:
+    answer = raw_peer(node).greet(**{**WANTED, "md5sum": "*", "type": "*"}).answer()
+    assert answer["type"] == "std_msgs/Float64"
+    assert answer["md5sum"] == Float64._md5sum
+    assert answer["message_definition"] == Float64._full_text
+    assert answer["latching"] == "1"
+
+
+def test_silent_peers_delay_nobody(node: Any, raw_peer: Any) -> None:
+    for _ in range(50):
+        raw_peer(node)
+    assert_serves(node, raw_peer)
+
+
+def test_silent_and_dripping_peers_are_closed_at_the_deadline(
+    node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.server.HEADER_TIMEOUT", 0.1)
+    silent, dripping = raw_peer(node), raw_peer(node)
+    dripping.sock.sendall(encode_header(WANTED)[:-1])
+    assert silent.closed() and dripping.closed()
+    assert not node._tcpros._greetings
+    assert_serves(node, raw_peer)
+
+
+def test_the_oldest_unfinished_greeting_makes_room(node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.server.MOST_GREETINGS", 3)
+    peers = [raw_peer(node) for _ in range(4)]
+    assert peers[0].closed()
+    assert peers[3].greet(**WANTED).answer()["topic"] == "/t"
+    assert peers[1].greet(**WANTED).answer()["topic"] == "/t"
+
+
+def test_a_header_may_come_byte_by_byte(node: Any, raw_peer: Any) -> None:
+    peer = raw_peer(node)
+    peer.sock.setsockopt(6, 1, 1)  # TCP_NODELAY
+    for byte in encode_header(WANTED):
+        peer.sock.sendall(bytes([byte]))
+    assert peer.answer()["topic"] == "/t"
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (b"GET / HTTP/1.1\r\n\r\n", "over the limit"),
+        (b"\xff\xff\xff\xff", "over the limit"),
+        ((MAX_HEADER_SIZE + 1).to_bytes(4, "little"), "over the limit"),
+        (b"\x08\0\0\0\x04\0\0\0abcd", "no '='"),
+        (b"\x08\0\0\0\xff\0\0\0a=cd", "runs past the end"),
+        (b"\x04\0\0\0\0\0\0\0", "no '='"),
+        (b"\x02\0\0\0ab", "stray bytes"),
+        (b"\0\0\0\0", "no topic or service name detected"),
+    ],
+)
+def test_garbage_is_refused_with_a_reason_t02_t08(
+    node: Any, raw_peer: Any, watch_log: Any, data: bytes, reason: str
+) -> None:
+    log = watch_log(node)
+    peer = raw_peer(node)
+    peer.sock.sendall(data)
+    assert reason in peer.answer()["error"]
+    assert peer.closed()
+    log.saw("refused a connection", reason)
+    assert_serves(node, raw_peer)
+
+
+def test_neither_topic_nor_service_t04(node: Any, raw_peer: Any) -> None:
+    assert raw_peer(node).greet(callerid="/raw", md5sum="*").answer() == {"error": "no topic or service name detected"}
+
+
+def test_unknown_topic_t13(node: Any, raw_peer: Any) -> None:
+    error = raw_peer(node).greet(**{**WANTED, "topic": "/other"}).answer()["error"]
+    assert "[/talker] is not a publisher of [/other]" in error and "/t" in error
+
+
+def test_unknown_service_t33(node: Any, raw_peer: Any, watch_log: Any) -> None:
+    log = watch_log(node)
+    error = raw_peer(node).greet(service="/other", md5sum="*", callerid="/raw").answer()["error"]
+    assert "[/talker] is not a provider of [/other]" in error
+    log.saw("refused", "/raw", "/other")
+
+
+@pytest.mark.parametrize("missing", ["md5sum", "callerid"])
+def test_missing_fields_t12(node: Any, raw_peer: Any, missing: str) -> None:
+    for header in (WANTED, {"service": "/flip", "md5sum": "*", "callerid": "/raw"}):
+        peer = raw_peer(node).greet(**{key: value for key, value in header.items() if key != missing})
+        assert peer.answer()["error"] == f"Missing required '{missing}' field"
+        assert peer.closed()
+
+
+def test_a_peer_that_closes_at_once(node: Any, raw_peer: Any) -> None:
+    for data in (b"", b"\x01", encode_header(WANTED)):
+        peer = raw_peer(node)
+        peer.sock.sendall(data)
+        peer.close()
+    assert_serves(node, raw_peer)
+
+
+def test_names_from_peers_cannot_break_the_log(node: Any, raw_peer: Any, watch_log: Any) -> None:
+    log = watch_log(node)
+    raw_peer(node).greet(topic="%s%d\udcff", md5sum="*", callerid="%n").answer()
+    log.saw("refused", "%s%d")
+
+
+def test_a_long_definition_is_answered_whole(make_node: Any, raw_peer: Any) -> None:
+    from pyros1.msgs import from_definition
+
+    text = "float64 data\n" + "".join(f"float64 constant_with_a_long_name_{n}\n" for n in range(20_000))
+    big = from_definition("big_msgs/Big", text)
+    node = make_node("talker")
+    node.advertise("t", big)
+    peer = raw_peer(node, receive_buffer=4096).greet(topic="/t", md5sum="*", callerid="/raw")
+    assert peer.answer()["message_definition"] == big._full_text
+
+
+def test_nothing_is_accepted_after_shutdown(node: Any, raw_peer: Any) -> None:
+    idle = raw_peer(node)
+    node.shutdown()
+    assert idle.closed()
+    with pytest.raises(OSError):
+        raw_peer(node)

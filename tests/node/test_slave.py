@@ -1,0 +1,134 @@
+"""slave: the API that master and tools call on a node (S01-S13)."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import pytest
+from pyros1.msgs.std_msgs.msg import Float64
+
+from pyros1.errors import XmlRpcFault
+
+
+@pytest.fixture
+def node(make_node: Any) -> Any:
+    return make_node("talker", rosout=False)
+
+
+def test_who_are_you_s04_s05_s07(node: Any, call_node: Any) -> None:
+    assert call_node(node, "getPid", "/me") == [1, "", os.getpid()]
+    assert call_node(node, "getName", "/me")[::2] == [1, "/talker"]
+    assert call_node(node, "getUri", "/me") == [1, node.uri, node.uri]
+    assert call_node(node, "getMasterUri", "/me") == [1, node.master_uri, node.master_uri]
+    assert node.master.lookup_node("/talker") if node.advertise("t", Float64) else False
+
+
+def test_topics_s08(node: Any, call_node: Any) -> None:
+    assert call_node(node, "getPublications", "/me") == [1, "publications", []]
+    node.advertise("a", Float64)
+    node.subscribe("b", Float64, print)
+    assert call_node(node, "getPublications", "/me") == [1, "publications", [["/a", "std_msgs/Float64"]]]
+    assert call_node(node, "getSubscriptions", "/me") == [1, "subscriptions", [["/b", "std_msgs/Float64"]]]
+
+
+def test_request_topic_s11(node: Any, call_node: Any) -> None:
+    node.advertise("t", Float64)
+    port = node._tcpros.port
+    ready = [1, f"ready on localhost:{port}", ["TCPROS", "localhost", port]]
+    assert call_node(node, "requestTopic", "/me", "/t", [["TCPROS"]]) == ready
+    assert call_node(node, "requestTopic", "/me", "/t", [["UDPROS", "", "h", 1, 1500], ["TCPROS"]]) == ready
+    assert call_node(node, "requestTopic", "/me", "/x", [["TCPROS"]]) == [-1, "Not a publisher of [/x]", []]
+    unsupported = [0, "no supported protocol implementations", []]
+    assert call_node(node, "requestTopic", "/me", "/t", [["UDPROS"]]) == unsupported
+    assert call_node(node, "requestTopic", "/me", "/t", [[], "TCPROS", 5]) == unsupported
+    for wrong in ([], "TCPROS", 5):
+        assert call_node(node, "requestTopic", "/me", "/t", wrong)[0] == -1
+    assert call_node(node, "requestTopic", "/me", 5, [["TCPROS"]])[0] == -1
+
+
+def test_publisher_update_s10(node: Any, call_node: Any) -> None:
+    assert call_node(node, "publisherUpdate", "/master", "/t", []) == [1, "", 0]
+    assert call_node(node, "publisherUpdate", "/master", "/t", ["http://localhost:1/"]) == [1, "", 0]
+    node.subscribe("t", Float64, print)
+    assert call_node(node, "publisherUpdate", "/master", "/t", ["http://localhost:1/"]) == [1, "", 0]
+    assert call_node(node, "publisherUpdate", "/master", "/t", []) == [1, "", 0], "an empty list is no error (O04)"
+    for wrong in ("http://localhost:1/", [5], ["no uri"], [""], ["rosrpc://localhost:1"], 7):
+        code, text, _ = call_node(node, "publisherUpdate", "/master", "/t", wrong)
+        assert code == -1 and "publishers" in text
+    assert call_node(node, "publisherUpdate", "/master", 5, [])[0] == -1
+
+
+def test_param_update_s09(node: Any, call_node: Any) -> None:
+    assert call_node(node, "paramUpdate", "/master", "/x", 1) == [-1, "not subscribed", 0]
+    assert call_node(node, "paramUpdate", "/master", "x", 1)[0] == -1
+    assert call_node(node, "paramUpdate", "/master", 5, 1)[0] == -1
+    node.params["x"] = 1
+    assert node.params.cached("x") == 1
+    assert call_node(node, "paramUpdate", "/master", "/x/", 2) == [1, "", 0]
+    assert node.params.cached("x") == 2
+
+
+@pytest.mark.parametrize("transport_name", ["TCPROS", "INTRAPROCESS"])
+def test_bus_info_and_stats_s02_s03(
+    make_node: Any, call_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch, transport_name: str
+) -> None:
+    if transport_name == "TCPROS":
+        monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+    talker, listener, got = make_node("talker", rosout=False), make_node("listener", rosout=False), collect()
+    listener.subscribe("t", Float64, got)
+    publisher = talker.advertise("t", Float64)
+    assert publisher.wait_for_subscribers(timeout=5)
+    publisher.publish(1)
+    publisher.publish(2)
+    got.wait(2)
+    code, _, [out] = call_node(talker, "getBusInfo", "/me")
+    assert code == 1
+    assert out[:6] == [0, "/listener", "o", transport_name, "/t", True]
+    code, _, [into] = call_node(listener, "getBusInfo", "/me")
+    assert into[:6] == [0, talker.uri, "i", transport_name, "/t", True]
+    for info in (out[6], into[6]):
+        import re
+
+        assert re.fullmatch(rf"{transport_name} connection on port \d+ to \[[\w.]+:\d+ on socket \d+\]", info)
+    assert call_node(talker, "getBusStats", "/me") == [1, "", [[["/t", 24, [[0, 24, 2, True]]]], [], []]]
+    assert call_node(listener, "getBusStats", "/me") == [1, "", [[], [["/t", [[0, 24, 2, -1, True]]]], []]]
+
+
+def test_shutdown_s06(make_node: Any, call_node: Any, watch_log: Any) -> None:
+    node = make_node("victim")
+    log = watch_log(node)
+    ended = []
+    node.on_shutdown(lambda: ended.append(1))
+    assert call_node(node, "shutdown", "/me", 5)[0] == -1
+    assert node.ok()
+    assert call_node(node, "shutdown", "/me", "enough") == [1, "shutdown", 0]
+    node.spin()
+    node.shutdown()  # waits for the one under way
+    assert ended == [1]
+    assert "shutdown request: enough" in log.texts
+
+
+def test_shutdown_needs_no_reason_s06(make_node: Any, call_node: Any) -> None:
+    node = make_node("victim")
+    assert call_node(node, "shutdown", "/me") == [1, "shutdown", 0]
+    node.spin()
+    node.shutdown()
+
+
+def test_bad_calls_m05_m06_s13(node: Any, call_node: Any) -> None:
+    with pytest.raises(XmlRpcFault, match='method "nonsense" is not supported'):
+        call_node(node, "nonsense", "/me")
+    with pytest.raises(XmlRpcFault):
+        call_node(node, "_shutdown", "/me")
+    assert call_node(node, "getPid") == [-1, "missing required caller_id parameter", 0]
+    assert call_node(node, "getPid", 5) == [-1, "caller_id must be a string", 0]
+    assert call_node(node, "getPid", "/me", 1) == [-1, "Error: bad call arity", 0]
+    assert call_node(node, "requestTopic", "/me", "/t") == [-1, "Error: bad call arity", 0]
+
+
+def test_multicall_s01(node: Any, call_node: Any) -> None:
+    calls = [{"methodName": "getPid", "params": ["/me"]}, {"methodName": "nonsense", "params": ["/me"]}]
+    first, second = call_node(node, "system.multicall", calls)
+    assert first == [[1, "", os.getpid()]]
+    assert second["faultCode"] == 1
