@@ -7,9 +7,8 @@ from __future__ import annotations
 import re
 import socket
 import struct
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Final
+from collections.abc import Mapping, Sequence
+from typing import Final, NamedTuple
 
 from pyros1.errors import ProtocolError
 from pyros1.net.resolve import direct_addresses, look_up
@@ -22,8 +21,7 @@ _URI: Final = re.compile(
 _DEFAULT_PORTS: Final = {"http": 80}
 
 
-@dataclass(frozen=True)
-class LocalAddress:
+class LocalAddress(NamedTuple):
     """How this process is reached.
 
     Attributes:
@@ -36,7 +34,7 @@ class LocalAddress:
     advertised: str
     bind: str
     family: int
-    warnings: list[str] = field(default_factory=list)
+    warnings: Sequence[str] = ()
 
 
 def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str, str]) -> LocalAddress:

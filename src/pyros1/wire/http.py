@@ -13,15 +13,13 @@ After an error a parser is dead: where the next message would begin is unknown, 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Final, Generic, TypeVar
+from typing import Final, Generic, NamedTuple, TypeVar
 
 from pyros1.errors import ProtocolError
 
 
-@dataclass(frozen=True)
-class HttpLimits:
+class HttpLimits(NamedTuple):
     """What a peer may send.
 
     Attributes:
@@ -46,26 +44,30 @@ class HttpError(ProtocolError):
         super().__init__(message)
 
 
-@dataclass
 class Request:
     """A request. ``headers`` has lower-case keys; ``keep_alive``: the connection stays open after the answer."""
 
-    method: str
-    path: str
-    headers: dict[str, str]
-    keep_alive: bool
-    body: bytes = b""
+    __slots__ = ("body", "headers", "keep_alive", "method", "path")
+
+    def __init__(self, method: str, path: str, headers: dict[str, str], keep_alive: bool) -> None:
+        self.method = method
+        self.path = path
+        self.headers = headers
+        self.keep_alive = keep_alive
+        self.body = b""
 
 
-@dataclass
 class Response:
     """An answer. ``headers`` has lower-case keys; ``keep_alive``: the connection can be used again."""
 
-    status: int
-    reason: str
-    headers: dict[str, str]
-    keep_alive: bool
-    body: bytes = b""
+    __slots__ = ("body", "headers", "keep_alive", "reason", "status")
+
+    def __init__(self, status: int, reason: str, headers: dict[str, str], keep_alive: bool) -> None:
+        self.status = status
+        self.reason = reason
+        self.headers = headers
+        self.keep_alive = keep_alive
+        self.body = b""
 
 
 _HEAD_END: Final = re.compile(rb"\r?\n\r?\n")
@@ -290,7 +292,7 @@ def _keep_alive(minor: str, headers: dict[str, str]) -> bool:
 class RequestParser(_Parser[Request]):
     """Reads requests. A POST must say how long its body is."""
 
-    def __init__(self, limits: HttpLimits = HttpLimits()) -> None:
+    def __init__(self, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008 - immutable
         super().__init__(limits)
 
     def _parse_head(self, first: str, headers: dict[str, str], fields: list[tuple[str, str]]) -> Request:
@@ -308,7 +310,7 @@ class RequestParser(_Parser[Request]):
 class ResponseParser(_Parser[Response]):
     """Reads answers. Interim answers (1xx) are skipped."""
 
-    def __init__(self, limits: HttpLimits = HttpLimits()) -> None:
+    def __init__(self, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008 - immutable
         super().__init__(limits)
 
     def _parse_head(self, first: str, headers: dict[str, str], fields: list[tuple[str, str]]) -> Response:
