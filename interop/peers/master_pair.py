@@ -129,9 +129,21 @@ def pair(home: Path, recorders: dict[str, Sequence[Any]]) -> Iterator[tuple[Side
         loop.stop()
 
 
-def settle() -> None:
-    """Waits until stock's workers, which look for work every 0.1 s, have had the time to make all their calls.
+def told(sides: tuple[Side, Side], stock_lacks: Sequence[Any] = ()) -> tuple[list[Any], list[Any]]:
+    """What each side's nodes were told since last asked.
 
-    Nothing tells when they are done: that they make no further call is part of what is compared.
+    Nothing tells when a master is done: that it makes no further call is part of what is compared. So this waits for
+    longer than stock's workers sleep (0.1 s), and on a busy machine longer, until the two agree.
+
+    Args:
+        stock_lacks: what only ours tells.
     """
-    time.sleep(0.3)
+    limit = time.monotonic() + 10
+    heard: tuple[list[Any], list[Any]] = ([], [])
+    while True:
+        time.sleep(0.3)
+        for i, side in enumerate(sides):
+            heard[i].extend(side.told())
+            heard[i].sort(key=repr)
+        if sorted([*heard[0], *stock_lacks], key=repr) == heard[1] or time.monotonic() > limit:
+            return heard
