@@ -92,6 +92,12 @@ class Invocation:
             self._master = MasterClient(self.caller_id, master_uri(self.environ, self.special))
         return self._master
 
+    def close(self) -> None:
+        """Close the connection to the master, if there is one."""
+        if self._master is not None:
+            self._master.close()
+            self._master = None
+
     @property
     def graph(self) -> Graph:
         """Questions about this system."""
@@ -139,7 +145,7 @@ class Invocation:
         return not self._wait(seconds)
 
 
-def run(
+def run(  # noqa: PLR0911 - one way out per kind of end
     stock: str,
     argv: list[str],
     verbs: Mapping[str, Callable[[Invocation], int | None]],
@@ -162,9 +168,7 @@ def run(
         print(usage(invocation.program))
         return 0 if invocation.verb == "--help" and stock == "rosnode" else usage_code
     try:
-        code = verb(invocation)
-        sys.stdout.flush()
-        return code or 0
+        return _run_verb(verb, invocation)
     except KeyboardInterrupt:
         return 0
     except BrokenPipeError:
@@ -177,6 +181,15 @@ def run(
         return error.code
     except Error as error:
         return report(str(error), error_code)
+
+
+def _run_verb(verb: Callable[[Invocation], int | None], invocation: Invocation) -> int:
+    try:
+        code = verb(invocation)
+        sys.stdout.flush()
+        return code or 0
+    finally:
+        invocation.close()
 
 
 def report(text: str, code: int) -> int:

@@ -1,7 +1,7 @@
 """Expressions that users give to ``--filter``: Python's syntax, but nothing that could harm.
 
-An expression is parsed into Python's syntax tree, checked to consist of harmless parts, and walked for each message. There
-is no way to names that begin with ``_``, to imports, or to functions other than those named here.
+An expression is parsed into Python's syntax tree, checked to consist of harmless parts, and walked for each message.
+There is no way to names that begin with ``_``, to imports, or to functions other than those named here.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 }
 _CONSTANTS = {"pi": math.pi, "None": None, "True": True, "False": False}
 _STRING_METHODS = frozenset(
-    ["startswith", "endswith", "find", "count", "lower", "upper", "strip", "lstrip", "rstrip", "split", "isdigit", "isalpha", "isspace"]
+    {"startswith", "endswith", "find", "count", "lower", "upper", "strip", "lstrip", "rstrip", "split", "isdigit"}
 )
 _TIME_METHODS = frozenset({"to_sec", "to_nsec", "is_zero"})
 
@@ -112,8 +112,8 @@ class Expression:
 
 
 _ALLOWED = (
-    ast.BinOp, ast.BoolOp, ast.Compare, ast.Constant, ast.IfExp, ast.List, ast.Name, ast.Slice, ast.Subscript, ast.Tuple,
-    ast.UnaryOp, ast.boolop, ast.cmpop, ast.expr_context, ast.operator, ast.unaryop,
+    ast.BinOp, ast.BoolOp, ast.Compare, ast.Constant, ast.IfExp, ast.List, ast.Name, ast.Slice, ast.Subscript,
+    ast.Tuple, ast.UnaryOp, ast.boolop, ast.cmpop, ast.expr_context, ast.operator, ast.unaryop,
 )  # fmt: skip
 
 

@@ -189,7 +189,7 @@ def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> 
         return False
     finally:
         node.close()
-    if forever and done:
+    if forever and done > 1:
         print(f"ping average: {total / done:f}ms")
     return True
 

@@ -15,7 +15,8 @@ INT_RANGE = range(-(2**31), 2**31)
 
 def usage(program: str) -> str:
     """The command list."""
-    return f"""{program} is a command-line tool for getting, setting, and deleting parameters from the ROS Parameter Server.
+    about = "a command-line tool for getting, setting, and deleting parameters from the ROS Parameter Server."
+    return f"""{program} is {about}
 
 Commands:
 \t{program} set\tset parameter

@@ -46,8 +46,8 @@ def _arguments(invocation: Invocation) -> tuple[Values, str]:
         "--filter",
         dest="filter_expr",
         metavar="FILTER-EXPRESSION",
-        help="Python expression to filter messages that are printed. It can use m (the message), topic (the topic name) "
-        "and harmless functions such as len, abs, min and max.",
+        help="Python expression to filter messages that are printed. It can use m (the message), topic (the topic "
+        "name) and harmless functions such as len, abs, min and max.",
     )
     parser.add_option("--nostr", dest="nostr", action="store_true", help="exclude string fields")
     parser.add_option("--noarr", dest="noarr", action="store_true", help="exclude arrays")

@@ -1,0 +1,125 @@
+"""The commands against a master and a node of our own, in this process."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from pyros1.msgs.std_msgs.msg import Float64, String
+from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
+
+from pyros1.cli.main import COMMANDS, command_name, entry
+
+
+@pytest.fixture
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Callable[..., tuple[int, str, str]]:
+    for key, value in environ.items():
+        monkeypatch.setenv(key, value)
+    monkeypatch.delenv("ROS_NAMESPACE", raising=False)
+
+    def call(*words: str) -> tuple[int, str, str]:
+        try:
+            code = entry(["pyros1", *words])
+        except SystemExit as end:
+            code = int(end.code or 0)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+def test_every_command_has_a_module_and_a_stock_name() -> None:
+    assert {command_name("ros" + name) for name in COMMANDS} == set(COMMANDS)
+    assert command_name("rosrosy") is None and command_name("topics") is None
+
+
+def test_help_version_and_unknown_command(run: Any) -> None:
+    assert run("--version")[0] == 0 and run("help")[0] == 0
+    assert run("nonsense")[0] == 64
+    assert run()[0] == 64
+    assert run("topic")[0] == 64 and run("param")[0] == 0  # L02
+
+
+def test_topics_and_nodes_are_listed(run: Any, make_node: Callable[..., Any]) -> None:
+    """L25, L26, L28, L29, L70, L72"""
+    node = make_node("talker", rosout=False)
+    node.advertise("t", String)
+    assert run("topic", "list") == (0, "/t\n", "")
+    assert run("rostopic", "list") == (0, "/t\n", "")
+    assert run("topic", "list", "-v")[1] == (
+        "\nPublished topics:\n * /t [std_msgs/String] 1 publisher\n\nSubscribed topics:\n\n"
+    )
+    assert run("topic", "type", "t") == (0, "std_msgs/String\n", "")
+    assert run("topic", "info", "/nope") == (1, "", "ERROR: Unknown topic /nope\n")
+    assert run("topic", "info", "t")[1] == (
+        f"Type: std_msgs/String\n\nPublishers: \n * /talker ({node.uri})\n\nSubscribers: None\n\n\n"
+    )
+    assert run("node", "list") == (0, "/talker\n", "")
+    code, out, err = run("node", "info", "/nope")
+    assert code == 0 and "Publications: None" in out and err == "cannot contact [/nope]: unknown node\n"
+
+
+def test_echo_shows_a_message_and_its_fields(run: Any, make_node: Callable[..., Any]) -> None:
+    """L60-L62"""
+    node = make_node("talker", rosout=False)
+    node.advertise("t", Float64, latch=True).publish(2.5)
+    assert run("topic", "echo", "-n", "1", "/t") == (0, "data: 2.5\n---\n", "")
+    assert run("topic", "echo", "-n", "1", "/t/data") == (0, "2.5\n---\n", "")
+    out = run("topic", "echo", "-n", "1", "-p", "/t")[1].splitlines()
+    assert out[0] == "%time,field.data" and out[1].endswith(",2.5")
+
+
+def test_parameters(run: Any) -> None:
+    """L80, L81, L83, L85"""
+    assert run("param", "set", "/a", "{x: 1, y: {z: [1]}}") == (0, "", "")
+    assert run("param", "get", "/a") == (0, "x: 1\ny:\n  z:\n  - 1\n\n", "")
+    assert run("param", "set", "/a/x", "-7") == (0, "", "")
+    assert run("param", "list", "/a") == (0, "/a/x\n/a/y/z\n", "")
+    assert run("param", "get", "/a/x") == (0, "-7\n", "")
+    assert run("param", "get", "/nope") == (1, "", "ERROR: Parameter [/nope] is not set\n")
+    code, out, err = run("param", "set", "/big", "5000000000")
+    assert (code, out) == (1, "") and err.startswith("ERROR: ")
+
+
+def test_services(run: Any, make_node: Callable[..., Any]) -> None:
+    """L76-L78"""
+    node = make_node("server", rosout=False)
+    node.advertise_service("~flip", SetBool, lambda request: SetBoolResponse(request.data, "ok"))
+    assert run("service", "list") == (0, "/server/flip\n", "")
+    assert run("service", "type", "/server/flip") == (0, "std_srvs/SetBool\n", "")
+    assert run("service", "call", "/server/flip", "true") == (0, 'success: True\nmessage: "ok"\n', "")
+    assert run("service", "call", "/nope", "1") == (2, "", "ERROR: Service [/nope] is not available.\n")
+
+
+def test_an_unreachable_master_is_said_in_the_stock_words(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """L03"""
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:9/")
+    text = "ERROR: Unable to communicate with master!\n"
+    assert run("topic", "list") == (1, "", text)
+    assert run("service", "list") == (2, "", text)
+    assert run("topic", "echo", "/x") == (1, "", text)
+
+
+def test_listing_topics_imports_nothing_heavy(environ: dict[str, str]) -> None:
+    code = (
+        "import sys; from pyros1.cli.main import entry; entry(['pyros1', 'topic', 'list']);"
+        "print(','.join(m for m in sys.modules), file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**environ, "PYTHONPATH": ":".join(sys.path)}, capture_output=True, check=True
+    )
+    loaded = set(done.stderr.decode().strip().split(","))
+    heavy = {
+        "pyros1.node",
+        "pyros1.msgs",
+        "pyros1.values",
+        "ruamel.yaml",
+        "logging",
+        "argparse",
+        "http.client",
+        "xmlrpc.client",
+    }
+    assert not loaded & heavy

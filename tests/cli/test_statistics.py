@@ -1,0 +1,61 @@
+"""The figures and lines of hz, bw and delay (L64-L66)."""
+
+from __future__ import annotations
+
+from pyros1.cli.statistics import BandwidthMeter, DelayMeter, RateMeter, rate_lines, rate_table, summarise
+
+
+def test_hz_lines() -> None:
+    meter = RateMeter()
+    for number in range(5):
+        meter.arrived(100.0 + 0.1 * number)
+    figures = meter.figures()
+    assert figures is not None
+    assert rate_lines(*figures) == "average rate: 10.000\n\tmin: 0.100s max: 0.100s std dev: 0.00000s window: 5"
+    assert meter.figures() is None  # nothing new
+
+
+def test_hz_needs_two_messages_and_starts_anew_when_time_jumps_back() -> None:
+    meter = RateMeter()
+    meter.arrived(10.0)
+    assert meter.figures() is None
+    meter.arrived(11.0)
+    meter.arrived(1.0)
+    meter.arrived(1.5)
+    figures = meter.figures()
+    assert figures is not None and figures[0] == 2.0 and figures[2] == 2
+
+
+def test_hz_window_counts_messages() -> None:
+    meter = RateMeter(3)
+    for moment in (0.0, 5.0, 6.0, 7.0):
+        meter.arrived(moment)
+    figures = meter.figures()
+    assert figures is not None and figures[0] == 1.0 and figures[2] == 3
+
+
+def test_hz_table_has_the_stock_columns() -> None:
+    summary = summarise([0.1, 0.1])
+    table = rate_table({"/chatter": (10.0, summary._replace(least=0.09711, most=0.1028, deviation=0.001346), 10)})
+    assert table == (
+        " topic     rate   min_delta   max_delta   std_dev    window\n"
+        "===========================================================\n"
+        "/chatter   10.0   0.09711     0.1028      0.001346   10    \n"
+    )
+
+
+def test_bw_lines_scale_by_thousands() -> None:
+    meter = BandwidthMeter()
+    assert meter.lines(0.0) is None
+    meter.arrived(0.0, 1_000_000)
+    meter.arrived(1.0, 3_000_000)
+    assert meter.lines(2.0) == "average: 2.00MB/s\n\tmean: 2.00MB min: 1.00MB max: 3.00MB window: 2"
+
+
+def test_delay_lines() -> None:
+    meter = DelayMeter()
+    assert meter.lines() is None
+    meter.arrived(0.5)
+    meter.arrived(1.5)
+    assert meter.lines() == "average delay: 1.000\n\tmin: 0.500s max: 1.500s std dev: 0.50000s window: 2"
+    assert meter.lines() is None
