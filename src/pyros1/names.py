@@ -7,7 +7,6 @@ namespace and the command line come in as arguments.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 
 from pyros1.errors import InvalidNameError
 
@@ -101,7 +100,6 @@ def anonymous_name(base: str, pid: int, millis: int) -> str:
     return f"{base}_{pid}_{millis}"
 
 
-@dataclass(frozen=True)
 class Arguments:
     """A command line, sorted.
 
@@ -113,11 +111,12 @@ class Arguments:
         malformed: arguments that look like a remapping but have more than one ``:=``.
     """
 
-    remappings: dict[str, str] = field(default_factory=dict)
-    parameters: dict[str, str] = field(default_factory=dict)
-    special: dict[str, str] = field(default_factory=dict)
-    rest: list[str] = field(default_factory=list)
-    malformed: list[str] = field(default_factory=list)
+    def __init__(self) -> None:
+        self.remappings: dict[str, str] = {}
+        self.parameters: dict[str, str] = {}
+        self.special: dict[str, str] = {}
+        self.rest: list[str] = []
+        self.malformed: list[str] = []
 
     def resolved_remappings(self, node_name: str) -> dict[str, str]:
         """Return the remappings with both sides resolved for the node of that full name.
