@@ -141,14 +141,17 @@ class Subscription:
         """A local publisher has ended its link. Any thread."""
         with self._lock:
             self._local_links = tuple(other for other in self._local_links if other is not link)
-        self.reader.submit(lambda: self._latched.pop(id(link), None))
+        self.reader.submit(lambda: self._forget(link))
         self.context.loop.call_soon(self._reconnect, link.uri, None)
         self._changed()
+
+    def _forget(self, source: Source) -> None:
+        self._latched.pop(id(source), None)
 
     def _lost(self, link: InLink, reason: str | None) -> None:
         with self._lock:
             self._in_links = tuple(other for other in self._in_links if other is not link)
-        self._latched.pop(id(link), None)
+        self._forget(link)
         self.context.loop.call_soon(self._reconnect, link.uri, reason)
         self._changed()
 

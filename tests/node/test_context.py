@@ -1,0 +1,42 @@
+"""context: finding the nodes of this process, and waits that end with the node."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from pyros1.msgs.std_msgs.msg import Float64
+
+from pyros1.errors import NodeShutdownError
+from pyros1.node.context import find_local_context
+
+
+def test_nodes_of_the_process_are_found_by_their_address(make_node: Any) -> None:
+    a, b = make_node("a"), make_node("b")
+    assert find_local_context(a.uri) is a._context
+    assert find_local_context(b.uri) is b._context
+    assert find_local_context("http://localhost:1/") is None
+    a.shutdown()
+    assert find_local_context(a.uri) is None
+
+
+def test_pauses_end_with_the_node(make_node: Any, in_thread: Any) -> None:
+    node = make_node("a")
+    node._context.pause(0.001)
+    node._context.check_running()
+    pausing = in_thread(node._context.pause, 30.0)
+    node.shutdown()
+    with pytest.raises(NodeShutdownError, match="/a is shutting down"):
+        pausing.join()
+    with pytest.raises(NodeShutdownError):
+        node._context.check_running()
+
+
+def test_waits_for_links_end_with_the_node(make_node: Any, in_thread: Any) -> None:
+    node = make_node("a")
+    publisher = node.advertise("t", Float64)
+    subscriber = node.subscribe("u", Float64, print)
+    waits = [in_thread(publisher.wait_for_subscribers), in_thread(subscriber.wait_for_publishers)]
+    node.shutdown()
+    assert [wait.join() for wait in waits] == [False, False]
+    assert not publisher._publication.on_change and not subscriber._subscription.on_change
