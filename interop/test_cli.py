@@ -350,7 +350,31 @@ def test_a_question_is_answered_as_by_the_stock_tool(system: Master, tools: Path
 
 @pytest.mark.parametrize(
     "value",
-    ["1", "-5", "2.50", "1e3", "hello", "'1'", "", "yes", "[]", "[1, 2.5, x, {k: v}]", "deg(90)", "grüße", "a: b", "'a: b'", "{p: 1, q: {r: s, t: [[1, 2], [3]]}, u: 'l1'}", '"l1\\nl2"', "0x1F", "010", "1_000", ".5", "'yes'", "'#x'", "x y z"],
+    [
+        "1",
+        "-5",
+        "2.50",
+        "1e3",
+        "hello",
+        "'1'",
+        "",
+        "yes",
+        "[]",
+        "[1, 2.5, x, {k: v}]",
+        "deg(90)",
+        "grüße",
+        "a: b",
+        "'a: b'",
+        "{p: 1, q: {r: s, t: [[1, 2], [3]]}, u: 'l1'}",
+        '"l1\\nl2"',
+        "0x1F",
+        "010",
+        "1_000",
+        ".5",
+        "'yes'",
+        "'#x'",
+        "x y z",
+    ],
 )
 def test_a_parameter_is_set_and_shown_as_by_rosparam(system: Master, tools: Path, value: str) -> None:
     """L80, L81, L84: what one tool sets, both show the same; the other way round too."""
