@@ -57,7 +57,7 @@ class InLink:
         self.header = header
         self.buffer = FrameBuffer(first=first)
         self.messages = 0
-        self.bytes_received = 0
+        self.bytes_received = len(first)
         sock.setblocking(False)
         try:
             peer, port = sock.getpeername(), sock.getsockname()[1]

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 CONNECT_TIMEOUT = 10.0
 PROBE_TIMEOUT = 5.0
+STEP = 0.2
+"""Seconds after which a call that waits looks whether its node is shutting down."""
 
 
 class _Call:
@@ -79,7 +81,7 @@ class _Call:
             ConnectionError: the other side closed.
         """
         while True:
-            self.sock.settimeout(self._left(60.0))
+            self.sock.settimeout(self._left(STEP))
             try:
                 data = self.sock.recv(65536)
             except TimeoutError:

@@ -79,7 +79,8 @@ class ServiceServer:
         with self._lock:
             self._clients.add(sock)
         if not self._workers.submit(lambda: self._serve(sock, header, answer, first)):
-            self._forget(sock)
+            with self._lock:
+                self._clients.discard(sock)  # still open: the caller is told why
             raise ProtocolError(f"too many calls of {self.name} are under way, try again later")
 
     def _serve(self, sock: socket.socket, header: dict[str, str], answer: bytes, first: bytes) -> None:
