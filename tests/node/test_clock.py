@@ -73,7 +73,6 @@ def test_rate_in_wall_time(stopping: threading.Event) -> None:
     rate = Rate(Clock(stopping), 100.0)
     start = time.monotonic()
     for _ in range(10):
-        assert 0 < rate.remaining() <= 0.01 or True
         assert rate.sleep()
     assert time.monotonic() - start >= 0.099
     stopping.set()

@@ -114,7 +114,9 @@ def test_bad_requests_never_leave(server: Any, caller: Any) -> None:
     client = caller.service("add", AddTwoInts)
     with pytest.raises(SerializationError, match="a"):
         client("x", 1)
-    with pytest.raises(MessageError, match=r"/add.*takes rospy_tutorials/AddTwoIntsRequest, not std_srvs/SetBoolRequest"):
+    with pytest.raises(
+        MessageError, match=r"/add.*takes rospy_tutorials/AddTwoIntsRequest, not std_srvs/SetBoolRequest"
+    ):
         client.call(SetBool._request_class(True))
     with pytest.raises(TypeError):
         client(1)
@@ -149,7 +151,7 @@ def test_each_call_has_its_connection_unless_persistent_t29_t30(server: Any, cal
 
 def test_several_calls_at_once_t35(server: Any, caller: Any, in_thread: Any) -> None:
     together = threading.Barrier(5)
-    server.advertise_service("s", Empty, lambda request: together.wait(10) and {} or {})
+    server.advertise_service("s", Empty, lambda request: (together.wait(10) and {}) or {})
     client = caller.service("s", Empty)
     for call in [in_thread(client) for _ in range(5)]:
         call.join()
@@ -287,7 +289,7 @@ def test_the_provider_dies_during_a_call(caller: Any, fake_node: Any, in_thread:
 
 def test_a_call_gives_up_at_its_timeout(server: Any, caller: Any) -> None:
     leave = threading.Event()
-    server.advertise_service("s", Empty, lambda request: leave.wait(10) and {} or {})
+    server.advertise_service("s", Empty, lambda request: (leave.wait(10) and {}) or {})
     for persistent in (False, True):
         with (
             caller.service("s", Empty, persistent=persistent) as client,

@@ -212,7 +212,9 @@ def test_late_callbacks_get_nothing_of_an_unlatched_topic(pair: Any, collect: An
     assert second.data == [2]
 
 
-def test_late_callbacks_get_nothing_of_a_latched_publisher_that_is_gone(pair: Any, make_node: Any, collect: Any) -> None:
+def test_late_callbacks_get_nothing_of_a_latched_publisher_that_is_gone(
+    pair: Any, make_node: Any, collect: Any
+) -> None:
     first, second = collect(), collect()
     publisher, subscriber = connect(*pair, Float64, first, latch=True)
     publisher.publish(1)
