@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import re
@@ -87,7 +88,7 @@ def test_publisher_counts_from_one_thousandth(run: Any, make_node: Any) -> None:
     run("minimal_publisher", "_rate:=20")
     data = topic.wait(5)
     assert data[0] < 0.1
-    for before, after in zip(data, data[1:], strict=False):
+    for before, after in itertools.pairwise(data):
         assert after - before == pytest.approx(0.001)
 
 
@@ -107,7 +108,7 @@ def test_simulator_integrates_the_force(run: Any, make_node: Any) -> None:
     force.publish(2.0)
     begun = len(velocity.data)
     data = velocity.wait(begun + 30)
-    steps = [after - before for before, after in zip(data, data[1:], strict=False)]
+    steps = [after - before for before, after in itertools.pairwise(data)]
     first = next(index for index, step in enumerate(steps) if step)
     assert steps[first:] == pytest.approx([2.0 * 0.01] * len(steps[first:])), "v += F / m * dt, each step"
 
@@ -130,7 +131,7 @@ def test_controller_converges_with_a_time_constant_of_one_second(run: Any, make_
     data = velocity.wait(begun + 300)
     start = next(index for index, value in enumerate(data) if value > 0)
     response = data[start : start + 250]
-    assert all(after >= before - 1e-9 for before, after in zip(response, response[1:], strict=False))
+    assert all(after >= before - 1e-9 for before, after in itertools.pairwise(response))
     assert max(response) <= 1.0 + 1e-9, "no overshoot"
     # a straight line through log(1 - v) over the time, by least squares, up to two time constants
     points = [(index * 0.01, math.log(1.0 - value)) for index, value in enumerate(response[:200]) if value < 1.0]

@@ -264,7 +264,7 @@ def in_thread() -> Iterator[Callable[..., Any]]:
         def _run(self, function: Callable[..., Any], args: tuple[Any, ...]) -> None:
             try:
                 self._value = function(*args)
-            except BaseException as error:
+            except BaseException as error:  # noqa: BLE001 - raised again in join
                 self._error = error
 
         def join(self, timeout: float = PATIENCE) -> Any:

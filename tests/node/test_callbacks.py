@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from typing import Any
 
@@ -39,10 +40,8 @@ def test_a_callback_that_raises_leaves_the_others(in_thread: Any) -> None:
 
     queue.push(interrupted)
     queue.push(lambda: got.append(1))
-    try:
+    with contextlib.suppress(KeyboardInterrupt):
         queue.run_available()
-    except KeyboardInterrupt:
-        pass
     assert queue.run_available() == 1 and got == [1]
 
 

@@ -400,7 +400,7 @@ def test_wait_for_service_gives_up_p21(caller: Any, fake_node: Any, free_port: i
         caller.wait_for_service("s", 0.05)
     fake = fake_node("/fake")
     fake.master.register_service("/s", f"rosrpc://localhost:{free_port}", fake.uri)
-    with pytest.raises(WaitTimeoutError, match="/s: it is registered at .*, but cannot be reached"):
+    with pytest.raises(WaitTimeoutError, match=r"/s: it is registered at .*, but cannot be reached"):
         caller.wait_for_service("s", 0.05)
 
 

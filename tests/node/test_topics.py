@@ -216,7 +216,7 @@ def test_late_callbacks_get_nothing_of_a_latched_publisher_that_is_gone(
     pair: Any, make_node: Any, collect: Any
 ) -> None:
     first, second = collect(), collect()
-    publisher, subscriber = connect(*pair, Float64, first, latch=True)
+    publisher, _subscriber = connect(*pair, Float64, first, latch=True)
     publisher.publish(1)
     first.wait()
     publisher.unregister()
@@ -279,7 +279,7 @@ def test_subscriber_resumes_when_a_second_publisher_takes_the_name_t52(
 
 def test_subscriber_resumes_after_unregister_and_advertise_in_the_same_node(pair: Any, collect: Any) -> None:
     got = collect()
-    publisher, subscriber = connect(*pair, Float64, got)
+    publisher, _subscriber = connect(*pair, Float64, got)
     for number in range(3):
         publisher.publish(number)
         publisher.unregister()  # sends what waits, then closes
@@ -474,9 +474,9 @@ def test_one_topic_has_one_type_per_node(make_node: Any) -> None:
     node = make_node("both")
     node.advertise("t", Float64)
     node.subscribe("t", Float64, print)
-    with pytest.raises(NodeError, match="/t is published as std_msgs/Float64.* std_msgs/String"):
+    with pytest.raises(NodeError, match=r"/t is published as std_msgs/Float64.* std_msgs/String"):
         node.advertise("t", String)
-    with pytest.raises(NodeError, match="/t is subscribed as std_msgs/Float64.* std_msgs/String"):
+    with pytest.raises(NodeError, match=r"/t is subscribed as std_msgs/Float64.* std_msgs/String"):
         node.subscribe("t", String, print)
 
 
@@ -532,7 +532,7 @@ def test_an_empty_message_has_no_values(pair: Any, collect: Any) -> None:
 
 def test_wrong_values_name_the_topic_p10(pair: Any) -> None:
     publisher, _ = connect(*pair, Float64, print)
-    with pytest.raises(SerializationError, match="/t.*data"):
+    with pytest.raises(SerializationError, match=r"/t.*data"):
         publisher.publish("not a number")
     with pytest.raises(MessageError, match="/t"):
         publisher.publish(Vector3(1, 2, 3))

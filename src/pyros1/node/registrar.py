@@ -161,7 +161,7 @@ class Registrar:
     def _call_once(self, entry: Entry) -> Any:
         """Call the master; if that shows that it was restarted, register everything else again too.
 
-        Once a new master knows this one entry it knows the node, and `_check` would no longer see that the rest is missing.
+        Once a new master knows this one entry it knows the node, and `_check` no longer sees that the rest is missing.
         """
         if not self._entries or entry[0] not in _INVERSE:
             return self._master.call(entry[0], *entry[1:])
