@@ -10,7 +10,7 @@ import pytest
 from pyros1.msgs.std_msgs.msg import Float64
 
 import pyros1.aio
-from pyros1.errors import ServiceError, WaitTimeoutError
+from pyros1.errors import NodeShutdownError, ServiceError, WaitTimeoutError
 
 
 def run(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
@@ -87,5 +87,50 @@ def test_wait_for_message_and_parameters(environ: dict[str, str]) -> None:
             await node.set_param("~gain", 2.5)
             assert await node.get_param("~gain") == 2.5
             assert await node.get_param("~other", "none") == "none"
+
+    run(work)
+
+
+def test_a_slow_coroutine_handler_answers(environ: dict[str, str]) -> None:
+    async def slow(request: Any) -> Any:
+        await asyncio.sleep(0.7)  # longer than the handler's thread waits at a time
+        return True, "done"
+
+    async def work() -> None:
+        async with pyros1.aio.Node("server", argv=[], environ=environ) as node:
+            await node.advertise_service("slow", "std_srvs/Trigger", slow)
+            assert (await node.call(node.service("slow", "std_srvs/Trigger"))).message == "done"
+
+    run(work)
+
+
+def test_what_would_block_is_refused_and_nothing_is_used_before_it_is_there(environ: dict[str, str]) -> None:
+    async def work() -> None:
+        node = pyros1.aio.Node("early", argv=[], environ=environ)
+        assert not node.ok()
+        with pytest.raises(NodeShutdownError, match="async with"):
+            _ = node.name
+        async with node:
+            assert node.ok() and node.name == "/early"
+            with pytest.raises(ValueError, match="queue_size=None"):
+                await node.advertise("t", Float64, queue_size=None)
+        assert not node.ok()
+
+    run(work)
+
+
+def test_closing_a_stream_unsubscribes_and_ends_it(environ: dict[str, str]) -> None:
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            stream = await node.subscribe("t", Float64)
+            task = asyncio.ensure_future(_all(stream))
+            await asyncio.sleep(0)
+            await stream.aclose()
+            await stream.aclose()
+            assert await task == []
+            assert "/t" not in node.sync._topics.subscriptions
+
+    async def _all(stream: Any) -> list[Any]:
+        return [message async for message in stream]
 
     run(work)

@@ -21,6 +21,7 @@ runs in a worker thread.
 from __future__ import annotations
 
 import asyncio
+import concurrent.futures
 import threading
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
@@ -236,15 +237,11 @@ class Node:
 
         def handle(request: Any) -> Any:
             future = asyncio.run_coroutine_threadsafe(run(request), loop)
-            while True:
-                try:
-                    return future.result(0.5)
-                except TimeoutError:
-                    if future.done():
-                        raise
-                    if not self.ok():
-                        future.cancel()
-                        raise NodeShutdownError(f"{self.name} is shutting down") from None
+            while not concurrent.futures.wait([future], 0.5).done:
+                if not self.ok():
+                    future.cancel()
+                    raise NodeShutdownError(f"{self.name} is shutting down")
+            return future.result()
 
         return await asyncio.to_thread(lambda: self.sync.advertise_service(name, type, handle))
 
