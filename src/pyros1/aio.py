@@ -26,6 +26,7 @@ import threading
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from typing import Any, Generic, TypeVar
+from weakref import WeakSet
 
 from pyros1.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.msgs import Service
@@ -119,7 +120,7 @@ class Node:
         self._make: Callable[[], SyncNode] = lambda: SyncNode(name, **options)
         self._node: SyncNode | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._streams: set[Messages[Any]] = set()
+        self._streams: WeakSet[Messages[Any]] = WeakSet()
 
     async def __aenter__(self) -> Node:
         self._loop = asyncio.get_running_loop()

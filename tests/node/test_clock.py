@@ -307,6 +307,15 @@ def test_a_node_that_spins_has_time_without_spinning(make_node: Any) -> None:
     assert node.now() == Time(7)
 
 
+def test_a_node_forgets_timers_that_have_ended(make_node: Any) -> None:
+    node = make_node("node")
+    for _ in range(3):
+        timer = node.timer(0.001, lambda event: None, oneshot=True)
+        timer.join(5)
+        assert not timer.alive
+    assert len(node._timers) == 1
+
+
 def test_node_timers_end_with_the_node(make_node: Any) -> None:
     node = make_node("node")
     fired = threading.Event()

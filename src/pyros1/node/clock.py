@@ -237,6 +237,11 @@ class Timer:
             self._log.exception(f"bad timer callback {self._callback!r}", error)
         self._last = (expected, real, time.perf_counter() - start)
 
+    @property
+    def alive(self) -> bool:
+        """Whether there are calls to come."""
+        return self._thread.is_alive()
+
     def shutdown(self) -> None:
         """End the timer; a callback that is running ends by itself."""
         self._stopped.set()

@@ -349,7 +349,7 @@ class Node:
         """Call a function every ``period`` seconds, or only once, with a TimerEvent."""
         self._context.check_running()
         timer = Timer(self._clock, period, callback, oneshot, self._callbacks, self.log)
-        self._timers.append(timer)
+        self._timers = [*(other for other in self._timers if other.alive), timer]
         return timer
 
     # Life -------------------------------------------------------------------------------------------------------------
