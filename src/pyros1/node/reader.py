@@ -29,8 +29,12 @@ if TYPE_CHECKING:
     from pyros1.node.callbacks import CallbackQueue
 
 FRESH = 0.001
+LARGE = 1 << 17
 DRAIN_TIME = 0.02
 """Longest time, in seconds, spent on draining sockets before callbacks go on: a flood must not starve them."""
+
+
+Data = bytes | bytearray | memoryview
 
 
 class Source(Protocol):
@@ -80,7 +84,7 @@ class Reader:
     def __init__(
         self,
         name: str,
-        deliver: Callable[[Source, bytes | bytearray, int, int], None],
+        deliver: Callable[[Source, Data, int, int], None],
         on_lost: Callable[[InLink, str | None], None],
         on_arrival: Callable[[Source, bytes], bool],
         callbacks: CallbackQueue | None,
@@ -222,12 +226,14 @@ class Reader:
         return frames
 
     def _take(self, link: InLink, frames: list[tuple[int, int]]) -> None:
-        data = link.buffer.data
+        data: bytearray | memoryview = link.buffer.data
         if self._callbacks is not None:
             for start, end in frames:
                 self._queue_for_spin(link, bytes(data[start:end]))
             return
         deliver, limit = self._deliver, self.limit
+        if len(data) > LARGE:
+            data = link.buffer.view  # large arrays are cut out of it with one copy instead of two
         if limit is None:
             for start, end in frames:
                 deliver(link, data, start, end)

@@ -14,7 +14,7 @@ from pyros1.errors import MessageError, NodeError, NodeShutdownError
 from pyros1.node.connector import Connector
 from pyros1.node.context import wait_for_links
 from pyros1.node.publisher import topic_type
-from pyros1.node.reader import InLink, Reader, Source
+from pyros1.node.reader import Data, InLink, Reader, Source
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
@@ -180,13 +180,13 @@ class Subscription:
             self._call(self._direct, source, frame, 0, len(frame))
         return bool(self.subscribers)
 
-    def _deliver(self, source: Source, data: bytes | bytearray, start: int, end: int) -> None:
+    def _deliver(self, source: Source, data: Data, start: int, end: int) -> None:
         self._call(self.subscribers, source, data, start, end)
         if source.header.get("latching") == "1":
             self._latched[id(source)] = (source, bytes(data[start:end]))
 
     def _call(
-        self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: bytes | bytearray, start: int, end: int
+        self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Data, start: int, end: int
     ) -> None:
         header = source.header
         message = made_for = None

@@ -28,16 +28,17 @@ class FrameBuffer:
 
     Attributes:
         data: the memory; frame positions refer to it until the next `writable()`.
+        view: the same memory, for slicing without a copy.
     """
 
-    __slots__ = ("_begin", "_capacity", "_end", "_limit", "_view", "data")
+    __slots__ = ("_begin", "_capacity", "_end", "_limit", "data", "view")
 
     def __init__(self, capacity: int = 1 << 16, limit: int = MAX_MESSAGE_SIZE, first: bytes = b"") -> None:
         self._capacity = capacity
         self._limit = limit
         self.data = bytearray(max(capacity, 2 * len(first)))
         self.data[: len(first)] = first
-        self._view = memoryview(self.data)
+        self.view = memoryview(self.data)
         self._begin = 0  # first byte of the first incomplete frame
         self._end = len(first)
 
@@ -51,18 +52,18 @@ class FrameBuffer:
         begin, end = self._begin, self._end
         if begin:
             if begin != end:
-                self._view[: end - begin] = self._view[begin:end]
+                self.view[: end - begin] = self.view[begin:end]
             self._begin = 0
             self._end = end = end - begin
         if end == len(self.data):
             self._grow(len(self.data) * 2)
-        return self._view[end:]
+        return self.view[end:]
 
     def _grow(self, size: int) -> None:
         larger = bytearray(size)
-        larger[: self._end] = self._view[: self._end]
+        larger[: self._end] = self.view[: self._end]
         self.data = larger
-        self._view = memoryview(larger)
+        self.view = memoryview(larger)
 
     def received(self, count: int) -> list[tuple[int, int]]:
         """Note that ``count`` bytes arrived; return (start, end) of each complete frame's body in `data`, in order.
