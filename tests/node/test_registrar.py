@@ -44,7 +44,6 @@ def environ(late_master: Any, tmp_path: Any) -> dict[str, str]:
 def quick_checks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.node.registrar.CHECK_TIME", 0.05)
     monkeypatch.setattr("pyros1.node.registrar.RETRY_TIME", 0.02)
-    monkeypatch.setattr("pyros1.node.node._MASTER_RETRY", 0.02)
 
 
 class Output:

@@ -76,6 +76,8 @@ class XmlRpcClient:
             raise UnreachableError(f"cannot reach {self.uri}: {reason}") from error
         finally:
             self._lock.release()
+            if self._closed:  # meanwhile, by a thread that could not take the lock
+                self._drop_if_free()
         if response.status != 200:
             raise ProtocolError(f"{self.uri} answered with HTTP status {response.status} {response.reason}".rstrip())
         return loads_response(response.body)
@@ -87,6 +89,9 @@ class XmlRpcClient:
         if sock is not None:
             with contextlib.suppress(OSError):
                 sock.shutdown(socket.SHUT_RDWR)  # wakes the other thread; close() alone would not
+        self._drop_if_free()
+
+    def _drop_if_free(self) -> None:
         if self._lock.acquire(blocking=False):
             try:
                 self._drop()

@@ -38,6 +38,11 @@ class Life:
         self._done = threading.Event()
         self._signals = SignalHandlers(self._on_signal)
 
+    @property
+    def signalled(self) -> bool:
+        """Whether a signal has asked for the end."""
+        return self._signals.count > 0
+
     def watch(self, signals: bool) -> None:
         """End the node at the interpreter's exit and, if wanted, on SIGINT and SIGTERM."""
         atexit.register(self.end)

@@ -5,13 +5,11 @@ from __future__ import annotations
 import os
 import sys
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1 import names
 from pyros1.errors import (
-    MasterUnreachableError,
     NodeShutdownError,
 )
 from pyros1.msgs import Service, load_message, load_service
@@ -30,7 +28,7 @@ from pyros1.node.life import Life
 from pyros1.node.log import Log, LogSink, default_log_file, level_from_name
 from pyros1.node.parameters import Parameters
 from pyros1.node.publisher import Publisher, topic_type
-from pyros1.node.registrar import Registrar
+from pyros1.node.registrar import Registrar, await_master
 from pyros1.node.server import TcprosServer
 from pyros1.node.service_client import ServiceClient, wait_for_service
 from pyros1.node.service_server import ServiceServer
@@ -43,7 +41,7 @@ from pyros1.timing import Time
 from pyros1.wire.handshake import TopicType
 
 _M = TypeVar("_M")
-_MASTER_RETRY = 0.2
+_INTERRUPTED = 130
 
 
 class Node:
@@ -69,6 +67,7 @@ class Node:
         InvalidNameError: the name is not legal.
         MasterUnreachableError: no master within ``wait_for_master`` seconds.
         MasterError: the master refuses the node.
+        SystemExit: SIGINT or SIGTERM came while the node waited for its master.
     """
 
     def __init__(
@@ -109,16 +108,16 @@ class Node:
         self._life = Life(self._context, self._clock, self._close)
         self.master = MasterClient(self.name, self.master_uri)
         self.params = Parameters(self.master, self.resolve, lambda: self.uri, self.arguments.remappings)
-        self._registrar = Registrar(
-            self._context, self.master_uri, self._topics.publishers_found, self.params.renew
-        )
+        self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.renew)
         self._slave: XmlRpcServer | None = None
         self._tcpros: TcprosServer | None = None
         loop.start()
         try:
             self._open(environ, wait_for_master, rosout, handle_signals)
-        except BaseException:
+        except BaseException as error:
             self.shutdown("the node could not start")
+            if isinstance(error, NodeShutdownError) and self._life.signalled:
+                raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master
             raise
 
     # Starting ---------------------------------------------------------------------------------------------------------
@@ -145,7 +144,7 @@ class Node:
         )
         self._slave = XmlRpcServer(loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised)
         self._context.uri = self._slave.uri
-        self._await_master(wait_for_master)
+        await_master(self._context, self.master, wait_for_master)
         settings: list[tuple[str, tuple[Any, ...]]] = [
             ("setParam", (self.resolve("~" + key), private_parameter(text)))
             for key, text in self.arguments.parameters.items()
@@ -156,26 +155,6 @@ class Node:
             self._use_simulated_time()
         if rosout:
             logging_api.offer(self, self._sink)
-
-    def _await_master(self, patience: float | None) -> None:
-        """Wait for the master; say once that we do."""
-        until = None if patience is None else time.monotonic() + patience
-        said = False
-        while True:
-            try:
-                self.master.get_pid()
-                return
-            except MasterUnreachableError:
-                if until is not None and time.monotonic() >= until:
-                    raise
-                if not said:
-                    said = True
-                    self.log.warn(
-                        "Unable to immediately register with master node [%s]: master may not be running yet. "
-                        "Will keep trying.",
-                        self.master_uri,
-                    )
-            self._context.pause(_MASTER_RETRY)
 
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error, MasterError, MasterUnreachableError, NodeShutdownError
@@ -219,3 +220,32 @@ def _inverse(entry: Entry) -> Entry:
     if method == "registerService":  # (service, service_api, caller_api) -> (service, service_api)
         return ("unregisterService", name, rest[0])
     return (_INVERSE[method], name, rest[-1])  # (topic, type, caller_api) -> (topic, caller_api)
+
+
+def await_master(context: Context, master: MasterClient, patience: float | None) -> None:
+    """Wait until the master answers; say once that we wait.
+
+    Args:
+        patience: seconds; None waits for ever.
+
+    Raises:
+        MasterUnreachableError: it did not answer in time.
+        NodeShutdownError: the node is shutting down.
+    """
+    until = None if patience is None else monotonic() + patience
+    said = False
+    while True:
+        try:
+            master.get_pid()
+            return
+        except MasterUnreachableError:
+            if until is not None and monotonic() >= until:
+                raise
+        if not said:
+            said = True
+            context.log.warn(
+                "Unable to immediately register with master node [%s]: master may not be running yet. "
+                "Will keep trying.",
+                master.uri,
+            )
+        context.pause(RETRY_TIME)

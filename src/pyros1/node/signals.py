@@ -14,12 +14,15 @@ class SignalHandlers:
 
     Args:
         on_signal: called with the signal's number at the first signal, in the handler: it must take no locks.
+
+    Attributes:
+        count: signals so far.
     """
 
     def __init__(self, on_signal: Callable[[int], None]) -> None:
         self._on_signal = on_signal
         self._previous: dict[int, Any] = {}
-        self._count = 0
+        self.count = 0
 
     def install(self) -> None:
         """Install the handlers; nothing happens outside the main thread, where Python allows none."""
@@ -38,13 +41,13 @@ class SignalHandlers:
         self._previous.clear()
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
-        self._count += 1
-        if self._count == 1:
+        self.count += 1
+        if self.count == 1:
             self._on_signal(number)
         previous = self._previous.get(number)
         if callable(previous) and previous is not signal.default_int_handler:
             previous(number, frame)
-        elif self._count > 1:
+        elif self.count > 1:
             if number == signal.SIGTERM:
                 raise SystemExit(128 + number)
             raise KeyboardInterrupt

@@ -45,7 +45,8 @@ class Subscription:
         self._connectors: dict[str, Connector] = {}  # loop only
         self._in_links: tuple[InLink, ...] = ()
         self._local_links: tuple[LocalLink, ...] = ()
-        self._latched: dict[int, tuple[Source, bytes]] = {}  # reader thread only
+        self._latched: dict[int, tuple[Source, bytes]] = {}  # as delivered
+        self._arrived_latched: dict[int, tuple[Source, bytes]] = {}  # in a node that spins: as arrived
         self._lock = threading.Lock()
         self._closed = False
         self._direct: tuple[Subscriber[Any], ...] = ()
@@ -147,6 +148,7 @@ class Subscription:
 
     def _forget(self, source: Source) -> None:
         self._latched.pop(id(source), None)
+        self._arrived_latched.pop(id(source), None)
 
     def _lost(self, link: InLink, reason: str | None) -> None:
         with self._lock:
@@ -176,6 +178,8 @@ class Subscription:
 
     def _arrived(self, source: Source, frame: bytes) -> bool:
         """A node that spins has received a frame: serve those who do not wait for the spinning; say if others do."""
+        if source.header.get("latching") == "1":
+            self._arrived_latched[id(source)] = (source, frame)
         if self._direct:
             self._call(self._direct, source, frame, 0, len(frame))
         return bool(self.subscribers)
@@ -185,9 +189,7 @@ class Subscription:
         if source.header.get("latching") == "1":
             self._latched[id(source)] = (source, bytes(data[start:end]))
 
-    def _call(
-        self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Data, start: int, end: int
-    ) -> None:
+    def _call(self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Data, start: int, end: int) -> None:
         header = source.header
         message = made_for = None
         for subscriber in subscribers:
@@ -204,7 +206,8 @@ class Subscription:
             subscriber._call(message)
 
     def _replay(self, subscriber: Subscriber[Any]) -> None:
-        for source, frame in list(self._latched.values()):
+        early = subscriber.direct and self.context.callbacks is not None
+        for source, frame in list((self._arrived_latched if early else self._latched).values()):
             try:
                 message = subscriber.type._decode(frame, 0, len(frame))
             except MessageError:
