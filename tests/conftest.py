@@ -1,4 +1,4 @@
-"""What all tests share: a master of their own, nodes that are shut down, and the rule that nothing may be left behind."""
+"""What all tests share: a master of their own, nodes that are shut down, and that nothing may be left behind."""
 
 from __future__ import annotations
 

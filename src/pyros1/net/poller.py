@@ -10,6 +10,8 @@ import select
 import selectors
 import socket
 
+MOST_EVENTS = 32  # taken at a time; the default would allocate room for a thousand at each call
+
 
 class _Selector:
     """The portable fallback, with epoll's interface."""
@@ -23,7 +25,7 @@ class _Selector:
     def unregister(self, fd: int) -> None:
         self._selector.unregister(fd)
 
-    def poll(self) -> list[tuple[int, int]]:
+    def poll(self, _timeout: float, _most: int) -> list[tuple[int, int]]:
         return [(key.fd, mask) for key, mask in self._selector.select()]
 
     def close(self) -> None:
@@ -57,7 +59,7 @@ class Poller:
 
     def wait(self) -> list[tuple[int, int]]:
         """Wait, without limit of time, and return (descriptor, events) pairs; a wake-up alone gives an empty list."""
-        events = self._poll.poll()
+        events = self._poll.poll(-1, MOST_EVENTS)
         for index, (fd, _) in enumerate(events):
             if fd == self._bell_fd:
                 with contextlib.suppress(BlockingIOError):

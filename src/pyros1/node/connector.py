@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, Any
 from pyros1.errors import ConnectionRefusedByPeerError, Error, ProtocolError
 from pyros1.net.connect import connect
 from pyros1.node.context import find_local_context
+from pyros1.node.inlink import InLink
 from pyros1.node.keepalive import keep_alive
-from pyros1.node.reader import InLink
 from pyros1.wire.handshake import Refusal, check_publisher_answer
 from pyros1.wire.header import HeaderReader, encode_header
 

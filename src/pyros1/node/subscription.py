@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from pyros1.errors import MessageError, NodeError, NodeShutdownError
 from pyros1.node.connector import Connector
 from pyros1.node.context import wait_for_links
+from pyros1.node.inlink import InLink
 from pyros1.node.publisher import topic_type
-from pyros1.node.reader import Data, InLink, Reader, Source
+from pyros1.node.reader import Data, Reader, Source
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
