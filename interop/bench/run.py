@@ -4,14 +4,17 @@
 
     python interop/bench/run.py [--quick] [--json FILE] [--runs N] [--seconds S] [--only WORDS]
 
-Needs stock ROS and the built roscpp programs (``interop/setup``). A cell is the median of the runs with their range.
+Needs stock ROS and the built roscpp programs (``interop/setup``), and defusedxml. pyros1 runs on the interpreter that
+stock rospy runs on: libraries are compared, not interpreters. A cell is the median of the runs with their range.
 Absolute figures move with the machine; the ratios of one run do not. Exit code 1 if a goal is missed.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
+import os
 import platform
 import statistics
 import sys
@@ -23,11 +26,11 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "peers"))
 
-from harness import STOCK_PYTHON, Master, Process, free_port, missing_stock  # noqa: E402  found through the path above
+from harness import SOURCE, STOCK_PYTHON, Master, Process, free_port, missing_stock  # noqa: E402  found through the path above
 
 OURS, ROSCPP, ROSPY = "ours", "roscpp", "rospy"
 PROGRAMS = {
-    OURS: [sys.executable, str(HERE / "node_bench.py")],
+    OURS: [STOCK_PYTHON, str(HERE / "node_bench.py")],
     ROSCPP: [str(HERE.parent / "build" / "roscpp_bench")],
     ROSPY: [STOCK_PYTHON, str(HERE / "rospy_bench.py")],
 }
@@ -97,14 +100,24 @@ def works() -> list[Work]:
     ]
 
 
-def measure(master: Master, work: Work, column: str, seconds: float) -> float:
+def import_path(folder: Path) -> str:
+    """What the stock interpreter needs on PYTHONPATH for pyros1: its source, and defusedxml from this environment."""
+    spec = importlib.util.find_spec("defusedxml")
+    if spec is None or spec.origin is None:
+        raise SystemExit("ERROR: defusedxml is not installed here; pip install pyros1 or defusedxml")
+    folder.mkdir()
+    (folder / "defusedxml").symlink_to(Path(spec.origin).parent)
+    return f"{SOURCE}{os.pathsep}{folder}"
+
+
+def measure(master: Master, work: Work, column: str, seconds: float, path: str) -> float:
     """Run one pair of programs once and return the figure."""
     first, second = work.pairs[column]
     extra = [str(work.size)] if work.size else []
 
     def start(kind: str, role: str, duration: float) -> Process:
         command = [*PROGRAMS[kind], role, work.queues[kind], str(duration), *extra]
-        return master.run(command, python="ours" if kind == OURS else "stock", label=f"{kind} {role}")
+        return master.run(command, label=f"{kind} {role}", PYTHONPATH=path if kind == OURS else None)
 
     mark = len(master.processes)
     try:
@@ -160,14 +173,15 @@ def main() -> int:
     seconds = options.seconds or (1.0 if options.quick else 3.0)
     chosen = [work for work in works() if options.only in work.name]
     with tempfile.TemporaryDirectory() as home:
-        master = Master("stock", Path(home), free_port())
+        path = import_path(Path(home) / "import")
+        master = Master("stock", Path(home) / "ros", free_port())
         try:
             master.start()
             for turn in range(runs):
                 for work in chosen:
                     for column in work.pairs:
                         print(f"run {turn + 1} of {runs}: {work.name}, {column}", file=sys.stderr)
-                        work.values.setdefault(column, []).append(measure(master, work, column, seconds))
+                        work.values.setdefault(column, []).append(measure(master, work, column, seconds, path))
         finally:
             master.close()
     print(table(chosen))
