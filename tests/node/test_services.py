@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 from typing import Any
 
@@ -19,6 +20,7 @@ from pyros1.errors import (
     ServiceUnavailableError,
     WaitTimeoutError,
 )
+from pyros1.wire.header import encode_header
 
 
 @pytest.fixture
@@ -450,3 +452,26 @@ def test_types_by_name(server: Any, caller: Any) -> None:
     assert caller.service("/server/get_loggers", GetLoggers)().loggers
     with pytest.raises(MessageError, match="std_srvs/NoSuch"):
         caller.service("s", "std_srvs/NoSuch")
+
+
+def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A client that sends byte after byte keeps no thread for longer than REQUEST_TIMEOUT."""
+    monkeypatch.setattr("pyros1.node.service_server.REQUEST_TIMEOUT", 0.2)
+    server = make_node("server")
+    server.advertise_service("s", SetBool, lambda request: (True, ""))
+    header = {"callerid": "/slow", "service": "/s", "md5sum": "*", "persistent": "1"}
+    with socket.create_connection(("localhost", server._tcpros.port)) as peer:
+        peer.sendall(encode_header(header))
+        peer.settimeout(0.01)
+        request = (1000).to_bytes(4, "little") + bytes(900)
+        sent, ended = 0, False
+        while not ended and sent < len(request):
+            try:
+                peer.sendall(request[sent : sent + 1])
+                sent += 1
+                ended = not peer.recv(4096)
+            except TimeoutError:
+                pass  # still open
+            except ConnectionError:
+                ended = True
+    assert ended

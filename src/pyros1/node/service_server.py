@@ -6,6 +6,7 @@ import contextlib
 import socket
 import threading
 from collections.abc import Callable
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import MessageError, NodeError, ProtocolError
@@ -90,12 +91,13 @@ class ServiceServer:
             sock.settimeout(REQUEST_TIMEOUT)
             sock.sendall(answer)
             frames = buffer.received(0)
+            begun = monotonic()  # when the first byte of the current request came
             while not self._closed:
                 for start, end in frames:
                     sock.sendall(self._answer(buffer.data, start, end, header))
                     if not persistent:
                         return
-                frames = []
+                frames, fresh = [], not buffer.partial
                 try:
                     count = sock.recv_into(buffer.writable())
                 except TimeoutError:
@@ -105,6 +107,10 @@ class ServiceServer:
                 if not count:
                     return
                 frames = buffer.received(count)
+                if fresh:
+                    begun = monotonic()
+                elif not frames and monotonic() - begun > REQUEST_TIMEOUT:
+                    raise ProtocolError(f"its request was not complete after {REQUEST_TIMEOUT:g} s")
         except (OSError, ProtocolError) as error:
             if not self._closed and not isinstance(error, ConnectionError):
                 self._context.log.warn("call of %s by %s broke: %s", self.name, header.get("callerid", "?"), error)
