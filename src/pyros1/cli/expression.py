@@ -1,73 +1,43 @@
-"""Expressions that users give to ``--filter``: Python's syntax, but nothing that could harm.
-
-An expression is parsed into Python's syntax tree, checked to consist of harmless parts, and walked for each message.
-There is no way to names that begin with ``_``, to imports, or to functions other than those named here.
-"""
+"""Expressions that users give to ``--filter``: Python's syntax, but nothing that could harm (`pyros1.expressions`)."""
 
 from __future__ import annotations
 
 import ast
 import math
-import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from pyros1.errors import Error
+from pyros1.expressions import ExpressionError, Interpreter
 from pyros1.msgs import Message
 from pyros1.timing import TVal
 
-MAX_LENGTH = 10_000
-"""Most characters of an expression."""
+__all__ = ["Expression", "ExpressionError"]
 
-_MAX_BITS = 4096
-_MAX_ITEMS = 1_000_000
+_MAX_DIGITS = 400
 
 
-class ExpressionError(Error):
-    """An expression is malformed, uses what is not allowed, or fails on a message."""
+def _round(number: Any, digits: int | None = None) -> Any:
+    """round(), which for an integer would calculate any power of ten."""
+    if digits is not None and abs(digits) > _MAX_DIGITS:
+        raise ValueError("that many digits cannot be rounded to")
+    return round(number, digits)
 
 
-_BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
-    ast.Pow: operator.pow,
-    ast.BitAnd: operator.and_,
-    ast.BitOr: operator.or_,
-    ast.BitXor: operator.xor,
-    ast.LShift: operator.lshift,
-    ast.RShift: operator.rshift,
-}
-_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-    ast.In: lambda a, b: a in b,
-    ast.NotIn: lambda a, b: a not in b,
-    ast.Is: operator.is_,
-    ast.IsNot: operator.is_not,
-}
-_UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
-    ast.Not: operator.not_,
-    ast.USub: operator.neg,
-    ast.UAdd: operator.pos,
-    ast.Invert: operator.invert,
-}
+def _sum(numbers: Iterable[Any]) -> Any:
+    """sum(), of numbers only: lists would be copied again with every step."""
+    return sum(numbers)
+
+
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
-    **{f.__name__: f for f in (abs, all, any, bool, float, int, len, max, min, round, sorted, str, sum)},
+    **{f.__name__: f for f in (abs, all, any, bool, float, int, len, max, min, sorted, str)},
     **{f.__name__: f for f in (math.sqrt, math.sin, math.cos, math.atan2, math.hypot, math.isnan, math.isinf)},
+    "round": _round,
+    "sum": _sum,
 }
-_CONSTANTS = {"pi": math.pi, "None": None, "True": True, "False": False}
 _STRING_METHODS = frozenset(
     {"startswith", "endswith", "find", "count", "lower", "upper", "strip", "lstrip", "rstrip", "split", "isdigit"}
 )
-_TIME_METHODS = frozenset({"to_sec", "to_nsec", "is_zero"})
+_TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "is_zero"})
 
 
 class Expression:
@@ -82,17 +52,10 @@ class Expression:
 
     def __init__(self, text: str) -> None:
         self.text = text
-        if len(text) > MAX_LENGTH:
-            raise ExpressionError(f"the expression has more than {MAX_LENGTH} characters")
         try:
-            self._root = ast.parse(text.strip(), mode="eval").body
-        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-            raise ExpressionError(f"[{text}] is not an expression: {getattr(error, 'msg', error)}") from None
-        try:
-            for node in ast.walk(self._root):
-                _check(node, text)
-        except RecursionError:
-            raise ExpressionError(f"[{text}] is nested too deeply") from None
+            self._filter = _Filter(text)
+        except ExpressionError as error:
+            raise ExpressionError(f"[{text}]: {error}") from None
 
     def __call__(self, names: Mapping[str, Any]) -> Any:
         """Return the expression's value.
@@ -104,111 +67,40 @@ class Expression:
             ExpressionError: a name or field does not exist, types do not fit, ...
         """
         try:
-            return _value(self._root, names)
-        except ExpressionError:
-            raise
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, RecursionError) as error:
+            return self._filter.evaluate(names)
+        except ExpressionError as error:
             raise ExpressionError(f"[{self.text}]: {error}") from None
 
 
-_ALLOWED = (
-    ast.BinOp, ast.BoolOp, ast.Compare, ast.Constant, ast.IfExp, ast.List, ast.Name, ast.Slice, ast.Subscript,
-    ast.Tuple, ast.UnaryOp, ast.boolop, ast.cmpop, ast.expr_context, ast.operator, ast.unaryop,
-)  # fmt: skip
+class _Filter(Interpreter):
+    nodes = Interpreter.nodes | {ast.Attribute, ast.Call}
+    max_items = 1_000_000  # the text of a message, for one, may be long
 
+    def check(self, node: ast.AST) -> None:
+        super().check(node)
+        if isinstance(node, ast.Call):
+            if node.keywords:
+                raise ExpressionError("only plain function calls are possible")
+            if isinstance(node.func, ast.Name) and node.func.id not in _FUNCTIONS:
+                raise ExpressionError(
+                    f"there is no function {node.func.id}; there are: {', '.join(sorted(_FUNCTIONS))}"
+                )
 
-def _check(node: ast.AST, text: str) -> None:
-    if isinstance(node, ast.Attribute):
-        if node.attr.startswith("_"):
-            raise ExpressionError(f"[{text}]: {node.attr} is not accessible")
-    elif isinstance(node, ast.Call):
-        if node.keywords or not isinstance(node.func, (ast.Name, ast.Attribute)):
-            raise ExpressionError(f"[{text}]: only plain function calls are possible")
-        if isinstance(node.func, ast.Name) and node.func.id not in _FUNCTIONS:
-            raise ExpressionError(
-                f"[{text}]: there is no function {node.func.id}; there are: {', '.join(sorted(_FUNCTIONS))}"
-            )
-    elif not isinstance(node, _ALLOWED) or isinstance(node, ast.MatMult):
-        raise ExpressionError(f"[{text}]: {type(node).__name__} is not possible in an expression")
+    def name(self, name: str, names: Mapping[str, Any]) -> Any:
+        if name in names:
+            return names[name]
+        if name == "pi":
+            return math.pi
+        if name in _FUNCTIONS:
+            return _FUNCTIONS[name]
+        raise ExpressionError(f"there is no name {name!r}; there are: {', '.join(sorted(names))}")
 
-
-def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:  # noqa: PLR0911, PLR0912 - one branch per kind of node
-    if isinstance(node, ast.Constant):
-        return node.value
-    if isinstance(node, ast.Name):
-        if node.id in names:
-            return names[node.id]
-        if node.id in _CONSTANTS:
-            return _CONSTANTS[node.id]
-        raise ExpressionError(f"there is no name {node.id!r}; there are: {', '.join(sorted(names))}")
-    if isinstance(node, ast.Attribute):
-        return _attribute(_value(node.value, names), node.attr)
-    if isinstance(node, ast.Subscript):
-        return _value(node.value, names)[_value(node.slice, names)]
-    if isinstance(node, ast.Slice):
-        return slice(*(None if part is None else _value(part, names) for part in (node.lower, node.upper, node.step)))
-    if isinstance(node, ast.BoolOp):
-        result = None
-        for operand in node.values:
-            result = _value(operand, names)
-            if bool(result) is isinstance(node.op, ast.Or):
-                break
-        return result
-    if isinstance(node, ast.UnaryOp):
-        return _UNARY[type(node.op)](_value(node.operand, names))
-    if isinstance(node, ast.BinOp):
-        return _binary(node.op, _value(node.left, names), _value(node.right, names))
-    if isinstance(node, ast.Compare):
-        left = _value(node.left, names)
-        for op, comparator in zip(node.ops, node.comparators, strict=True):
-            right = _value(comparator, names)
-            if not _COMPARE[type(op)](left, right):
-                return False
-            left = right
-        return True
-    if isinstance(node, ast.IfExp):
-        return _value(node.body if _value(node.test, names) else node.orelse, names)
-    if isinstance(node, (ast.List, ast.Tuple)):
-        return [_value(element, names) for element in node.elts]
-    assert isinstance(node, ast.Call)  # _check lets no other node pass
-    return _call(node, names)
-
-
-def _attribute(owner: Any, name: str) -> Any:
-    """A field of a message or of a time; nothing else has attributes that are of use."""
-    if isinstance(owner, Message):
-        if name in owner.__slots__ or name.isupper():
-            return getattr(owner, name)
-    elif isinstance(owner, TVal) and name in ("secs", "nsecs"):
-        return getattr(owner, name)
-    raise ExpressionError(f"{type(owner).__name__!r} object has no attribute {name!r}")
-
-
-def _binary(op: ast.operator, left: Any, right: Any) -> Any:
-    """An operation, unless its result would be enormous."""
-    if isinstance(op, (ast.Pow, ast.LShift)) and isinstance(left, int) and isinstance(right, int):
-        bits = left.bit_length() * abs(right) if isinstance(op, ast.Pow) else left.bit_length() + abs(right)
-        if bits > _MAX_BITS:
-            raise ExpressionError("the number gets too large")
-    if isinstance(op, ast.Mult):
-        for sequence, count in ((left, right), (right, left)):
-            if isinstance(sequence, (str, bytes, list, tuple)) and isinstance(count, int):
-                if len(sequence) * count > _MAX_ITEMS:
-                    raise ExpressionError("the text or list gets too long")
-            elif isinstance(sequence, int) and sequence.bit_length() > _MAX_BITS:
-                raise ExpressionError("the number gets too large")
-    if isinstance(op, ast.Mod) and isinstance(left, (str, bytes)):
-        raise ExpressionError("texts cannot be formatted")
-    return _BINARY[type(op)](left, right)
-
-
-def _call(node: ast.Call, names: Mapping[str, Any]) -> Any:
-    arguments = [_value(argument, names) for argument in node.args]
-    if isinstance(node.func, ast.Name):
-        return _FUNCTIONS[node.func.id](*arguments)
-    assert isinstance(node.func, ast.Attribute)  # see _check
-    owner = _value(node.func.value, names)
-    method = node.func.attr
-    if (isinstance(owner, str) and method in _STRING_METHODS) or (isinstance(owner, TVal) and method in _TIME_METHODS):
-        return getattr(owner, method)(*arguments)
-    raise ExpressionError(f"{type(owner).__name__!r} object has no method {method!r}")
+    def attribute(self, owner: Any, name: str) -> Any:
+        """Fields of messages, and what is of use of times and texts."""
+        if isinstance(owner, Message):
+            allowed = name in owner.__slots__ or name.isupper()
+        elif isinstance(owner, TVal):
+            allowed = name in _TIME_METHODS
+        else:
+            allowed = isinstance(owner, str) and name in _STRING_METHODS
+        return getattr(owner, name) if allowed else super().attribute(owner, name)

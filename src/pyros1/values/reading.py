@@ -3,49 +3,28 @@
 ROS 1 reads parameters as YAML 1.1 (``yes`` and ``on`` are booleans, ``010`` is eight, ``1:30`` is ninety, ``1e3`` is a
 string because a YAML 1.1 float needs a dot) plus four spellings of angles: ``deg(90)``, ``rad(pi/2)``, ``!degrees 90``
 and ``!radians pi/2`` (https://wiki.ros.org/rosparam#YAML_Format). The scanner is ruamel.yaml's; which plain words mean
-what is decided here. Nothing in a text can name a Python object: the only values made are None, bool, int, float, str,
-bytes, date, datetime, list, dict and set.
+what is decided in `pyros1.values.scalars`. Nothing in a text can name a Python object: the only values made are None,
+bool, int, float, str, bytes, date, datetime, list, dict and set.
 """
 
 from __future__ import annotations
 
-import base64
-import datetime
-import math
-import operator
 import re
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error
+from pyros1.values.scalars import BOOLEANS, SCALARS, scalar_tag
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
 _TAG = "tag:yaml.org,2002:"
-_MAX_EXPONENT = 64
-
-_BOOLEANS = {"yes": True, "no": False, "true": True, "false": False, "on": True, "off": False}
-_BOOL = re.compile(r"yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF")
-_NULL = re.compile(r"~|null|Null|NULL|")
-_INT = re.compile(r"[-+]?(?:0b[0-1_]+|0[0-7_]+|(?:0|[1-9][0-9_]*)|0x[0-9a-fA-F_]+|[1-9][0-9_]*(?::[0-5]?[0-9])+)")
-_FLOAT = re.compile(
-    r"[-+]?[0-9][0-9_]*\.[0-9_]*(?:[eE][-+][0-9]+)?|\.[0-9][0-9_]*(?:[eE][-+][0-9]+)?"
-    r"|[-+]?[0-9][0-9_]*(?::[0-5]?[0-9])+\.[0-9_]*|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)"
-)
-_TIMESTAMP = re.compile(
-    r"(?P<year>\d{4})-(?P<month>\d\d?)-(?P<day>\d\d?)"
-    r"(?:(?:[Tt]|[ \t]+)(?P<hour>\d\d?):(?P<minute>\d\d):(?P<second>\d\d)(?:\.(?P<fraction>\d*))?"
-    r"(?:[ \t]*(?P<zone>Z|(?P<sign>[-+])(?P<zone_hour>\d\d?)(?::(?P<zone_minute>\d\d))?))?)?"
-)
-_STRICT_DATE = re.compile(r"\d{4}-\d\d-\d\d")
-_DEGREES = re.compile(r"deg\([^)]*\)")
-_RADIANS = re.compile(r"rad\([^)]*\)")
 
 # The texts that need no YAML machinery: most parameters given on a command line are one of these.
 _SIMPLE_WORD = re.compile(r"[A-Za-z_/][\w/.-]*", re.ASCII)
 _SIMPLE_INT = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 _SIMPLE_FLOAT = re.compile(r"-?[0-9]+\.[0-9]+")
-_SPECIAL_WORDS = frozenset((*_BOOLEANS, "null"))
+_SPECIAL_WORDS = frozenset((*BOOLEANS, "null"))
 
 
 class YamlError(Error, ValueError):
@@ -147,30 +126,6 @@ def _reason(error: Exception) -> str:
     return reason or str(error).strip().split("\n")[0]
 
 
-def scalar_tag(value: str) -> str:  # noqa: PLR0911 - one rule, one line
-    """Return the YAML 1.1 tag (without prefix) of a plain, untagged scalar, or ``degrees``/``radians``."""
-    if _BOOL.fullmatch(value):
-        return "bool"
-    if _FLOAT.fullmatch(value):
-        return "float"
-    if _INT.fullmatch(value):
-        return "int"
-    if _NULL.fullmatch(value):
-        return "null"
-    if value == "<<":
-        return "merge"
-    if value == "=":
-        return "value"
-    match = _TIMESTAMP.fullmatch(value)
-    if match and (match["hour"] or _STRICT_DATE.fullmatch(value)):
-        return "timestamp"
-    if _DEGREES.fullmatch(value):
-        return "degrees"
-    if _RADIANS.fullmatch(value):
-        return "radians"
-    return "str"
-
-
 def _resolver_class() -> Any:
     """ruamel's resolver with ROS 1's reading of plain words (made on demand: ruamel.yaml is slow to import)."""
     from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode  # noqa: PLC0415 - slow to import
@@ -226,11 +181,11 @@ class _Builder:
         tag = str(node.tag)
         name = tag.removeprefix(_TAG) if tag.startswith(_TAG) else tag
         kind = node.id
-        if name in _SCALARS:
+        if name in SCALARS:
             if kind != "scalar":
                 raise self._error(f"expected a scalar node, but found {kind}", node)
             try:
-                return _SCALARS[name](node.value)
+                return SCALARS[name](node.value)
             except (ValueError, KeyError, OverflowError, ZeroDivisionError) as error:
                 raise self._error(f"invalid {name.lstrip('!')}: {node.value}", node) from error
         wanted = _COLLECTIONS.get(name)
@@ -280,128 +235,3 @@ class _Builder:
                 pairs.extend(self._merge(item))
             return pairs
         raise self._error("expected a mapping or list of mappings for merging", node)
-
-
-# Scalars -------------------------------------------------------------------------------------------------------------
-
-
-def _integer(text: str) -> int:
-    digits = text.replace("_", "")
-    sign = -1 if digits.startswith("-") else 1
-    digits = digits.lstrip("+-") if digits[:1] in "+-" else digits
-    if digits == "0":
-        return 0
-    if digits.startswith("0b"):
-        return sign * int(digits[2:], 2)
-    if digits.startswith("0x"):
-        return sign * int(digits[2:], 16)
-    if digits.startswith("0"):
-        return sign * int(digits, 8)
-    if ":" in digits:
-        return sign * int(_sexagesimal([int(part) for part in digits.split(":")]))
-    return sign * int(digits)
-
-
-def _float(text: str) -> float:
-    digits = text.replace("_", "").lower()
-    sign = -1.0 if digits.startswith("-") else 1.0
-    digits = digits[1:] if digits[:1] in ("+", "-") else digits
-    if digits == ".inf":
-        return sign * math.inf
-    if digits == ".nan":
-        return math.nan
-    if ":" in digits:
-        return sign * float(_sexagesimal([float(part) for part in digits.split(":")]))
-    return sign * float(digits)
-
-
-def _sexagesimal(parts: list[Any]) -> Any:
-    total: Any = 0
-    for part in parts:
-        total = total * 60 + part
-    return total
-
-
-def _binary(text: str) -> bytes:
-
-    return base64.b64decode(text.encode("ascii"))
-
-
-def _timestamp(text: str) -> datetime.date | datetime.datetime:
-    match = _TIMESTAMP.fullmatch(text)
-    if match is None:
-        raise ValueError(text)
-    day = datetime.date(int(match["year"]), int(match["month"]), int(match["day"]))
-    if not match["hour"]:
-        return day
-    fraction = int(((match["fraction"] or "")[:6]).ljust(6, "0"))
-    zone = None
-    if match["zone"]:
-        offset = datetime.timedelta(hours=int(match["zone_hour"] or 0), minutes=int(match["zone_minute"] or 0))
-        zone = datetime.timezone(-offset if match["sign"] == "-" else offset)
-    clock = datetime.time(int(match["hour"]), int(match["minute"]), int(match["second"]), fraction, zone)
-    return datetime.datetime.combine(day, clock)
-
-
-def _degrees(text: str) -> float:
-    inner = text[4:-1] if _DEGREES.fullmatch(text) else text
-    return math.radians(float(inner))
-
-
-def _radians(text: str) -> float:
-    inner = text[4:-1] if _RADIANS.fullmatch(text) else text
-    return float(_arithmetic(inner.strip()))
-
-
-def _arithmetic(text: str) -> float:
-    """Evaluate numbers and ``pi`` under + - * / // % ** and parentheses; ValueError on anything else."""
-    import ast  # noqa: PLC0415 - rarely needed
-
-    try:
-        tree = ast.parse(text, mode="eval")
-    except (SyntaxError, RecursionError, MemoryError) as error:
-        raise ValueError(text) from error
-    return _evaluate(tree.body)
-
-
-def _evaluate(node: Any) -> float:
-    import ast  # noqa: PLC0415 - rarely needed
-
-    operators: dict[Any, Callable[[float, float], float]] = {
-        ast.Add: operator.add,
-        ast.Sub: operator.sub,
-        ast.Mult: operator.mul,
-        ast.Div: operator.truediv,
-        ast.FloorDiv: operator.floordiv,
-        ast.Mod: operator.mod,
-        ast.Pow: _power,
-    }
-    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
-        return float(node.value)
-    if isinstance(node, ast.Name) and node.id == "pi":
-        return math.pi
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-        value = _evaluate(node.operand)
-        return -value if isinstance(node.op, ast.USub) else value
-    if isinstance(node, ast.BinOp) and type(node.op) in operators:
-        return operators[type(node.op)](_evaluate(node.left), _evaluate(node.right))
-    raise ValueError("only numbers, pi and arithmetic are allowed")
-
-
-def _power(base: float, exponent: float) -> float:
-    if abs(exponent) > _MAX_EXPONENT:
-        raise ValueError("exponent too large")
-    return math.pow(base, exponent)
-
-
-_SCALARS: dict[str, Callable[[str], Any]] = {
-    "null": lambda text: None,
-    "bool": lambda text: _BOOLEANS[text.lower()],
-    "int": _integer,
-    "float": _float,
-    "str": str,
-    "binary": _binary,
-    "timestamp": _timestamp,
-    "!degrees": _degrees,
-    "!radians": _radians,
-}

@@ -12,7 +12,8 @@ import math
 import re
 from typing import Any
 
-from pyros1.values.reading import YamlError, scalar_tag
+from pyros1.values.reading import YamlError
+from pyros1.values.scalars import scalar_tag
 
 _WIDTH = 80
 _STEP = 2

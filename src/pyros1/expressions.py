@@ -1,0 +1,335 @@
+"""A small, safe part of Python's expressions, for the texts in which ROS 1 lets a user calculate.
+
+A text is parsed to Python's syntax tree, checked to consist of harmless parts, and interpreted node by node; nothing is
+compiled or executed. There is no way to a name that begins with ``_``, to a lambda, a comprehension or an assignment,
+and sizes are bounded, so that an expression can neither reach into the interpreter nor keep it busy for long.
+
+Who lets users calculate says in a subclass of `Interpreter` which nodes, names, attributes and functions there are.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+from pyros1.errors import Error
+
+MAX_TEXT = 10_000
+"""Most characters of an expression."""
+
+MAX_ITEMS = 10_000
+"""Most characters or items of a calculated value, those of the values inside it included."""
+
+MAX_BITS = 4096
+"""Most bits of a calculated integer."""
+
+
+class ExpressionError(Error, ValueError):
+    """An expression is malformed, uses what is not allowed, gets too large, or fails; the text says which."""
+
+
+def _invert(value: Any) -> Any:
+    return ~int(value) if isinstance(value, bool) else ~value  # Python is about to drop the one of booleans
+
+
+_BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+    ast.LShift: operator.lshift,
+    ast.RShift: operator.rshift,
+    ast.BitAnd: operator.and_,
+    ast.BitOr: operator.or_,
+    ast.BitXor: operator.xor,
+}
+_UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
+    ast.Not: operator.not_,
+    ast.Invert: _invert,
+}
+_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.Is: operator.is_,
+    ast.IsNot: operator.is_not,
+    ast.In: lambda left, right: left in right,
+    ast.NotIn: lambda left, right: left not in right,
+}
+# Which method of Interpreter gives the value of which node.
+_METHODS: dict[type[ast.expr], str] = {
+    ast.Attribute: "_attribute",
+    ast.BinOp: "_binop",
+    ast.BoolOp: "_boolop",
+    ast.Call: "_call",
+    ast.Compare: "_compare",
+    ast.Constant: "_constant",
+    ast.Dict: "_dict",
+    ast.IfExp: "_ifexp",
+    ast.List: "_list",
+    ast.Name: "_name",
+    ast.Slice: "_slice",
+    ast.Subscript: "_subscript",
+    ast.Tuple: "_tuple",
+    ast.UnaryOp: "_unaryop",
+}
+_FAILURES = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
+_VIEWS: tuple[type[Any], ...] = (type({}.keys()), type({}.values()), type({}.items()))
+_CONTAINERS: tuple[type[Any], ...] = (list, tuple, dict, set, frozenset, *_VIEWS)
+_STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
+
+
+def size(value: Any, limit: int = MAX_ITEMS) -> int:
+    """Count the characters and items of a value and of those inside it, each as often as it appears.
+
+    Args:
+        value: anything; what is neither text nor container counts nothing.
+        limit: counting stops beyond this.
+
+    Returns:
+        The size, or any number above `limit`.
+    """
+    total = 0
+    pending = [value]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, (str, bytes, bytearray)):
+            total += len(part)
+        elif isinstance(part, _CONTAINERS):
+            total += len(part)
+            if total <= limit:
+                pending.extend(part)
+                pending.extend(part.values() if isinstance(part, dict) else ())
+        if total > limit:
+            break
+    return total
+
+
+def bounded(value: Any, limit: int = MAX_ITEMS) -> Any:
+    """Return a calculated value unchanged.
+
+    Args:
+        value: the value.
+        limit: its greatest `size`.
+
+    Raises:
+        ExpressionError: it is larger than that, or an integer of more than `MAX_BITS` bits.
+    """
+    require(size(value, limit), limit)
+    if isinstance(value, int):
+        require(value.bit_length(), MAX_BITS)
+    return value
+
+
+def require(needed: int, limit: int = MAX_ITEMS) -> None:
+    """Check a size before what has it is made.
+
+    Raises:
+        ExpressionError: `needed` is above `limit`.
+    """
+    if needed > limit:
+        raise ExpressionError("the result is too large")
+
+
+class Interpreter:
+    """One checked expression.
+
+    A subclass widens or narrows the language by the class attributes, `check`, `constant`, `name` and `attribute`.
+    As it stands, there are operators, constants, lists and the names given.
+
+    Args:
+        text: the expression.
+
+    Raises:
+        ExpressionError: it is malformed, too long, or uses what is not allowed.
+    """
+
+    nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_METHODS) - {ast.Attribute, ast.Call, ast.Dict}
+    """The kinds of syntax nodes allowed, of those that this class knows."""
+
+    max_items: ClassVar[int] = MAX_ITEMS
+    """Greatest `size` of a calculated value."""
+
+    formatting: ClassVar[bool] = False
+    """Whether ``text % values`` is allowed."""
+
+    def __init__(self, text: str) -> None:
+        if len(text) > MAX_TEXT:
+            raise ExpressionError(f"the expression has more than {MAX_TEXT} characters")
+        try:
+            self._root = ast.parse(text.strip(), mode="eval").body
+            for node in ast.walk(self._root):
+                self.check(node)
+        except ExpressionError:
+            raise
+        except SyntaxError as error:
+            raise ExpressionError(f"not an expression: {error.msg}") from None
+        except (ValueError, RecursionError, MemoryError) as error:
+            raise ExpressionError(f"not an expression: {str(error) or 'nested too deeply'}") from None
+
+    def evaluate(self, names: Mapping[str, Any]) -> Any:
+        """Return the expression's value.
+
+        Args:
+            names: what the names in it stand for.
+
+        Raises:
+            ExpressionError: a name does not exist, types do not fit, the result gets too large, ...
+        """
+        try:
+            return self.value(self._root, names)
+        except ExpressionError:
+            raise
+        except _FAILURES as error:
+            raise ExpressionError(str(error) or type(error).__name__) from error
+
+    # What a subclass may change ------------------------------------------------------------------------------------
+
+    def check(self, node: ast.AST) -> None:
+        """Refuse a node of the tree, before anything is evaluated.
+
+        Raises:
+            ExpressionError: it may not be in an expression.
+        """
+        kind = type(node).__name__
+        if isinstance(node, ast.expr) and type(node) not in self.nodes:
+            raise ExpressionError(f"{kind} is not possible in an expression")
+        if isinstance(node, ast.operator) and type(node) not in _BINARY:
+            raise ExpressionError(f"{kind} is not possible in an expression")
+        if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
+            raise ExpressionError(f"{node.attr} is not accessible")
+        if isinstance(node, ast.Call) and not isinstance(node.func, ast.Name | ast.Attribute):
+            raise ExpressionError("only plain function calls are possible")
+        if (isinstance(node, ast.keyword) and node.arg is None) or (isinstance(node, ast.Dict) and None in node.keys):
+            raise ExpressionError("** is not possible here")
+
+    def constant(self, value: Any) -> Any:
+        """Return the value of a literal."""
+        return value
+
+    def name(self, name: str, names: Mapping[str, Any]) -> Any:
+        """Return what a name stands for.
+
+        Raises:
+            ExpressionError: for nothing.
+        """
+        if name not in names:
+            raise ExpressionError(f"there is no name {name!r}")
+        return names[name]
+
+    def attribute(self, owner: Any, name: str) -> Any:
+        """Return a field or method of a value; `name` does not begin with ``_``.
+
+        Raises:
+            ExpressionError: there is none of that name, or it is not for expressions.
+        """
+        raise ExpressionError(f"{type(owner).__name__!r} object has no attribute {name!r}")
+
+    # The nodes -----------------------------------------------------------------------------------------------------
+
+    def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
+        """Return the value of a node of the checked tree."""
+        return getattr(self, _METHODS[type(node)])(node, names)
+
+    def _bounded(self, value: Any) -> Any:
+        return bounded(value, self.max_items)
+
+    def _constant(self, node: ast.Constant, names: Mapping[str, Any]) -> Any:
+        return self._bounded(self.constant(node.value))
+
+    def _name(self, node: ast.Name, names: Mapping[str, Any]) -> Any:
+        return self.name(node.id, names)
+
+    def _attribute(self, node: ast.Attribute, names: Mapping[str, Any]) -> Any:
+        return self.attribute(self.value(node.value, names), node.attr)
+
+    def _list(self, node: ast.List, names: Mapping[str, Any]) -> Any:
+        return self._bounded([self.value(item, names) for item in node.elts])
+
+    def _tuple(self, node: ast.Tuple, names: Mapping[str, Any]) -> Any:
+        return self._bounded(tuple(self.value(item, names) for item in node.elts))
+
+    def _dict(self, node: ast.Dict, names: Mapping[str, Any]) -> Any:
+        pairs = zip(node.keys, node.values, strict=True)
+        return self._bounded({self.value(key, names): self.value(item, names) for key, item in pairs if key})
+
+    def _subscript(self, node: ast.Subscript, names: Mapping[str, Any]) -> Any:
+        return self.value(node.value, names)[self.value(node.slice, names)]
+
+    def _slice(self, node: ast.Slice, names: Mapping[str, Any]) -> Any:
+        parts = (node.lower, node.upper, node.step)
+        return slice(*(None if part is None else self.value(part, names) for part in parts))
+
+    def _boolop(self, node: ast.BoolOp, names: Mapping[str, Any]) -> Any:
+        result = None
+        for operand in node.values:
+            result = self.value(operand, names)
+            if bool(result) is isinstance(node.op, ast.Or):
+                break
+        return result
+
+    def _compare(self, node: ast.Compare, names: Mapping[str, Any]) -> Any:
+        left = self.value(node.left, names)
+        result: Any = True
+        for op, comparator in zip(node.ops, node.comparators, strict=True):
+            right = self.value(comparator, names)
+            result = _COMPARE[type(op)](left, right)
+            if not result:
+                break
+            left = right
+        return result
+
+    def _ifexp(self, node: ast.IfExp, names: Mapping[str, Any]) -> Any:
+        return self.value(node.body if self.value(node.test, names) else node.orelse, names)
+
+    def _unaryop(self, node: ast.UnaryOp, names: Mapping[str, Any]) -> Any:
+        return self._bounded(_UNARY[type(node.op)](self.value(node.operand, names)))
+
+    def _binop(self, node: ast.BinOp, names: Mapping[str, Any]) -> Any:
+        left, right = self.value(node.left, names), self.value(node.right, names)
+        if isinstance(node.op, ast.Pow | ast.LShift):
+            self._require_bits(node.op, left, right)
+        elif isinstance(node.op, ast.Mult):
+            self._require_items(left, right)
+            self._require_items(right, left)
+        elif isinstance(node.op, ast.Mod) and isinstance(left, str | bytes | bytearray):
+            self._require_width(left)
+        return self._bounded(_BINARY[type(node.op)](left, right))
+
+    def _call(self, node: ast.Call, names: Mapping[str, Any]) -> Any:
+        function = self.value(node.func, names)
+        arguments = [self.value(argument, names) for argument in node.args]
+        keywords = {str(keyword.arg): self.value(keyword.value, names) for keyword in node.keywords}
+        return self._bounded(function(*arguments, **keywords))
+
+    # Operations that make much out of little: their result is measured before it is made --------------------------
+
+    def _require_bits(self, op: ast.operator, left: Any, right: Any) -> None:
+        if isinstance(left, int) and isinstance(right, int) and right > 0:
+            bits = left.bit_length()
+            # Of a power, the fewest bits that it can have; they are never more than twice as many.
+            require(bits + right if isinstance(op, ast.LShift) else (bits - 1) * right, MAX_BITS)
+
+    def _require_items(self, sequence: Any, count: Any) -> None:
+        if isinstance(sequence, str | bytes | bytearray | list | tuple) and isinstance(count, int):
+            require(size(sequence, self.max_items) * count, self.max_items)
+
+    def _require_width(self, template: Any) -> None:
+        if not self.formatting or not isinstance(template, str):
+            raise ExpressionError("texts cannot be formatted")
+        if _STAR_WIDTH.search(template):
+            raise ExpressionError("texts cannot be formatted with a width of *")
+        # Every number in the text counts, as if it were a width or precision.
+        numbers = (number.lstrip("0")[:9] for number in re.findall(r"[0-9]+", template))
+        require(sum(int(number or "0") for number in numbers), self.max_items)
