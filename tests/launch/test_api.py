@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import socket
-import sys
 from pathlib import Path
 
 import pytest
@@ -23,7 +22,7 @@ def test_questions_about_processes(tmp_path: Path) -> None:
     supervisor = Supervisor(Console(io.StringIO(), io.StringIO()), sigint_timeout=0.1, sigterm_timeout=0.1)
     server = LaunchServer(supervisor, LocalAddress("localhost", "127.0.0.1", socket.AF_INET))
     client = XmlRpcClient(server.uri)
-    words = [sys.executable, "-c", "import time; time.sleep(60)"]
+    words = ["/bin/sleep", "60"]  # unlike an interpreter that is just starting, it dies of the signal itself
     try:
         supervisor.start(ProcessSpec("ns/a-1", "/ns/a", words, dict(os.environ), str(tmp_path), str(tmp_path / "a")))
         assert server.param_name() == f"/roslaunch/uris/host_localhost__{server.uri.rstrip('/').rpartition(':')[2]}"
