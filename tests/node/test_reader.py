@@ -334,3 +334,31 @@ def test_unregistered_callbacks_are_not_called_by_a_later_spin(make_node: Any, t
     subscriber.unregister()
     listener.spin_once()
     assert not got.items
+
+
+# The end, while messages flow -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("callbacks", ["inline", "spin"])
+@pytest.mark.parametrize("queue_size", [None, 1])
+def test_unregistering_does_not_wait_for_a_pause_in_the_messages(
+    make_node: Any, transport: str, in_thread: Any, callbacks: str, queue_size: int | None
+) -> None:
+    talker, listener = make_node("talker"), make_node("listener", callbacks=callbacks)
+    publisher = talker.advertise("t", Float64, queue_size=1)
+    ended, flowing = threading.Event(), threading.Event()
+
+    def talk() -> None:
+        while not ended.wait(0.001):
+            publisher.publish(1.0)
+
+    in_thread(talk)
+    try:
+        subscriber = listener.subscribe("t", Float64, lambda _: flowing.set(), queue_size=queue_size)
+        while not flowing.is_set():
+            listener.spin_once(0.1)
+        reader = subscriber._subscription.reader
+        subscriber.unregister()
+        assert not reader._thread.is_alive()
+    finally:
+        ended.set()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -210,3 +211,31 @@ def test_a_second_node_of_the_same_name_ends_the_first_m34_o01(
     assert any("new node registered with same name" in text for text in log.texts)
     assert second.ok() and service is not None
     assert second.master.lookup_node("/twin") == second.uri
+
+
+def test_what_a_new_master_was_not_told_is_told_at_the_next_check(
+    make_node: Any, late_master: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A master that goes away in the middle of the registrations gets the rest when it is back."""
+    late_master()
+    node = make_node("node", rosout=False)
+    for topic in ("a", "b", "c"):
+        node.advertise(topic, Float64)
+    registrar = node._registrar
+    call, failing = registrar._master.call, ["/b"]
+
+    def flaky(method: str, *args: Any, **options: Any) -> Any:
+        if method == "registerPublisher" and args[0] in failing:
+            failing.clear()
+            raise MasterUnreachableError("gone again")
+        return call(method, *args, **options)
+
+    monkeypatch.setattr(registrar._master, "call", flaky)
+    late_master()
+    until = time.monotonic() + 10
+    while time.monotonic() < until:
+        publishers = {name for name, _ in node.master.get_system_state()[0]}
+        if publishers == {"/a", "/b", "/c"}:
+            break
+    assert publishers == {"/a", "/b", "/c"}
+    assert not failing, "the interruption happened"

@@ -82,6 +82,12 @@ class Clock:
 
         return self._await_tick(waiting)
 
+    def await_tick(self) -> bool:
+        """Wait until simulated time changes, for a short while at most; return whether the node goes on."""
+        with self._ticked:
+            self._ticked.wait(_STEP)
+        return not self._stopping.is_set()
+
     def _await_tick(self, waiting: Callable[[], bool]) -> bool:
         with self._ticked:
             while waiting():
@@ -201,7 +207,7 @@ class Timer:
         rate = Rate(self._clock, 1.0 / self._period)
         while not self._stopped.is_set():
             expected = self._clock.now() + Duration.from_sec(max(0.0, rate.remaining()))
-            alive = rate.sleep() if self._clock.simulated else self._sleep(rate)
+            alive = self._sleep_simulated(rate) if self._clock.simulated else self._sleep(rate)
             if not alive or self._stopped.is_set():
                 return
             if self._callbacks is None:
@@ -211,6 +217,13 @@ class Timer:
                 self._callbacks.push(lambda expected=expected: self._fire(expected))  # type: ignore[misc]
             if self._oneshot:
                 return
+
+    def _sleep_simulated(self, rate: Rate) -> bool:
+        """The same in simulated time: `shutdown` is seen at the next tick, or soon if the clock stands."""
+        while 0 < rate.remaining() <= 2 * self._period:  # more: time has jumped back, which the rate looks after
+            if self._stopped.is_set() or not self._clock.await_tick():
+                return False
+        return rate.sleep()
 
     def _sleep(self, rate: Rate) -> bool:
         """Sleep so that `shutdown` of this timer ends it too."""

@@ -63,8 +63,10 @@ class Life:
             begun, self._begun = self._begun, True
         if not begun:
             self._closing_thread = threading.get_ident()
-            self._run(reason)
-            self._done.set()
+            try:
+                self._run(reason)
+            finally:
+                self._done.set()
         elif not self._context.loop.in_loop() and self._closing_thread != threading.get_ident():
             self._done.wait(LONGEST_CLOSE)
         self._signals.restore()
@@ -77,13 +79,15 @@ class Life:
             context.callbacks.wake()
         if reason:
             context.log.debug("shutting down: %s", reason)
-        for hook in self._hooks:
-            try:
-                hook()
-            except Exception as error:
-                context.log.exception(f"bad shutdown hook {hook!r}", error)
-        self._close()
-        atexit.unregister(self.end)
+        try:
+            for hook in self._hooks:
+                try:
+                    hook()
+                except Exception as error:
+                    context.log.exception(f"bad shutdown hook {hook!r}", error)
+        finally:  # also when a hook ends the program
+            self._close()
+            atexit.unregister(self.end)
 
     def request(self, reason: str) -> None:
         """End the node soon: for the loop, which must not wait for it."""

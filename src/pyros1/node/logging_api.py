@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 QUEUE_SIZE = 100
 
 
-def offer(node: Node, sink: LogSink) -> None:
-    """Publish what a node logs on /rosout, latched, and let others see and set its log levels."""
+def publish_log(node: Node, sink: LogSink) -> None:
+    """Publish what a node logs on /rosout, latched."""
     log_class: Any = load_message("rosgraph_msgs/Log")
     publisher = node.advertise("/rosout", log_class, queue_size=QUEUE_SIZE, latch=True)
     inside = threading.local()
@@ -41,6 +41,11 @@ def offer(node: Node, sink: LogSink) -> None:
         finally:
             inside.publishing = False
 
+    sink.publish = publish
+
+
+def offer_levels(node: Node, sink: LogSink) -> None:
+    """Let others see and set a node's log levels."""
     get_loggers = load_service("roscpp/GetLoggers")
     logger_class = load_message("roscpp/Logger")
 
@@ -56,4 +61,3 @@ def offer(node: Node, sink: LogSink) -> None:
     node._services.advertise(node.resolve("~get_loggers"), get_loggers, list_loggers, direct=True)
     set_logger_level = load_service("roscpp/SetLoggerLevel")
     node._services.advertise(node.resolve("~set_logger_level"), set_logger_level, set_level, direct=True)
-    sink.publish = publish

@@ -60,13 +60,14 @@ class Node:
         environ: environment variables; None takes the process's.
         log_level: least level that is logged: debug, info, warn, error or fatal.
         handle_signals: end the node on SIGINT and SIGTERM; possible in the main thread only.
-        rosout: publish the log on /rosout and offer ``~get_loggers`` and ``~set_logger_level``.
+        rosout: publish the log on /rosout.
         wait_for_master: seconds to wait for a master that is not there; None waits for ever.
 
     Raises:
         InvalidNameError: the name is not legal.
         MasterUnreachableError: no master within ``wait_for_master`` seconds.
         MasterError: the master refuses the node.
+        ProtocolError: the master's URI is none, or what answers there is no master.
         SystemExit: SIGINT or SIGTERM came while the node waited for its master.
     """
 
@@ -154,7 +155,8 @@ class Node:
         if sim_time is True:
             self._use_simulated_time()
         if rosout:
-            logging_api.offer(self, self._sink)
+            logging_api.publish_log(self, self._sink)
+        logging_api.offer_levels(self, self._sink)
 
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()

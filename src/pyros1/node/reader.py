@@ -171,7 +171,7 @@ class Reader:
 
     def _stay_with(self, link: InLink) -> None:
         """While messages flow on the only link, wait in its receive: one system call less for each."""
-        while link.patient and not self._jobs and not self._local and self._receive(link, wait=True):
+        while link.patient and not (self._closed or self._jobs or self._local) and self._receive(link, wait=True):
             pass
 
     def _receive(self, link: InLink, wait: bool = False) -> bool:

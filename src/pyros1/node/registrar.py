@@ -63,6 +63,7 @@ class Registrar:
         self._changed = threading.Condition()
         self._closed = False
         self._away = False
+        self._incomplete = False  # a new master has not been told everything yet
         self._thread = threading.Thread(target=self._run, name=f"{context.name}:registrar", daemon=True)
 
     def start(self) -> None:
@@ -138,7 +139,7 @@ class Registrar:
                 job.value = self._call(job.entry)
                 if job.entry[0] in _INVERSE:
                     self._entries[job.entry] = None
-            except (Error, OSError) as error:
+            except Exception as error:  # noqa: BLE001 - told to who waits for it; the thread must go on
                 job.error = error
             job.done.set()
 
@@ -177,6 +178,9 @@ class Registrar:
         """Look whether the master still knows us; if not, tell it everything again."""
         if not self._entries:
             return
+        if self._incomplete:
+            self._register_again()
+            return
         try:
             self._master.lookup_node(self._context.name)
             self._away = False
@@ -188,7 +192,9 @@ class Registrar:
             pass  # it answers nonsense: perhaps it will do better
 
     def _register_again(self) -> None:
-        self._context.log.info("the master was restarted: registering again")
+        if not self._incomplete:
+            self._context.log.info("the master was restarted: registering again")
+        self._incomplete = True
         try:
             for entry in list(self._entries):
                 try:
@@ -201,10 +207,10 @@ class Registrar:
                 if entry[0] == "registerSubscriber":
                     self._on_publishers(entry[1], value)
             self._on_restart()
-            self._away = False
-        except Error as error:  # the next check tries again, if the master does not know us then
+            self._away = self._incomplete = False
+        except Error as error:  # the next check goes on with it
             self._away = isinstance(error, MasterUnreachableError)
-            self._context.log.warn("registering again failed: %s", error)
+            self._context.log.warn("registering again failed, will try again: %s", error, throttle=30.0)
 
 
 _INVERSE = {

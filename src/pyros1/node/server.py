@@ -142,9 +142,11 @@ class TcprosServer:
         """Tell the peer why, say so in our log, and close."""
         self._release(greeting)
         header = header or {}
-        who = header.get("callerid", "a peer")
-        what = header.get("topic") or header.get("service") or "nothing"
-        self._context.log.warn("refused a connection of %s for %s: %s", who, what, reason)
+        what = header.get("topic") or header.get("service")
+        if what:
+            self._context.log.warn("refused a connection of %s for %s: %s", header.get("callerid", "?"), what, reason)
+        else:  # not a ROS node, or a broken one
+            self._context.log.warn("refused a connection that names no topic or service: %s", reason, throttle=30.0)
         with contextlib.suppress(OSError):
             greeting.sock.send(encode_header({"error": reason}))
             greeting.sock.shutdown(socket.SHUT_WR)

@@ -66,13 +66,13 @@ class _Call:
 
     def send(self, data: bytes) -> None:
         """Send all of it."""
-        while True:
-            self.sock.settimeout(self._left(CONNECT_TIMEOUT))
+        rest = memoryview(data)
+        while rest:
+            self.sock.settimeout(self._left(STEP))
             try:
-                self.sock.sendall(data)
-                return
+                rest = rest[self.sock.send(rest) :]
             except TimeoutError:
-                raise WaitTimeoutError(f"service [{self.service}] does not take the request") from None
+                continue  # _left says when to give up
 
     def receive(self) -> bytes:
         """Receive some bytes.
