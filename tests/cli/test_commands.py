@@ -88,7 +88,8 @@ def test_services(run: Any, make_node: Callable[..., Any]) -> None:
     """L76-L78"""
     node = make_node("server", rosout=False)
     node.advertise_service("~flip", SetBool, lambda request: SetBoolResponse(request.data, "ok"))
-    assert run("service", "list") == (0, "/server/flip\n", "")
+    levels = "/server/get_loggers\n/server/set_logger_level\n"
+    assert run("service", "list") == (0, f"/server/flip\n{levels}", "")
     assert run("service", "type", "/server/flip") == (0, "std_srvs/SetBool\n", "")
     assert run("service", "call", "/server/flip", "true") == (0, 'success: True\nmessage: "ok"\n', "")
     assert run("service", "call", "/nope", "1") == (2, "", "ERROR: Service [/nope] is not available.\n")

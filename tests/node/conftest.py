@@ -279,14 +279,6 @@ def in_thread() -> Iterator[Callable[..., Any]]:
         thread.join(PATIENCE)
 
 
-@pytest.fixture
-def free_port() -> int:
-    """A port that nobody listens on."""
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        port: int = sock.getsockname()[1]
-        return port
-
 
 @pytest.fixture
 def service_port() -> Callable[[Any], int]:

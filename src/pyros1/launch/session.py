@@ -246,6 +246,14 @@ class Session:
         except LaunchError:
             self._core = None
             raise
+        try:
+            self._master.get_pid()
+        except MasterUnreachableError:
+            raise LaunchError(
+                f"the master just started cannot be reached at {self._uri}: this machine is not called "
+                f"[{self._address.advertised}], or that name is unknown here.\n"
+                "Check ROS_HOSTNAME, ROS_IP and ROS_MASTER_URI."
+            ) from None
         self.console.bold(f"process[master]: started with pid [{os.getpid()}]")
         write_pid_file(self.environ, port, ros_home(self.environ))
 
