@@ -54,6 +54,19 @@ def until(reached: Callable[[], Any], what: str, timeout: float = DEADLINE) -> A
         time.sleep(0.02)
 
 
+def _descendants(pid: int) -> list[int]:
+    """The children of a process, their children and so on."""
+    children: dict[int, list[int]] = {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError, ValueError):
+            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+            children.setdefault(parent, []).append(int(folder.name))
+    found = [pid]
+    for one in found:
+        found.extend(children.get(one, []))
+    return found[1:]
+
+
 class Process:
     """A child process whose output is collected line by line, stdout and stderr together.
 
@@ -147,7 +160,11 @@ class Process:
 
     def close(self) -> None:
         """End the process if it still runs, in the end by SIGKILL, and release everything."""
+        # A launcher puts its nodes into sessions of their own: should it be killed, they would live on with our pipe.
+        offspring: set[int] = set()
         for number, patience in ((signal.SIGINT, 4.0), (signal.SIGKILL, 5.0)):
+            if self.child.poll() is None:
+                offspring.update(_descendants(self.child.pid))
             self.signal(number)
             try:
                 self.child.wait(patience)
@@ -155,9 +172,13 @@ class Process:
             except subprocess.TimeoutExpired:
                 continue
         self._kill_group()
+        for pid in offspring:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
         self._reader.join(5.0)
         for stream in (self.child.stdin, self.child.stdout):
-            if stream is not None:
+            # Closing a stream that another thread reads would wait for that thread.
+            if stream is not None and not (stream is self.child.stdout and self._reader.is_alive()):
                 with contextlib.suppress(BrokenPipeError):  # unsent input of a process that is gone
                     stream.close()
 
