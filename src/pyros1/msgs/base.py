@@ -8,21 +8,36 @@ are first asked for, so that making a class costs little and an unused direction
   buffers when it holds large arrays, which are then not copied;
 * ``cls._encode(msg)``: the body only;
 * ``cls._decode(buffer, start, end)``: a message from exactly ``buffer[start:end]``;
-* ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset behind it.
+* ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset behind it;
+* ``cls._decode_arrays(buffer, start, end, view)``, ``cls._read_arrays(...)``: the same, but numeric arrays are what
+  ``view(buffer, position, count, struct_code)`` returns, see ``array_views.py``;
+* ``cls._copy(msg)``: what encoding and decoding would give, without doing either.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any, ClassVar, Protocol, TypeVar
 
 from pyros1.errors import DefinitionError, DeserializationError, MessageError
 
 Buffer = bytes | bytearray | memoryview
 Frame = bytes | list[bytes | memoryview]
+View = Callable[[Buffer, int, int, str], Any]
+"""Makes the array of so many numbers at a position of a buffer; the last argument is their struct code."""
 _M = TypeVar("_M", bound="Message")
 
-_GENERATED = frozenset({"_encode_frame", "_encode", "_decode", "_read"})
+_MAKERS = {
+    "_encode_frame": "encoder",
+    "_encode": "encoder",
+    "_decode": "decoder",
+    "_read": "decoder",
+    "_decode_arrays": "decoder",
+    "_read_arrays": "decoder",
+    "_copy": "copier",
+}
+"""Which module generates a function."""
 
 
 class Writable(Protocol):
@@ -36,13 +51,10 @@ class MessageType(type):
     """Type of message classes: generates a codec function when it is first looked up on the class."""
 
     def __getattr__(cls, name: str) -> Any:
-        if name not in _GENERATED:
+        if name not in _MAKERS:
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
         owner = message_class(cls)
-        if name.startswith("_encode"):
-            from pyros1.msgs import encoder as module  # noqa: PLC0415  most classes are never encoded or decoded
-        else:
-            from pyros1.msgs import decoder as module  # type: ignore[no-redef]  # noqa: PLC0415  either of the two
+        module = import_module("pyros1.msgs." + _MAKERS[name])  # most classes are never encoded, decoded or copied
         function = staticmethod(getattr(module, "make" + name)(owner))
         setattr(owner, name, function)
         return function.__func__
@@ -81,6 +93,9 @@ class Message(metaclass=MessageType):
     _encode: ClassVar[Callable[[Any], bytes]]
     _decode: ClassVar[Callable[[Buffer, int, int], Any]]
     _read: ClassVar[Callable[[Buffer, int, int], tuple[Any, int]]]
+    _decode_arrays: ClassVar[Callable[[Buffer, int, int, View], Any]]
+    _read_arrays: ClassVar[Callable[[Buffer, int, int, View], tuple[Any, int]]]
+    _copy: ClassVar[Callable[[Any], Any]]
 
     _connection_header: dict[str, str] | None
 
@@ -105,14 +120,17 @@ class Message(metaclass=MessageType):
         Raises:
             DeserializationError: ``data`` is too short or not such a message.
         """
-        from pyros1.msgs.check import explain  # noqa: PLC0415  as above
+        return self._deserialize(data, lambda cls: cls._read(data, 0, len(data)))
 
+    def _deserialize(self: _M, data: Buffer, read: Callable[[type[Message]], tuple[Any, int]]) -> _M:
         cls = message_class(type(self))
         try:
-            message, _ = cls._read(data, 0, len(data))
+            message, _ = read(cls)
         except DeserializationError:
             raise
         except Exception as error:
+            from pyros1.msgs.check import explain  # noqa: PLC0415  it needs this module
+
             raise explain(cls, data, 0, len(data), exact=False) from error
         for name in cls.__slots__:
             setattr(self, name, getattr(message, name))
@@ -123,10 +141,11 @@ class Message(metaclass=MessageType):
         self.serialize(buff)
 
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
-        """Read as :meth:`deserialize`, with numpy arrays in place of tuples of numbers."""
-        from pyros1.msgs.numpy_arrays import to_numpy  # noqa: PLC0415  numpy programs only
+        """Read as :meth:`deserialize`, with numpy arrays, which refer to ``data``, in place of tuples of numbers."""
+        from pyros1.msgs.array_views import numpy_view  # noqa: PLC0415  numpy programs only
 
-        return to_numpy(self.deserialize(data), numpy)
+        view = numpy_view(numpy)
+        return self._deserialize(data, lambda cls: cls._read_arrays(data, 0, len(data), view))
 
     def _check_types(self, exc: Exception | None = None) -> None:
         """Raise SerializationError if a value does not fit its field."""

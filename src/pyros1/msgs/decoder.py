@@ -25,10 +25,16 @@ _WRONG = (struct.error, DeserializationError, ValueError, OverflowError, TypeErr
 
 
 class Decoder(Source):
-    """Emits statements in field order; ``self.at`` is the name of the variable that holds the position."""
+    """Emits statements in field order; ``self.at`` is the name of the variable that holds the position.
 
-    def __init__(self, cls: type[Message]) -> None:
+    Args:
+        cls: the message class.
+        views: leave the making of numeric arrays to the function ``view``, a fourth argument of the decoder.
+    """
+
+    def __init__(self, cls: type[Message], views: bool = False) -> None:
         super().__init__(cls)
+        self.views = views
         self.at = "start"
         self.codes: list[str] = []
         self.targets: list[str] = []
@@ -82,19 +88,32 @@ class Decoder(Source):
             self.message(nested, local)
         else:
             self.flush()
-            self.lines.append(f"{target}, q = {self.ref(nested._read)}(buf, {self.at}, end)")
+            self.lines.append(f"{target}, q = {self.read(nested)}(buf, {self.at}, end{self.more})")
             self.at = "q"
+
+    @property
+    def more(self) -> str:
+        """The further argument of nested decoders."""
+        return ", view" if self.views else ""
+
+    def read(self, nested: type[Message]) -> str:
+        return self.ref(nested._read_arrays if self.views else nested._read)
 
     def _array(self, base: str, length: int, nested: type[Message] | None, target: str) -> None:
         code = "?" if base == "bool" else STRUCT_CODES.get(base)
         count = "n" if length < 0 else str(length)
-        if code == "B" and length >= 0:
+        if code == "B" and length >= 0 and not self.views:
             self.value(f"{length}s", target)
             return
         if length < 0:
             self.value("I", "n")
         self.flush()
-        if code == "B":
+        if code is not None and self.views:
+            self.lines.append(f"q = {self.at} + {count} * {struct.calcsize('<' + code)}")
+            self.lines.append("if q > end: raise ValueError('count')")
+            self.lines.append(f"{target} = view(buf, {self.at}, {count}, '{code}')")
+            self.at = "q"
+        elif code == "B":
             self.lines.append(f"q = {self.at} + n")
             self.lines.append(f"{target} = {self.ref(arrays.to_bytes)}(buf[{self.at}:q])")
             self.at = "q"
@@ -120,8 +139,9 @@ class Decoder(Source):
                 fmt = TIME_CODES[base]
                 self.lines.append(f"{target} = {times}(buf, {self.at}, {count}, '{fmt}', {self.ref(time_class)})")
             else:
-                decode = self.ref(nested._decode)
-                self.lines.append(f"{target} = [{decode}(buf, i, i + {size}) for i in range({self.at}, q, {size})]")
+                decode = self.ref(nested._decode_arrays if self.views else nested._decode)
+                elements = f"range({self.at}, q, {size})"
+                self.lines.append(f"{target} = [{decode}(buf, i, i + {size}{self.more}) for i in {elements}]")
             self.at = "q"
         else:
             least = nested._min_size
@@ -131,7 +151,7 @@ class Decoder(Source):
             self.lines.append(f"{target} = {items} = []")
             self.lines.append(f"q = {self.at}")
             self.lines.append(f"for _ in range({count}):")
-            self.lines.append(f"    item, q = {self.ref(nested._read)}(buf, q, end)")
+            self.lines.append(f"    item, q = {self.read(nested)}(buf, q, end{self.more})")
             self.lines.append(f"    {items}.append(item)")
             self.at = "q"
 
@@ -154,7 +174,27 @@ class Decoder(Source):
 
 def make_decode(cls: type[Message]) -> Callable[[Any, int, int], Any]:
     """Generate ``_decode``."""
-    source = _decoder(cls)
+    return _make_decode(Decoder(cls))
+
+
+def make_decode_arrays(cls: type[Message]) -> Callable[..., Any]:
+    """Generate ``_decode_arrays``."""
+    return _make_decode(Decoder(cls, views=True))
+
+
+def make_read(cls: type[Message]) -> Callable[[Any, int, int], tuple[Any, int]]:
+    """Generate ``_read``; its errors are for its caller to explain, who knows where the whole message begins."""
+    return _make_read(Decoder(cls))
+
+
+def make_read_arrays(cls: type[Message]) -> Callable[..., tuple[Any, int]]:
+    """Generate ``_read_arrays``."""
+    return _make_read(Decoder(cls, views=True))
+
+
+def _make_decode(source: Decoder) -> Callable[..., Any]:
+    cls = source.cls
+    _fill(source)
     if cls._fixed_size is not None:
         source.lines.insert(0, f"if end - start != {cls._fixed_size}: raise ValueError('size')")
         # The position needs no second look: drop its last computation.
@@ -164,20 +204,18 @@ def make_decode(cls: type[Message]) -> Callable[[Any, int, int], Any]:
         source.lines.append(f"if {source.at} != end: raise ValueError('size')")
     source.lines.append("return m")
     source.names.update(WrongBytes=_WRONG, explain=explain)
-    return source.function("decode(buf, start, end)", ("WrongBytes", f"explain({source.ref(cls)}, buf, start, end)"))
+    guard = ("WrongBytes", f"explain({source.ref(cls)}, buf, start, end)")
+    return source.function(f"decode(buf, start, end{source.more})", guard)
 
 
-def make_read(cls: type[Message]) -> Callable[[Any, int, int], tuple[Any, int]]:
-    """Generate ``_read``; its errors are for its caller to explain, who knows where the whole message begins."""
-    source = _decoder(cls)
+def _make_read(source: Decoder) -> Callable[..., tuple[Any, int]]:
+    _fill(source)
     source.lines.append(f"if {source.at} > end: raise ValueError('size')")
     source.lines.append(f"return m, {source.at}")
-    return source.function("read(buf, start, end)")
+    return source.function(f"read(buf, start, end{source.more})")
 
 
-def _decoder(cls: type[Message]) -> Decoder:
-    source = Decoder(cls)
-    source.lines.append(f"m = new({source.ref(cls)})")
-    source.message(cls, "m")
+def _fill(source: Decoder) -> None:
+    source.lines.append(f"m = new({source.ref(source.cls)})")
+    source.message(source.cls, "m")
     source.flush()
-    return source

@@ -20,7 +20,7 @@ from pyros1.msgs.spec import STRUCT_CODES
 LARGE = 16384
 """Bodies from this size on are sent as a list of buffers, their large arrays not copied."""
 
-_WRONG = (struct.error, SerializationError, AttributeError, TypeError, ValueError, OverflowError)
+WRONG_VALUE = (struct.error, SerializationError, AttributeError, TypeError, ValueError, OverflowError)
 
 
 class Encoder(Source):
@@ -150,5 +150,5 @@ def _make_encoder(cls: type[Message], *, frame: bool) -> Callable[[Any], Any]:
         source.lines.append(f"return {source.ref(arrays.gather)}(({joined}), {LARGE})")
     else:
         source.lines.append(f"return b''.join(({joined},))")
-    source.names.update(WrongValue=_WRONG, refusal=refusal)
+    source.names.update(WrongValue=WRONG_VALUE, refusal=refusal)
     return source.function("encode(m)", ("WrongValue", f"refusal({source.ref(cls)}, m, error)"))

@@ -20,10 +20,12 @@ from pyros1.msgs.spec import is_type_name
 
 OWN_MODULES = frozenset(
     [
+        "array_views",
         "arrays",
         "base",
         "check",
         "constructor",
+        "copier",
         "decoder",
         "definitions",
         "digest",
@@ -32,8 +34,8 @@ OWN_MODULES = frozenset(
         "factory",
         "fill",
         "importing",
+        "large",
         "library",
-        "numpy_arrays",
         "packages",
         "source",
         "spec",

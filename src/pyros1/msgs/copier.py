@@ -1,0 +1,137 @@
+"""Generates the functions that copy messages from a publisher to subscribers in the same process.
+
+A copy is equal to what the other end of a wire would decode: numbers are checked against the ranges of their types and
+rounded to float32, sequences become tuples. What cannot change is shared: strings, and the bytes of uint8 arrays however
+large. Wrong values are refused as by the encoder.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from pyros1.msgs import arrays
+from pyros1.msgs.base import Message
+from pyros1.msgs.check import refusal
+from pyros1.msgs.encoder import WRONG_VALUE
+from pyros1.msgs.source import TIME_CODES, Source, split_type
+from pyros1.msgs.spec import STRUCT_CODES
+from pyros1.timing import Duration, Time
+
+
+class Copier(Source):
+    """Emits statements in field order; the single numbers share one struct, packed and unpacked at the end."""
+
+    def __init__(self, cls: type[Message]) -> None:
+        super().__init__(cls)
+        self.codes: list[str] = []
+        self.sources: list[str] = []
+        self.targets: list[str] = []
+        self.after: list[str] = []
+
+    def message(self, cls: type[Message], source: str, target: str) -> None:
+        for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
+            base, length = split_type(slot_type)
+            nested = cls._classes.get(base)
+            if length is None:
+                self._single(base, nested, f"{source}.{name}", f"{target}.{name}")
+            else:
+                self._array(base, length, nested, f"{source}.{name}", f"{target}.{name}")
+
+    def flush(self) -> None:
+        """Emit the conversion of the numbers collected."""
+        if self.codes:
+            packed = self.pack("".join(code.replace("?", "B") for code in self.codes))
+            unpack = self.unpack("".join(self.codes))
+            self.lines.append(f"{', '.join(self.targets)}, = {unpack}({packed}({', '.join(self.sources)}))")
+            self.lines += self.after
+
+    def convert(self, code: str, source: str, target: str) -> None:
+        self.codes.append(code)
+        self.sources.append(source)
+        self.targets.append(target)
+
+    def _single(self, base: str, nested: type[Message] | None, source: str, target: str) -> None:
+        code = STRUCT_CODES.get(base)
+        if code == "d":
+            local = self.local()
+            self.lines.append(f"{local} = {source}")
+            self.lines.append(
+                f"if {local}.__class__ is not float: {local}, = {self.unpack('d')}({self.pack('d')}({local}))"
+            )
+            self.lines.append(f"{target} = {local}")
+        elif code is not None:
+            self.convert("?" if base == "bool" else code, source, target)
+        elif base == "string":
+            local = self.local()
+            self.lines.append(f"{local} = {source}")
+            self.lines.append(f"if {local}.__class__ is not str or not {local}.isascii(): "
+                              f"{local} = {local}.encode().decode()")  # fmt: skip
+            self.lines.append(f"{target} = {local}")
+        elif nested is None:
+            original, copy = self.local(), self.local()
+            self.lines += [f"{original} = {source}", f"{target} = {copy} = new({base.capitalize()})"]
+            for part in ("secs", "nsecs"):
+                self.convert(TIME_CODES[base], f"{original}.{part}", f"{copy}.{part}")
+            self.after.append(f"if not -1 < {copy}.nsecs < 1000000000: {copy}.canon()")
+        elif self.inlines(nested):
+            original, copy = self.local(), self.local()
+            self.lines.append(f"{original} = {source}")
+            self.lines.append(f"{target} = {copy} = new({self.ref(nested)})")
+            self.message(nested, original, copy)
+        else:
+            self.lines.append(f"{target} = {self.ref(nested._copy)}({source})")
+
+    def _array(self, base: str, length: int, nested: type[Message] | None, source: str, target: str) -> None:
+        code = STRUCT_CODES.get(base)
+        local = self.local()
+        self.lines.append(f"{local} = {source}")
+        if code == "B" and base != "bool":
+            octets = f"{self.ref(arrays.octets)}({local}, {length})"
+            self.lines.append(f"if {local}.__class__ is not bytes: {local} = {octets}")
+            if length >= 0:
+                self.lines.append(f"if len({local}) > {length}: raise ValueError('too long')")
+                local += f".ljust({length}, b'\\0')"
+            self.lines.append(f"{target} = {local}")
+            return
+        if length >= 0:
+            self.lines.append(f"if len({local}) != {length}: raise ValueError('wrong length')")
+        if code is not None:
+            packers = self.ref(arrays.Packers(code), ("packers", code))
+            unpack_code = "?" if base == "bool" else code
+            unpackers = self.ref(arrays.Unpackers(unpack_code), ("unpackers", unpack_code))
+            copied = f"{unpackers}[len({local})]({packers}.pack({local}), 0)"
+            self.lines.append(f"{target} = {f'list({copied})' if base == 'bool' else copied}")
+        elif base == "string":
+            self.lines.append(f"{target} = {self.ref(_copy_strings)}({local})")
+        elif nested is None:
+            codes = TIME_CODES[base] * 2
+            copied = f"{self.ref(_copy_time)}(e, {base.capitalize()}, {self.pack(codes)}, {self.unpack(codes)})"
+            self.lines.append(f"{target} = [{copied} for e in {local}]")
+        else:
+            self.lines.append(f"{target} = list(map({self.ref(nested._copy)}, {local}))")
+
+
+def _copy_time(
+    value: Any, cls: type[Time | Duration], pack: Callable[..., bytes], unpack: Callable[..., tuple[int, int]]
+) -> Time | Duration:
+    copy = cls.__new__(cls)
+    copy.secs, copy.nsecs = unpack(pack(value.secs, value.nsecs))
+    if not 0 <= copy.nsecs < 1_000_000_000:
+        copy.canon()
+    return copy
+
+
+def _copy_strings(values: Sequence[str]) -> list[str]:
+    return list(map(bytes.decode, map(str.encode, values)))
+
+
+def make_copy(cls: type[Message]) -> Callable[[Any], Any]:
+    """Generate ``_copy``."""
+    source = Copier(cls)
+    source.lines.append(f"n = new({source.ref(cls)})")
+    source.message(cls, "m", "n")
+    source.flush()
+    source.lines.append("return n")
+    source.names.update(WrongValue=WRONG_VALUE, refusal=refusal)
+    return source.function("copy(m)", ("WrongValue", f"refusal({source.ref(cls)}, m, error)"))

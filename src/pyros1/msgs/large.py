@@ -1,0 +1,146 @@
+"""Messages that are large because of one byte array: images, point clouds, occupancy of any kind as uint8[].
+
+Such a message can be received with its array straight in its final ``bytes`` object, the rest beside it, and be decoded
+without the array ever being copied.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any, NamedTuple
+
+from pyros1.errors import DeserializationError
+from pyros1.msgs.base import AnyMsg, Message, View, message_class
+from pyros1.msgs.source import split_type
+from pyros1.msgs.spec import STRUCT_CODES
+
+_EMPTY = bytes(4)
+_read_size = struct.Struct("<I").unpack_from
+
+
+class Layout(NamedTuple):
+    """Where the byte array of a type is.
+
+    Attributes:
+        field: its name.
+        tail: number of encoded bytes that follow the array.
+        counted: the array's length is encoded before it; not so if the array is the whole message.
+    """
+
+    field: str
+    tail: int
+    counted: bool = True
+
+
+class SplitBody:
+    """An encoded message in three pieces.
+
+    Args:
+        head: all before the array, without its length.
+        data: the array.
+        tail: all after it.
+        counted: as in Layout.
+    """
+
+    __slots__ = ("counted", "data", "head", "tail")
+
+    def __init__(self, head: bytes, data: bytes, tail: bytes, counted: bool = True) -> None:
+        self.head = head
+        self.data = data
+        self.tail = tail
+        self.counted = counted
+
+    def join(self) -> bytes:
+        """Return the body in one piece."""
+        if not self.counted:
+            return self.data
+        return b"".join((self.head, len(self.data).to_bytes(4, "little"), self.data, self.tail))
+
+
+def layout(cls: type[Any]) -> Layout | None:
+    """Return where the large byte array of a message class is.
+
+    Returns:
+        None if it has no uint8[] field of its own, several, or one that fields of variable size follow.
+    """
+    if issubclass(cls, AnyMsg):
+        return Layout("_buff", 0, counted=False)
+    cls = message_class(cls)
+    arrays = [i for i, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
+    if len(arrays) != 1:
+        return None
+    tail = 0
+    for slot_type in cls._slot_types[arrays[0] + 1 :]:
+        size = _fixed_size(cls, slot_type)
+        if size is None:
+            return None
+        tail += size
+    return Layout(cls.__slots__[arrays[0]], tail)
+
+
+def _fixed_size(cls: type[Message], slot_type: str) -> int | None:
+    base, length = split_type(slot_type)
+    if length == -1 or base == "string":
+        return None
+    count = 1 if length is None else length
+    if base in STRUCT_CODES:
+        return count * struct.calcsize("<" + STRUCT_CODES[base])
+    nested = cls._classes.get(base)
+    size = 8 if nested is None else nested._fixed_size
+    return None if size is None else count * size
+
+
+def decode_split(cls: type[Any], where: Layout | None, body: SplitBody, view: View | None = None) -> Any:
+    """Decode a message from its pieces.
+
+    Args:
+        cls: message class or AnyMsg.
+        where: its layout; None if it has none.
+        body: the pieces.
+        view: makes numeric arrays, see ``array_views.py``; None for bytes and tuples.
+
+    Raises:
+        DeserializationError: it is not such a message.
+    """
+    if where is not None and where.counted == body.counted:
+        if not where.counted:
+            return AnyMsg(body.data)
+        rest = b"".join((body.head, _EMPTY, body.tail))  # the same message with an empty array
+        try:
+            message = decode(cls, rest, view)
+        except DeserializationError:
+            message = None
+        # An array that is not empty means that the pieces were cut elsewhere than the array's borders.
+        if message is not None and not len(getattr(message, where.field)):
+            setattr(message, where.field, body.data if view is None else view(body.data, 0, len(body.data), "B"))
+            return message
+    return decode(cls, body.join(), view)
+
+
+def decode(cls: type[Any], body: bytes, view: View | None) -> Any:
+    """Decode a whole body; arguments and errors as for `decode_split`."""
+    if view is None or issubclass(cls, AnyMsg):
+        return cls._decode(body, 0, len(body))
+    return cls._decode_arrays(body, 0, len(body), view)
+
+
+def split_frame(frame: list[Any], tail: int) -> SplitBody | None:
+    """Return the pieces of a frame that an encoder gave as a list of buffers, if it is made of such pieces.
+
+    Args:
+        frame: u32 length, head and array length; the array; the tail, if there is any.
+        tail: number of bytes behind the array.
+    """
+    first, data = frame[0], frame[1]
+    last = frame[2] if len(frame) == 3 else b""
+    if (
+        len(frame) > 3
+        or len(last) != tail
+        or len(first) < 8
+        or first.__class__ is not bytes
+        or data.__class__ is not bytes
+    ):
+        return None
+    if _read_size(first, len(first) - 4)[0] != len(data):
+        return None
+    return SplitBody(first[4:-4], data, last)
