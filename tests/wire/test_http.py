@@ -142,7 +142,7 @@ def test_a_dead_parser_stays_dead() -> None:
 
 def test_a_get_has_no_body_and_bare_line_feeds_are_taken() -> None:
     request = one(b"\r\nGET /x HTTP/1.1\nHost: a\n\n")
-    assert (request.method, request.path, request.headers) == ("GET", "/x", {"host": "a"})
+    assert (request.method, request.path, request.body) == ("GET", "/x", b"")
 
 
 def test_a_response_may_end_with_the_connection() -> None:
@@ -162,3 +162,44 @@ def test_a_cut_off_response_is_an_error() -> None:
     assert parser.buffered == 2
     with pytest.raises(HttpError, match="cut off"):
         parser.eof()
+
+
+HEADS = [
+    "Content-Length: {}",
+    "Content-length:  {}",
+    "Host: a",
+    "Connection: close",
+    "X: Content-Length: 3",
+    "Transfer-Encoding: chunked",
+]
+
+
+@given(
+    st.lists(st.lists(st.sampled_from(HEADS), max_size=3), min_size=1, max_size=2),
+    st.lists(st.tuples(st.integers(0, 1), st.integers(0, 12)), max_size=6),
+)
+def test_a_head_is_read_alike_whatever_came_before_it(heads: list[list[str]], order: list[tuple[int, int]]) -> None:
+    parsers: list[tuple[RequestParser | ResponseParser, str]] = [
+        (RequestParser(), "POST / HTTP/1.1"),
+        (ResponseParser(), "HTTP/1.1 200 OK"),
+        (ResponseParser(), "HTTP/1.1 204 No"),
+    ]
+    for parser, first in parsers:
+        for which, length in order:
+            fields = "".join("\r\n" + field.format(length) for field in heads[which % len(heads)])
+            data = f"{first}{fields}\r\n\r\n".encode() + b"." * length
+            assert outcome(parser, data) == outcome(type(parser)(), data)
+            if parser.in_message:  # it waits for more, or is dead
+                break
+
+
+def outcome(parser: RequestParser | ResponseParser, data: bytes) -> tuple[object, ...]:
+    parser.feed(data)
+    try:
+        message = parser.next_message()
+    except HttpError as error:
+        return str(error), error.status
+    if message is None:
+        return (parser.buffered,)
+    first = (message.method, message.path) if isinstance(message, Request) else (message.status, message.reason)
+    return (*first, message.keep_alive, message.body, parser.buffered)

@@ -45,35 +45,33 @@ class HttpError(ProtocolError):
 
 
 class Request:
-    """A request. ``headers`` has lower-case keys; ``keep_alive``: the connection stays open after the answer."""
+    """A request. ``keep_alive``: the connection stays open after the answer."""
 
-    __slots__ = ("body", "headers", "keep_alive", "method", "path")
+    __slots__ = ("body", "keep_alive", "method", "path")
 
-    def __init__(self, method: str, path: str, headers: dict[str, str], keep_alive: bool) -> None:
+    def __init__(self, method: str, path: str, keep_alive: bool) -> None:
         self.method = method
         self.path = path
-        self.headers = headers
         self.keep_alive = keep_alive
         self.body = b""
 
 
 class Response:
-    """An answer. ``headers`` has lower-case keys; ``keep_alive``: the connection can be used again."""
+    """An answer. ``keep_alive``: the connection can be used again."""
 
-    __slots__ = ("body", "headers", "keep_alive", "reason", "status")
+    __slots__ = ("body", "keep_alive", "reason", "status")
 
-    def __init__(self, status: int, reason: str, headers: dict[str, str], keep_alive: bool) -> None:
+    def __init__(self, status: int, reason: str, keep_alive: bool) -> None:
         self.status = status
         self.reason = reason
-        self.headers = headers
         self.keep_alive = keep_alive
         self.body = b""
 
 
-_HEAD_END: Final = re.compile(rb"\r?\n\r?\n")
 _REQUEST_LINE: Final = re.compile(r"([!#-'*+.^_`|~\w-]{1,32}) (\S+) HTTP/1\.([01])\Z", re.ASCII)
 _STATUS_LINE: Final = re.compile(r"HTTP/1\.([01]) ([1-9][0-9][0-9])(?: (.*))?\Z")
-_FIELD: Final = re.compile(r"([!#-'*+.^_`|~\w-]+):[ \t]*(.*?)[ \t]*\Z", re.ASCII)
+_FIELDS: Final = re.compile(r"^([!#-'*+.^_`|~\w-]+):(.*)$", re.ASCII | re.MULTILINE)
+_PLAIN_LENGTH: Final = re.compile(rb"\n[Cc]ontent-[Ll]ength: ([0-9]{1,18})")
 _CHUNK_LINE_LIMIT: Final = 256
 
 MessageT = TypeVar("MessageT", Request, Response)
@@ -98,6 +96,8 @@ class _Parser(Generic[MessageT]):
         self._searched = 0
         self._state = _State.HEAD
         self._message: MessageT | None = None
+        self._shape = b""
+        self._model: MessageT | None = None
         self._wanted = 0
         self._chunks = bytearray()
 
@@ -137,7 +137,11 @@ class _Parser(Generic[MessageT]):
 
     _skipped_interim = False
 
-    def _parse_head(self, first: str, headers: dict[str, str], fields: list[tuple[str, str]]) -> MessageT:
+    def _parse_head(self, first: str, headers: dict[str, str]) -> MessageT:
+        raise NotImplementedError
+
+    def _like(self, model: MessageT) -> MessageT:
+        """A message with the same head, without a body."""
         raise NotImplementedError
 
     def _length_unknown(self) -> _State | None:
@@ -194,34 +198,45 @@ class _Parser(Generic[MessageT]):
 
     def _head(self) -> MessageT | None:
         self._skipped_interim = False
+        buffer = self._buffer
         # Empty lines before a first line are to be ignored (RFC 9112, 2.2).
-        while self._buffer[:1] in (b"\r", b"\n"):
-            if self._buffer[:1] == b"\r" and self._buffer[1:2] not in (b"\n", b""):
+        while buffer.startswith((b"\r", b"\n")):
+            if buffer[:1] == b"\r" and buffer[1:2] not in (b"\n", b""):
                 raise HttpError("not an HTTP message")
-            if self._buffer == b"\r":
+            if buffer == b"\r":
                 return None
-            del self._buffer[: 2 if self._buffer[:1] == b"\r" else 1]
-        end = _HEAD_END.search(self._buffer, max(0, self._searched - 3))
-        if (end.start() if end else len(self._buffer)) > self._limits.head:
+            del buffer[: 2 if buffer[:1] == b"\r" else 1]
+        size = self._head_size()
+        if (len(buffer) if size is None else size) > self._limits.head:
             raise HttpError(f"an HTTP head of more than {self._limits.head} bytes", 431)
-        if end is None:
-            self._searched = len(self._buffer)
+        if size is None:
+            self._searched = len(buffer)
             return None
-        text = self._buffer[: end.start()].decode("latin-1")
-        del self._buffer[: end.end()]
+        head = bytes(buffer[:size])
+        del buffer[: size + (2 if buffer[size + 1 : size + 2] == b"\n" else 3)]
         self._searched = 0
-        first, *lines = text.split("\n")
-        fields = []
-        for line in lines:
-            match = _FIELD.match(line.rstrip("\r"))
-            if match is None:
-                raise HttpError("not an HTTP header field: " + repr(line[:40]))
-            fields.append((match.group(1).lower(), match.group(2)))
-        headers = dict(fields)
-        self._message = self._parse_head(first.rstrip("\r"), headers, fields)
-        return self._choose_body(headers, fields)
+        # The heads that a peer sends over a connection differ in nothing but the length.
+        length = _PLAIN_LENGTH.search(head)
+        shape = head[: length.start(1)] + head[length.end(1) :] if length else b""
+        if length and shape == self._shape and self._model is not None:
+            self._message = self._like(self._model)
+            return self._await_body(int(length[1]))
+        first, headers, alone = _split_head(head.decode("latin-1"))
+        self._message = self._parse_head(first, headers)
+        return self._choose_body(headers, shape if alone else b"")
 
-    def _choose_body(self, headers: dict[str, str], fields: list[tuple[str, str]]) -> MessageT | None:
+    def _head_size(self) -> int | None:
+        """Where the line feed before the empty line is that ends the head, None if it has not come yet."""
+        buffer = self._buffer
+        start = max(0, self._searched - 3)
+        end = buffer.find(b"\n\r\n", start)
+        lax = buffer.find(b"\n\n", start) if end < 0 else buffer.find(b"\n\n", start, end)
+        if lax >= 0:
+            return lax
+        return end if end >= 0 else None
+
+    def _choose_body(self, headers: dict[str, str], shape: bytes) -> MessageT | None:
+        """Decides how the body ends, and remembers the head's shape if all heads of that shape have a length."""
         coding = headers.get("transfer-encoding")
         length = headers.get("content-length")
         if coding is not None:
@@ -230,19 +245,24 @@ class _Parser(Generic[MessageT]):
             self._state = _State.CHUNK_SIZE
             return None
         if length is not None:
-            if any(name == "content-length" and value != length for name, value in fields):
-                raise HttpError("two different Content-Length fields")
             if not (length.isascii() and length.isdigit() and len(length) <= 18):
                 raise HttpError(f"not a Content-Length: {length[:40]!r}")
-            self._wanted = int(length)
-            if self._wanted > self._limits.body:
-                raise HttpError(f"an HTTP body of {length} bytes; at most {self._limits.body} are accepted", 413)
-            self._state = _State.BODY
-            return None
+            if shape:
+                self._shape, self._model = shape, self._message
+            return self._await_body(int(length))
         state = self._length_unknown()
         if state is None:
             return self._finish(b"")
         self._state = state
+        return None
+
+    def _await_body(self, length: int) -> MessageT | None:
+        if length > self._limits.body:
+            raise HttpError(f"an HTTP body of {length} bytes; at most {self._limits.body} are accepted", 413)
+        if len(self._buffer) >= length:
+            return self._finish(self._take(length))
+        self._wanted = length
+        self._state = _State.BODY
         return None
 
     def _line(self, limit: int) -> bytes | None:
@@ -282,6 +302,25 @@ class _Parser(Generic[MessageT]):
         self._state = _State.CHUNK_SIZE
 
 
+def _split_head(text: str) -> tuple[str, dict[str, str], bool]:
+    """The first line, the fields by lower-case name, and whether Content-Length stands there only once.
+
+    Raises:
+        HttpError: a line is not a field, or there are two different lengths.
+    """
+    first, _, rest = text.partition("\n")
+    # A bare CR is as good as a space (RFC 9112, 2.2).
+    fields = [(name.lower(), value.strip(" \t\r")) for name, value in _FIELDS.findall(rest)]
+    if rest and len(fields) != rest.count("\n") + 1:
+        bad = next(line for line in rest.split("\n") if not _FIELDS.match(line))
+        raise HttpError("not an HTTP header field: " + repr(bad[:40]))
+    headers = dict(fields)
+    lengths = [value for name, value in fields if name == "content-length"] if len(headers) != len(fields) else []
+    if any(length != lengths[0] for length in lengths):
+        raise HttpError("two different Content-Length fields")
+    return first.rstrip("\r"), headers, len(lengths) < 2
+
+
 def _keep_alive(minor: str, headers: dict[str, str]) -> bool:
     connection = headers.get("connection", "").lower()
     if minor == "1":
@@ -295,13 +334,16 @@ class RequestParser(_Parser[Request]):
     def __init__(self, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008 - immutable
         super().__init__(limits)
 
-    def _parse_head(self, first: str, headers: dict[str, str], fields: list[tuple[str, str]]) -> Request:
+    def _parse_head(self, first: str, headers: dict[str, str]) -> Request:
         match = _REQUEST_LINE.match(first)
         if match is None:
             raise HttpError(f"not an HTTP request: {first[:40]!r}")
         if match.group(1) == "POST" and "content-length" not in headers and "transfer-encoding" not in headers:
             raise HttpError("a POST request without Content-Length", 411)
-        return Request(match.group(1), match.group(2), headers, _keep_alive(match.group(3), headers))
+        return Request(match.group(1), match.group(2), _keep_alive(match.group(3), headers))
+
+    def _like(self, model: Request) -> Request:
+        return Request(model.method, model.path, model.keep_alive)
 
     def _length_unknown(self) -> _State | None:
         return None
@@ -313,13 +355,16 @@ class ResponseParser(_Parser[Response]):
     def __init__(self, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008 - immutable
         super().__init__(limits)
 
-    def _parse_head(self, first: str, headers: dict[str, str], fields: list[tuple[str, str]]) -> Response:
+    def _parse_head(self, first: str, headers: dict[str, str]) -> Response:
         match = _STATUS_LINE.match(first)
         if match is None:
             raise HttpError(f"not an HTTP answer: {first[:40]!r}")
-        return Response(int(match.group(2)), match.group(3) or "", headers, _keep_alive(match.group(1), headers))
+        return Response(int(match.group(2)), match.group(3) or "", _keep_alive(match.group(1), headers))
 
-    def _choose_body(self, headers: dict[str, str], fields: list[tuple[str, str]]) -> Response | None:
+    def _like(self, model: Response) -> Response:
+        return Response(model.status, model.reason, model.keep_alive)
+
+    def _choose_body(self, headers: dict[str, str], shape: bytes) -> Response | None:
         message = self._message
         if message is not None and message.status < 200:
             self._message = None
@@ -327,7 +372,7 @@ class ResponseParser(_Parser[Response]):
             return None
         if message is not None and message.status in (204, 304):
             return self._finish(b"")
-        return super()._choose_body(headers, fields)
+        return super()._choose_body(headers, shape)
 
     def _length_unknown(self) -> _State | None:
         if self._message is not None:
