@@ -34,7 +34,7 @@ from pyros1.node import Node as SyncNode
 from pyros1.node.publisher import Publisher
 from pyros1.node.service_client import ServiceClient
 from pyros1.node.service_server import ServiceServer
-from pyros1.node.subscription import Subscriber
+from pyros1.node.subscriber import Subscriber
 from pyros1.timing import Time
 
 _M = TypeVar("_M")

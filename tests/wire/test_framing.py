@@ -57,3 +57,14 @@ def test_large_frame_arrives_whole() -> None:
     body = bytes(range(256)) * 80_000
     buffer = FrameBuffer()
     assert feed(buffer, struct.pack("<I", len(body)) + body + b"\x01\x00\x00\x00z") == [body, b"z"]
+
+
+def test_bytes_that_were_received_elsewhere_are_fed() -> None:
+    body = bytes(range(200)) * 10
+    whole = len(body).to_bytes(4, "little") + body
+    buffer = FrameBuffer(64)
+    buffer.feed(whole[:50])
+    assert buffer.received(50) == []
+    buffer.feed(whole[50:])
+    [(start, end)] = buffer.received(len(whole) - 50)
+    assert buffer.data[start:end] == body

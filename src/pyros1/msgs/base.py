@@ -232,6 +232,10 @@ class AnyMsg:
         return bytes(message._buff)
 
     @staticmethod
+    def _copy(message: AnyMsg) -> AnyMsg:
+        return AnyMsg(bytes(message._buff))
+
+    @staticmethod
     def _encode_frame(message: AnyMsg) -> Frame:
         size = len(message._buff).to_bytes(4, "little")
         return [size, message._buff] if len(message._buff) >= 16384 else size + message._buff

@@ -1,8 +1,8 @@
 """Generates the functions that copy messages from a publisher to subscribers in the same process.
 
 A copy is equal to what the other end of a wire would decode: numbers are checked against the ranges of their types and
-rounded to float32, sequences become tuples. What cannot change is shared: strings, and the bytes of uint8 arrays however
-large. Wrong values are refused as by the encoder.
+rounded to float32, sequences become tuples. What cannot change is shared: strings, and the bytes of uint8 arrays, be
+they large. Wrong values are refused as by the encoder.
 """
 
 from __future__ import annotations

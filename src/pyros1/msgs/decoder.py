@@ -108,16 +108,7 @@ class Decoder(Source):
         if length < 0:
             self.value("I", "n")
         self.flush()
-        if code is not None and self.views:
-            self.lines.append(f"q = {self.at} + {count} * {struct.calcsize('<' + code)}")
-            self.lines.append("if q > end: raise ValueError('count')")
-            self.lines.append(f"{target} = view(buf, {self.at}, {count}, '{code}')")
-            self.at = "q"
-        elif code == "B":
-            self.lines.append(f"q = {self.at} + n")
-            self.lines.append(f"{target} = {self.ref(arrays.to_bytes)}(buf[{self.at}:q])")
-            self.at = "q"
-        elif code is not None:
+        if code is not None:
             self._numbers(code, length, target)
         elif base == "string":
             self.lines.append(f"{target}, q = {self.ref(arrays.read_strings)}(buf, {self.at}, {count}, end)")
@@ -156,6 +147,18 @@ class Decoder(Source):
             self.at = "q"
 
     def _numbers(self, code: str, length: int, target: str) -> None:
+        if self.views:
+            count = "n" if length < 0 else str(length)
+            self.lines.append(f"q = {self.at} + {count} * {struct.calcsize('<' + code)}")
+            self.lines.append("if q > end: raise ValueError('count')")
+            self.lines.append(f"{target} = view(buf, {self.at}, {count}, '{code}')")
+            self.at = "q"
+            return
+        if code == "B":  # those of a fixed length are values
+            self.lines.append(f"q = {self.at} + n")
+            self.lines.append(f"{target} = {self.ref(arrays.to_bytes)}(buf[{self.at}:q])")
+            self.at = "q"
+            return
         if length >= 0:
             read = f"{self.unpack(f'{length}{code}')}(buf, {self.at})"
             size = struct.calcsize(f"<{length}{code}")

@@ -4,12 +4,37 @@ from __future__ import annotations
 
 import socket
 import struct
+from typing import NamedTuple
 
+from pyros1.msgs.large import SplitBody
 from pyros1.wire.framing import FrameBuffer
+
+LARGE = 1 << 17
+"""Size in bytes from which a frame is received in pieces, its array straight into its final object."""
+TRUSTED = 16 << 20
+"""Largest array for which memory is set aside before it has come, unless one half as large came before."""
 
 PATIENCE = 0.02
 """Seconds that a patient `receive` waits."""
 _AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
+_ALL = getattr(socket, "MSG_WAITALL", 0)
+_read_size = struct.Struct("<I").unpack_from
+
+
+class Expected(NamedTuple):
+    """Where the array of the next large frame will be, if it is like the one before.
+
+    Attributes:
+        begin: bytes before the array, the frame's length and the array's included.
+        tail: bytes behind it.
+        most: largest array that may come.
+        counted: whether the array's own length stands before it; else it is the whole frame.
+    """
+
+    begin: int
+    tail: int
+    most: int
+    counted: bool
 
 
 class InLink:
@@ -20,6 +45,7 @@ class InLink:
         uri: the publisher's slave API.
         messages, bytes_received: so far.
         patient: `receive` can wait for PATIENCE seconds; else it never waits.
+        expected: the shape of large frames, as learnt from the last one; None: all goes through the buffer.
     """
 
     transport = "TCPROS"
@@ -33,23 +59,71 @@ class InLink:
         self.messages = 0
         self.bytes_received = len(first)
         self.patient = _make_patient(sock)
+        self.expected: Expected | None = None
         try:
             peer, port = sock.getpeername(), sock.getsockname()[1]
             self.address = f"TCPROS connection on port {port} to [{peer[0]}:{peer[1]} on socket {self.fd}]"
         except OSError:
             self.address = "TCPROS connection on port 0 to [unknown]"
 
-    def receive(self, wait: bool = False) -> int:
-        """Receive into the buffer; return the number of bytes, 0 at the end of the stream.
+    def receive(self, wait: bool = False) -> int | SplitBody:
+        """Receive into the buffer, or a large frame in pieces.
 
         Args:
             wait: wait up to PATIENCE seconds, if the link is patient.
+
+        Returns:
+            The number of bytes that came into the buffer, 0 at the end of the stream; or a whole frame's body.
 
         Raises:
             BlockingIOError: nothing has come.
             OSError: the connection is broken.
         """
-        return self.sock.recv_into(self.buffer.writable(), 0, 0 if wait else _AT_ONCE)
+        flags = 0 if wait else _AT_ONCE
+        if self.expected is not None and not self.buffer.partial:
+            return self._receive_large(self.expected, flags)
+        return self.sock.recv_into(self.buffer.writable(), 0, flags)
+
+    def expect(self, size: int, array: int, tail: int, counted: bool) -> None:
+        """Learn from a large frame where the arrays of those like it are.
+
+        Args:
+            size: of the frame's body in bytes.
+            array: of its array in bytes.
+            tail: of what follows the array in bytes.
+            counted: whether the array's own length stands before it.
+        """
+        if self.patient and _ALL:
+            self.expected = Expected(size - tail - array + 4, tail, max(TRUSTED, 2 * array), counted)
+
+    def _receive_large(self, expected: Expected, flags: int) -> int | SplitBody:
+        """Receive a frame of the expected shape; whatever else comes goes to the buffer.
+
+        The array's own wait is short, as that of any receive: the rest of a slow frame arrives in the buffer too.
+        """
+        begin, tail, most, counted = expected
+        got = self.sock.recv(begin, flags)
+        if len(got) == begin:
+            size, array = _read_size(got, 0)[0], _read_size(got, begin - 4)[0]
+            if LARGE <= array <= most and size + 4 == begin + array + tail:
+                data = self._receive_rest(array)
+                end = self._receive_rest(tail) if len(data) == array else b""
+                if len(data) == array and len(end) == tail:
+                    self.messages += 1
+                    self.bytes_received += size + 4
+                    return SplitBody(got[4:-4], data, end, counted)
+                got = b"".join((got, data, end))
+        self.expected = None
+        self.buffer.feed(got)
+        return len(got)
+
+    def _receive_rest(self, size: int) -> bytes:
+        if not size:
+            return b""
+        try:
+            return self.sock.recv(size, _ALL)
+        except BlockingIOError:
+            return b""
 
 
 def _make_patient(sock: socket.socket) -> bool:

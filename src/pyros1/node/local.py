@@ -1,7 +1,8 @@
-"""Links within one process: the publisher hands its encoded frame to the subscription, no socket in between.
+"""Links within one process: the publisher hands a copy of its message to the subscription; nothing is encoded.
 
-The frame is encoded once, as for TCP, so that publisher and subscriber never share an object: either may change its
-message at any time.
+The copy rule: `publish` copies the message once for all subscribers of the process, sharing what cannot change: strings
+and the bytes of uint8 arrays. So a publisher may change its message at once, and images cost nothing. Subscribers in a
+process share one copy, as the callbacks of one node do in rospy, and as roscpp's do: they should not change it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 from pyros1.wire.outqueue import Frame
 
 if TYPE_CHECKING:
+    from pyros1.msgs import Message
     from pyros1.node.subscription import Subscription
 
 UNBOUNDED_LIMIT = 1000
@@ -64,14 +66,20 @@ class LocalLink:
         """Whether the link is up."""
         return self._open
 
+    def hand_over(self, message: Message) -> None:
+        """Hand over a copy of a message."""
+        if self._open:
+            self.messages += 1
+            self._subscription.reader.push_local(self, message, self._limit)
+
     def send(self, frame: Frame) -> None:
-        """Hand over a frame."""
+        """Hand over what is encoded already."""
         if not self._open:
             return
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         self.messages += 1
         self.bytes_sent += len(data)
-        self._subscription.reader.push_local(self, data, self._limit)
+        self._subscription.reader.push_local(self, data[4:], self._limit)
 
     def close(self) -> None:
         """End the link; what was handed over is still delivered."""

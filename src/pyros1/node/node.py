@@ -34,7 +34,7 @@ from pyros1.node.service_client import ServiceClient, wait_for_service
 from pyros1.node.service_server import ServiceServer
 from pyros1.node.services import Services
 from pyros1.node.slave import SlaveApi
-from pyros1.node.subscription import Subscriber
+from pyros1.node.subscriber import Subscriber
 from pyros1.node.topics import Topics
 from pyros1.node.values import private_parameter
 from pyros1.timing import Time
@@ -222,6 +222,7 @@ class Node:
         *,
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
+        arrays: str | None = None,
     ) -> Subscriber[_M]:
         """Subscribe to a topic.
 
@@ -232,14 +233,19 @@ class Node:
             queue_size: messages that may wait for a slow callback; older ones are dropped, undecoded. None drops
                 nothing: publishers are held back (in a node that spins: 1000).
             tcp_nodelay: ask publishers to send small messages at once.
+            arrays: what numeric arrays are made of: None for bytes (uint8) and tuples; "memoryview" or "numpy" for
+                read-only arrays of the field's type that refer to the received bytes, without a copy.
 
         Raises:
             NodeError: this node subscribes to the topic with another type already.
+            ImportError: "numpy" is asked for and not installed.
         """
         message_class: Any = load_message(type) if isinstance(type, str) else type
         if queue_size is not None and queue_size < 1:
             raise ValueError(f"queue_size must be at least 1, or None, not {queue_size}")
-        return self._topics.subscribe(self.resolve(topic), message_class, callback, queue_size, tcp_nodelay)
+        return self._topics.subscribe(
+            self.resolve(topic), message_class, callback, queue_size, tcp_nodelay, arrays=arrays
+        )
 
     def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
         """Wait for one message.

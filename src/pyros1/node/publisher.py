@@ -83,6 +83,8 @@ class Publication:
         self.latch = latch
         self.headers = dict(headers)
         self.links: tuple[Link, ...] = ()
+        self._remote: tuple[Link, ...] = ()  # those of the links that take frames
+        self._local: tuple[LocalLink, ...] = ()  # and those that take messages
         self.handles = 0
         self.on_change: list[Callable[[], None]] = []
         self._seq = itertools.count(1)  # from 1, as rospy (T22)
@@ -92,21 +94,27 @@ class Publication:
 
     def publish(self, message: Any) -> None:
         """Send a message to all links; see Publisher.publish."""
-        links = self.links
-        latch = self.latch
-        if not links and not latch:
+        remote, local, latch = self._remote, self._local, self.latch
+        if not (remote or local or latch):
             return
         if message._has_header:
             message.header.seq = next(self._seq)
         try:
             cls = message.__class__
-            frame = self._encode(message) if cls is self.message_class else cls._encode_frame(message)
+            copy = cls._copy(message) if local and not latch else None
+            if remote or latch or copy is None:
+                frame = self._encode(message) if cls is self.message_class else cls._encode_frame(message)
         except SerializationError as error:
             raise SerializationError(f"{self.topic}: {error}") from None
         if latch:
-            links = self._keep(frame)
-        for link in links:
+            for link in self._keep(frame):
+                link.send(frame)
+            return
+        for link in remote:
             link.send(frame)
+        if copy is not None:
+            for taker in local:
+                taker.hand_over(copy)
 
     def _keep(self, frame: Frame) -> tuple[Link, ...]:
         """Make a frame the latched one; return the links that must still get it: later ones get it when they come."""
@@ -160,13 +168,18 @@ class Publication:
                 raise Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
             if self._latched is not None:
                 link.send(self._latched)
-            self.links = (*self.links, link)
+            self._set_links((*self.links, link))
         self._changed()
 
     def _remove(self, link: Link) -> None:
         with self._lock:
-            self.links = tuple(other for other in self.links if other is not link)
+            self._set_links(tuple(other for other in self.links if other is not link))
         self._changed()
+
+    def _set_links(self, links: tuple[Link, ...]) -> None:
+        self.links = links
+        self._local = tuple(link for link in links if isinstance(link, LocalLink))
+        self._remote = tuple(link for link in links if not isinstance(link, LocalLink))
 
     def _changed(self) -> None:
         for callback in tuple(self.on_change):

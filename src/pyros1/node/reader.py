@@ -2,7 +2,8 @@
 
 Rules:
 
-* Frames are decoded where they were received, without a copy, while callbacks keep up.
+* Frames are decoded where they were received, without a copy, while callbacks keep up. A large byte array is received
+  into the object that the callback gets.
 * With a bounded queue, callbacks that fall more than FRESH seconds behind see fresh data: what has arrived is drained
   from the sockets, still encoded, and only the newest `limit` frames of it are decoded and delivered.
 * Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides.
@@ -20,6 +21,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 from pyros1.errors import ProtocolError
+from pyros1.msgs import AnyMsg, Message
+from pyros1.msgs.large import SplitBody
 from pyros1.net.poller import Poller
 from pyros1.node.inlink import InLink
 from pyros1.node.local import UNBOUNDED_LIMIT
@@ -36,6 +39,8 @@ DRAIN_TIME = 0.02
 
 
 Data = bytes | bytearray | memoryview
+Item = bytes | SplitBody | Message | AnyMsg
+"""A message that waits: encoded, or handed over by a publisher in this process."""
 
 
 class Source(Protocol):
@@ -50,8 +55,9 @@ class Reader:
     Args:
         name: the thread's name.
         deliver: called with (source, buffer, start, end) for each frame: decodes and runs the callbacks.
+        deliver_item: the same for a message that stands alone, called with (source, item).
         on_lost: called, on the reader thread, with (link, reason) when a link broke; reason is None for an orderly end.
-        on_arrival: in a node that spins, called with (source, frame) at once; tells whether to queue the frame.
+        on_arrival: in a node that spins, called with (source, item) at once; tells whether to queue the item.
         callbacks: where deliveries are queued, for a node that spins.
     """
 
@@ -59,21 +65,23 @@ class Reader:
         self,
         name: str,
         deliver: Callable[[Source, Data, int, int], None],
+        deliver_item: Callable[[Source, Item], None],
         on_lost: Callable[[InLink, str | None], None],
-        on_arrival: Callable[[Source, bytes], bool],
+        on_arrival: Callable[[Source, Item], bool],
         callbacks: CallbackQueue | None,
     ) -> None:
         self.limit: int | None = None
         self.dropped = 0
         self._deliver = deliver
+        self._deliver_item = deliver_item
         self._on_lost = on_lost
         self._on_arrival = on_arrival
         self._callbacks = callbacks
         self._links: dict[int, InLink] = {}
         self._poller = Poller()
         self._jobs: deque[Callable[[], None]] = deque()
-        self._local: deque[tuple[Source, bytes]] = deque()
-        self._spinning: deque[tuple[Source, bytes]] = deque()
+        self._local: deque[tuple[Source, Item]] = deque()
+        self._spinning: deque[tuple[Source, Item]] = deque()
         self._room = threading.Condition()
         self._asleep = False
         self._closed = False
@@ -91,8 +99,8 @@ class Reader:
         self._jobs.append(job)
         self._poller.wake()
 
-    def push_local(self, source: Source, frame: bytes, limit: int | None) -> None:
-        """Take a frame from a publisher in this process.
+    def push_local(self, source: Source, item: Item, limit: int | None) -> None:
+        """Take a message from a publisher in this process.
 
         Args:
             limit: the publisher's queue size: 0 unlimited; None: wait until there is room.
@@ -101,7 +109,7 @@ class Reader:
         own = self.limit
         if own is None and limit is None:
             self._wait_for_room()
-        local.append((source, frame))
+        local.append((source, item))
         most = own if own is not None else limit
         if most and len(local) > most:
             with contextlib.suppress(IndexError):
@@ -179,22 +187,26 @@ class Reader:
         frames = self._receive_frames(link, wait)
         if frames is None:
             return False
-        if frames:
-            self._take(link, frames)
+        if frames.__class__ is SplitBody:
+            self._take_item(link, frames)
+        elif frames:
+            self._take(link, frames)  # type: ignore[arg-type]  # a list, then
         return True
 
-    def _receive_frames(self, link: InLink, wait: bool = False) -> list[tuple[int, int]] | None:
+    def _receive_frames(self, link: InLink, wait: bool = False) -> list[tuple[int, int]] | SplitBody | None:
         try:
-            count = link.receive(wait)
+            came = link.receive(wait)
         except BlockingIOError:
             return None
         except OSError as error:
             self._lose(link, error.strerror or str(error))
             return None
-        if not count:
+        if isinstance(came, SplitBody):
+            return came
+        if not came:
             self._lose(link, None)
             return None
-        return self._split(link, count)
+        return self._split(link, came)
 
     def _split(self, link: InLink, count: int) -> list[tuple[int, int]]:
         link.bytes_received += count
@@ -227,45 +239,55 @@ class Reader:
                 self._catch_up([(link, bytes(data[a:b])) for a, b in frames[index:][-limit:]])
                 return
 
-    def _catch_up(self, rest: list[tuple[Source, bytes]]) -> None:
+    def _take_item(self, source: Source, item: Item) -> None:
+        if self._callbacks is not None:
+            self._queue_for_spin(source, item)
+            return
+        behind = perf_counter() + FRESH
+        self._deliver_item(source, item)
+        if self.limit is not None and perf_counter() > behind:
+            self._catch_up([])
+
+    def _catch_up(self, rest: list[tuple[Source, Item]]) -> None:
         """Deliver the newest frames while callbacks are slower than messages."""
         limit = self.limit or 1
-        waiting: deque[tuple[Source, bytes]] = deque(rest, maxlen=limit)
+        waiting: deque[tuple[Source, Item]] = deque(rest, maxlen=limit)
         while not self._closed:
             until = perf_counter() + DRAIN_TIME
             for link in list(self._links.values()):
                 while perf_counter() < until and (frames := self._receive_frames(link)) is not None:
                     data = link.buffer.data
-                    self.dropped += max(0, len(waiting) + len(frames) - limit)
-                    waiting.extend((link, bytes(data[a:b])) for a, b in frames[-limit:])
+                    items = [frames] if isinstance(frames, SplitBody) else frames[-limit:]
+                    came = 1 if isinstance(frames, SplitBody) else len(frames)
+                    self.dropped += max(0, len(waiting) + came - limit)
+                    waiting.extend((link, bytes(data[i[0] : i[1]]) if isinstance(i, tuple) else i) for i in items)
             if not waiting:
                 return
             behind = perf_counter() + FRESH
             while waiting and perf_counter() < behind:
-                source, frame = waiting.popleft()
-                self._deliver(source, frame, 0, len(frame))
+                self._deliver_item(*waiting.popleft())
 
     def _take_local(self) -> None:
         local = self._local
         for _ in range(len(local)):
             try:
-                source, frame = local.popleft()
+                source, item = local.popleft()
             except IndexError:
                 break
             if self._callbacks is not None:
-                self._queue_for_spin(source, frame[4:])
+                self._queue_for_spin(source, item)
             else:
-                self._deliver(source, frame, 4, len(frame))
+                self._deliver_item(source, item)
         with self._room:
             self._room.notify_all()
 
     # Nodes that spin --------------------------------------------------------------------------------------------------
 
-    def _queue_for_spin(self, source: Source, frame: bytes) -> None:
-        if not self._on_arrival(source, frame):
+    def _queue_for_spin(self, source: Source, item: Item) -> None:
+        if not self._on_arrival(source, item):
             return
         limit = UNBOUNDED_LIMIT if self.limit is None else self.limit
-        self._spinning.append((source, frame))
+        self._spinning.append((source, item))
         if limit and len(self._spinning) > limit:
             with contextlib.suppress(IndexError):
                 self._spinning.popleft()
@@ -277,7 +299,7 @@ class Reader:
     def deliver_next(self) -> None:
         """Run the callbacks for the oldest waiting frame, in the thread that spins."""
         try:
-            source, frame = self._spinning.popleft()
+            source, item = self._spinning.popleft()
         except IndexError:
             return
-        self._deliver(source, frame, 0, len(frame))
+        self._deliver_item(source, item)

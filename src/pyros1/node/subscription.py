@@ -1,4 +1,4 @@
-"""Subscribing: one Subscription per topic and node, and the Subscriber handles that users hold.
+"""Subscribing: one Subscription per topic and node; the users' handles are in ``subscriber.py``.
 
 Several subscribers of one topic in a node share its links and its thread, as in rospy and roscpp: a publisher sees one
 connection per node. https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
@@ -8,22 +8,21 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import MessageError, NodeError, NodeShutdownError
+from pyros1.errors import MessageError, NodeError
+from pyros1.msgs.large import layout
 from pyros1.node.connector import Connector
-from pyros1.node.context import wait_for_links
-from pyros1.node.inlink import InLink
+from pyros1.node.inlink import LARGE, InLink
 from pyros1.node.publisher import topic_type
-from pyros1.node.reader import Data, Reader, Source
+from pyros1.node.reader import Data, Item, Reader, Source
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.local import LocalLink
     from pyros1.node.publisher import Publication
-
-_M = TypeVar("_M")
+    from pyros1.node.subscriber import Subscriber
 
 
 class Subscription:
@@ -46,12 +45,14 @@ class Subscription:
         self._connectors: dict[str, Connector] = {}  # loop only
         self._in_links: tuple[InLink, ...] = ()
         self._local_links: tuple[LocalLink, ...] = ()
-        self._latched: dict[int, tuple[Source, bytes]] = {}  # as delivered
-        self._arrived_latched: dict[int, tuple[Source, bytes]] = {}  # in a node that spins: as arrived
+        self._latched: dict[int, tuple[Source, Item]] = {}  # as delivered
+        self._arrived_latched: dict[int, tuple[Source, Item]] = {}  # in a node that spins: as arrived
         self._lock = threading.Lock()
         self._closed = False
         self._direct: tuple[Subscriber[Any], ...] = ()
-        self.reader = Reader(f"{context.name}:{topic}", self._deliver, self._lost, self._arrived, context.callbacks)
+        self.reader = Reader(
+            f"{context.name}:{topic}", self._deliver, self._deliver_item, self._lost, self._arrived, context.callbacks
+        )
 
     # Subscribers ------------------------------------------------------------------------------------------------------
 
@@ -177,47 +178,67 @@ class Subscription:
 
     # Messages, on the reader thread or the one that spins -------------------------------------------------------------
 
-    def _arrived(self, source: Source, frame: bytes) -> bool:
-        """A node that spins has received a frame: serve those who do not wait for the spinning; say if others do."""
+    def _arrived(self, source: Source, item: Item) -> bool:
+        """A node that spins has received a message: serve those who do not wait for the spinning; say if others do."""
         if source.header.get("latching") == "1":
-            self._arrived_latched[id(source)] = (source, frame)
+            self._arrived_latched[id(source)] = (source, item)
         if self._direct:
-            self._call(self._direct, source, frame, 0, len(frame))
+            self._call(self._direct, source, item)
         return bool(self.subscribers)
 
     def _deliver(self, source: Source, data: Data, start: int, end: int) -> None:
-        self._call(self.subscribers, source, data, start, end)
+        message = self._call(self.subscribers, source, data, start, end)
         if source.header.get("latching") == "1":
             self._latched[id(source)] = (source, bytes(data[start:end]))
+        if end - start >= LARGE and message is not None:
+            _learn(source, message, end - start)
 
-    def _call(self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Data, start: int, end: int) -> None:
+    def _deliver_item(self, source: Source, item: Item) -> None:
+        message = self._call(self.subscribers, source, item)
+        if source.header.get("latching") == "1":
+            self._latched[id(source)] = (source, item)
+        if isinstance(item, bytes) and len(item) >= LARGE and message is not None:
+            _learn(source, message, len(item))
+
+    def _call(
+        self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Any, start: int = 0, end: int = -1
+    ) -> Any:
+        """Run the callbacks.
+
+        Args:
+            data: a frame's body at ``start`` to ``end``; or an item, if ``end`` is -1.
+
+        Returns:
+            The message of the last subscriber.
+        """
         header = source.header
-        message = made_for = None
+        message = made_by = None
         for subscriber in subscribers:
-            if subscriber.type is not made_for or message is None:
+            if subscriber.decode is not made_by or message is None:
                 try:
-                    message = subscriber.type._decode(data, start, end)
+                    message = subscriber.decode(data, start, end) if end >= 0 else subscriber.take(data)
                 except MessageError as error:
                     self.context.log.error(
                         "%s from %s: %s (message dropped)", self.topic, header.get("callerid", "?"), error, throttle=5.0
                     )
                     continue
                 message._connection_header = header
-                made_for = subscriber.type
-            subscriber._call(message)
+                made_by = subscriber.decode
+            subscriber.call(message)
+        return message
 
     def _replay(self, subscriber: Subscriber[Any]) -> None:
         early = subscriber.direct and self.context.callbacks is not None
-        for source, frame in list((self._arrived_latched if early else self._latched).values()):
+        for source, item in list((self._arrived_latched if early else self._latched).values()):
             try:
-                message = subscriber.type._decode(frame, 0, len(frame))
+                message = subscriber.take(item)
             except MessageError:
                 continue  # was logged when it came
             message._connection_header = source.header
             if self.context.callbacks is not None and not subscriber.direct:
-                self.context.callbacks.push(lambda message=message: subscriber._call(message))  # type: ignore[misc]
+                self.context.callbacks.push(lambda message=message: subscriber.call(message))  # type: ignore[misc]
             else:
-                subscriber._call(message)
+                subscriber.call(message)
 
     def close(self) -> None:
         """End all links and the thread."""
@@ -236,71 +257,10 @@ class Subscription:
         self._connectors.clear()
 
 
-class Subscriber(Generic[_M]):
-    """A user's handle of a subscription; made by ``Node.subscribe``. Also a context manager that unregisters.
-
-    Attributes:
-        name: the topic's full name.
-        type: the message class.
-        queue_size: most messages that may wait for the callback; None for no limit.
-    """
-
-    def __init__(
-        self,
-        subscription: Subscription,
-        message_class: type[_M],
-        callback: Callable[[_M], object],
-        queue_size: int | None,
-        unregister: Callable[[Subscriber[Any]], None],
-        direct: bool = False,
-    ) -> None:
-        self.direct = direct  # called in the reader thread even in a node that spins
-        self.name = subscription.topic
-        self.type = message_class
-        self.queue_size = queue_size
-        self._subscription = subscription
-        self._callback = callback
-        self._unregister: Callable[[Subscriber[Any]], None] | None = unregister
-
-    def _call(self, message: _M) -> None:
-        if self._unregister is None:
-            return
-        try:
-            self._callback(message)
-        except NodeShutdownError:
-            pass  # the callback waited for something when the node was told to stop
-        except Exception as error:
-            self._subscription.context.log.exception(f"bad callback of {self.name}: {self._callback!r}", error)
-
-    @property
-    def num_connections(self) -> int:
-        """Number of connected publishers."""
-        return len(self._subscription.links)
-
-    @property
-    def dropped(self) -> int:
-        """Messages thrown away on this side because the callbacks were too slow."""
-        return self._subscription.reader.dropped
-
-    def wait_for_publishers(self, count: int = 1, timeout: float | None = None) -> bool:
-        """Wait until at least ``count`` publishers are connected.
-
-        Args:
-            timeout: seconds; None waits until the node shuts down.
-
-        Returns:
-            Whether they are there.
-        """
-        return wait_for_links(self._subscription, count, timeout)
-
-    def unregister(self) -> None:
-        """Stop receiving; the topic is unregistered with its last subscriber in this node."""
-        unregister, self._unregister = self._unregister, None
-        if unregister is not None:
-            unregister(self)
-
-    def __enter__(self) -> Subscriber[_M]:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.unregister()
+def _learn(source: Source, message: Any, size: int) -> None:
+    """Tell a link where the array of a large message was."""
+    where = layout(type(message))
+    if where is not None and isinstance(source, InLink):
+        array = len(getattr(message, where.field))
+        if array >= LARGE:
+            source.expect(size, array, where.tail, where.counted)

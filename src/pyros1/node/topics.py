@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import NodeError, WaitTimeoutError
 from pyros1.node.publisher import Publication, Publisher
-from pyros1.node.subscription import Subscriber, Subscription
+from pyros1.node.subscriber import Subscriber, array_view
+from pyros1.node.subscription import Subscription
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -93,13 +94,16 @@ class Topics:
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
         direct: bool = False,
+        arrays: str | None = None,
     ) -> Subscriber[Any]:
         """Subscribe to a topic; see ``Node.subscribe``.
 
         Args:
             direct: call from the reader thread even in a node that spins.
+            arrays: see `array_view`.
         """
         context = self._context
+        view = array_view(arrays)
         with self._lock:
             context.check_running()
             subscription = self.subscriptions.get(name)
@@ -107,7 +111,7 @@ class Topics:
             if subscription is None:
                 subscription = Subscription(context, name, message_class, tcp_nodelay)
                 self.subscriptions = {**self.subscriptions, name: subscription}
-            subscriber = Subscriber(subscription, message_class, callback, queue_size, self._unsubscribe, direct)
+            subscriber = Subscriber(subscription, message_class, callback, queue_size, self._unsubscribe, direct, view)
             try:
                 subscription.add(subscriber)
             except NodeError:

@@ -2,7 +2,8 @@
 
 A FrameBuffer owns the memory that a link receives into. The driver asks for `writable()`, receives into it, says how
 much arrived and gets the positions of the complete frames inside `data`; they are decoded there, without a copy.
-Frames larger than the buffer make it grow, but only as bytes really arrive: a peer's claim costs no memory.
+Frames larger than the buffer make it grow, but only as bytes really arrive: a peer's claim costs no memory. Nothing
+behind such a frame is received together with it, so that the next one can be received elsewhere.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class FrameBuffer:
         view: the same memory, for slicing without a copy.
     """
 
-    __slots__ = ("_begin", "_capacity", "_end", "_limit", "data", "view")
+    __slots__ = ("_begin", "_capacity", "_end", "_limit", "_stop", "data", "view")
 
     def __init__(self, capacity: int = 1 << 16, limit: int = MAX_MESSAGE_SIZE, first: bytes = b"") -> None:
         self._capacity = capacity
@@ -41,6 +42,7 @@ class FrameBuffer:
         self.view = memoryview(self.data)
         self._begin = 0  # first byte of the first incomplete frame
         self._end = len(first)
+        self._stop = 0  # end of the large frame that is incomplete, counted from its begin; else 0
 
     @property
     def partial(self) -> bool:
@@ -57,7 +59,13 @@ class FrameBuffer:
             self._end = end = end - begin
         if end == len(self.data):
             self._grow(len(self.data) * 2)
-        return self.view[end:]
+        return self.view[end : self._stop] if end < self._stop else self.view[end:]
+
+    def feed(self, data: bytes) -> None:
+        """Put bytes that were received elsewhere where the next are expected; `received` then counts them."""
+        if len(data) > len(self.writable()):
+            self._grow(self._end + len(data))
+        self.view[self._end : self._end + len(data)] = data
 
     def _grow(self, size: int) -> None:
         larger = bytearray(size)
@@ -84,12 +92,14 @@ class FrameBuffer:
             frames.append((start, stop))
             position = stop
         self._begin = position
+        self._stop = 0
         return frames
 
     def _expect(self, size: int) -> None:
         """Make room for a frame of ``size`` bytes of which a part is here, in steps if it is large."""
         if size > self._limit:
             raise ProtocolError(f"message of {size} bytes is over the limit of {self._limit}")
+        self._stop = size + 4 if size > self._capacity else 0
         if size + 4 > len(self.data):
             wanted = min(size + 4 + self._capacity, max(_TRUSTED_GROWTH, 2 * len(self.data)))
             if wanted > len(self.data):
