@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import pytest
@@ -127,6 +128,26 @@ def test_the_tree_behaves_as_nested_dicts(steps: list[tuple[str, Any, bool]]) ->
             assert parameters.get(key) == value
         for name in parameters.names():
             assert not isinstance(parameters.get(name), dict)
+
+
+@given(st.lists(st.tuples(keys, values, st.sampled_from(["set", "delete", "ask"])), max_size=20))
+def test_what_is_sent_is_what_is_there(steps: list[tuple[str, Any, str]]) -> None:
+    """However texts of branches were kept before."""
+    parameters = Parameters()
+    for key, value, what in steps:
+        with contextlib.suppress(KeyError, ValueError):
+            if what == "set":
+                parameters.set(key, value)
+            elif what == "delete":
+                parameters.delete(key)
+            else:
+                present = parameters.get(key)
+                assert dumps_response(present) == dumps_response(plain(present))
+    assert dumps_response(parameters.get("/")) == dumps_response(plain(parameters.get("/")))
+
+
+def plain(value: Any) -> Any:
+    return {name: plain(item) for name, item in value.items()} if isinstance(value, dict) else value
 
 
 SUBSCRIBERS = {"/p": {"/a": "A"}, "/p/q/r": {"/b": "B"}, "/p/q": {"/c": "C"}}

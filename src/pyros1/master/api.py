@@ -14,7 +14,7 @@ from pyros1.master.arguments import Refused, Validator
 from pyros1.master.parameters import Parameters, updates
 from pyros1.master.registry import Notice, Registry
 from pyros1.net.xmlrpc_server import unknown_method
-from pyros1.wire.xmlrpc import Prepared
+from pyros1.wire.xmlrpc import PreparedList
 
 Log = Callable[[str, str], object]
 """``log(level, text)`` with level ``info``, ``warn`` or ``error``."""
@@ -50,7 +50,7 @@ class MasterApi:
         self._log = log
         self._on_shutdown = on_shutdown
         self._pid = pid
-        self._state: tuple[int, Prepared] = (-1, Prepared())  # tools ask for it all the time
+        self._state: tuple[int, PreparedList] = (-1, PreparedList())  # tools ask for it all the time
 
     def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
         """Answers one call.
@@ -162,7 +162,7 @@ class MasterApi:
     def _get_system_state(self, caller: str) -> Answer:
         version = self.registry.version
         if self._state[0] != version:
-            self._state = (version, Prepared(self.registry.system_state()))
+            self._state = (version, PreparedList(self.registry.system_state()))
         return "current system state", self._state[1]
 
     # ---- parameters

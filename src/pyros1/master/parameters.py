@@ -2,6 +2,9 @@
 
 Keys are global names; ``/`` is the whole tree. Only dicts are branches: what is inside a list has no key of its own
 (M50). Values given to the tree belong to it; values taken from it must not be changed.
+
+Trees are asked for far more often than they change, so each branch keeps its XML-RPC text once it was sent, until
+something in it changes.
 """
 
 from __future__ import annotations
@@ -12,11 +15,13 @@ from typing import Any, Final
 
 from pyros1.master.registry import Members, Notice
 from pyros1.names import SEP
+from pyros1.wire.xmlrpc import PreparedDict
 
 MAX_DEPTH: Final = 90
 """Deepest nesting of the tree, lists included: less than what one XML-RPC message may hold, so that the whole tree can
 always be asked for."""
 
+_TOO_DEEP: Final = f"parameters cannot be nested more than {MAX_DEPTH} levels deep"
 _MAX_INT: Final = 2**31
 
 
@@ -33,11 +38,30 @@ def _check(value: Any, depth: int) -> None:
         raise ValueError("null values are not supported")
     elif isinstance(value, (dict, list, tuple)):
         if depth >= MAX_DEPTH:
-            raise ValueError(f"parameters cannot be nested more than {MAX_DEPTH} levels deep")
+            raise ValueError(_TOO_DEEP)
         for item in value.values() if isinstance(value, dict) else value:
             kind = item.__class__
             if kind is not str and kind is not float and kind is not bool:
                 _check(item, depth + 1)
+
+
+def _stored(value: Any, depth: int) -> Any:
+    """The value as it lies in the tree: with branches for the dicts, those in lists excepted.
+
+    Raises:
+        ValueError: it cannot be stored.
+    """
+    if not isinstance(value, dict):
+        _check(value, depth)
+        return value
+    if depth >= MAX_DEPTH:
+        raise ValueError(_TOO_DEEP)
+    branch = PreparedDict(value)
+    for name, item in value.items():
+        kind = item.__class__
+        if kind is not str and kind is not float and kind is not bool:
+            branch[name] = _stored(item, depth + 1)
+    return branch
 
 
 def _path(key: str) -> list[str]:
@@ -48,7 +72,7 @@ class Parameters:
     """A tree of parameters."""
 
     def __init__(self) -> None:
-        self._root: dict[str, Any] = {}
+        self._root = PreparedDict()
 
     def set(self, key: str, value: Any) -> None:
         """Sets a value; a dict replaces the whole branch (M46), a scalar on the way becomes a branch (M47).
@@ -58,21 +82,23 @@ class Parameters:
                 limited.
         """
         path = _path(key)
-        _check(value, len(path))
+        stored = _stored(value, len(path))
         if not path:
-            if not isinstance(value, dict):
+            if not isinstance(stored, PreparedDict):
                 raise ValueError("cannot set root of parameter tree to non-dictionary")
-            self._root = value
+            self._root = stored
             return
         if len(path) > MAX_DEPTH:
-            raise ValueError(f"parameters cannot be nested more than {MAX_DEPTH} levels deep")
+            raise ValueError(_TOO_DEEP)
         branch = self._root
         for part in path[:-1]:
+            branch.text = None
             below = branch.get(part)
-            if not isinstance(below, dict):
-                below = branch[part] = {}
+            if not isinstance(below, PreparedDict):
+                below = branch[part] = PreparedDict()
             branch = below
-        branch[path[-1]] = value
+        branch.text = None
+        branch[path[-1]] = stored
 
     def get(self, key: str) -> Any:
         """The value or branch at a key (M48).
@@ -101,11 +127,13 @@ class Parameters:
             KeyError: nothing is set there; also for ``/``, which cannot be removed (M27).
         """
         path = _path(key)
-        if not path:
+        if not path or key not in self:
             raise KeyError(key)
-        branch = self.get(SEP.join(path[:-1]))
-        if not isinstance(branch, dict):
-            raise KeyError(key)
+        branch = self._root
+        for part in path[:-1]:
+            branch.text = None
+            branch = branch[part]
+        branch.text = None
         del branch[path[-1]]
 
     def search(self, namespace: str, key: str) -> str | None:

@@ -130,7 +130,7 @@ class _Connection:
     def _serve(self) -> None:
         """Answers every whole request that has arrived, as long as the answers can be written."""
         try:
-            while not self.out and not self.closing:
+            while self.parser.in_message and not self.out and not self.closing:
                 request = self.parser.next_message()
                 if request is None:
                     break
@@ -284,7 +284,7 @@ class XmlRpcServer:
 
     def account(self, connection: _Connection, buffered: int) -> bool:
         """Notes what a connection's incomplete request occupies; False if it is too much for all together."""
-        if connection in self._connections:
+        if buffered != connection.buffered and connection in self._connections:
             self._buffered += buffered - connection.buffered
             connection.buffered = buffered
         return self._buffered <= self.limits.max_buffered

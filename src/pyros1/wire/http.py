@@ -421,9 +421,17 @@ def build_request(host: str, path: str, body: bytes) -> bytes:
     ).encode("latin-1") + body
 
 
+_USUAL: Final = (
+    b"HTTP/1.1 200 OK\r\nServer: pyros1\r\nContent-Type: text/xml\r\n"
+    b"Content-Length: %d\r\nConnection: keep-alive\r\n\r\n"
+)
+
+
 def build_response(status: int, body: bytes, *, keep_alive: bool = True, content_type: str = "text/xml") -> bytes:
     """An answer, saying whether the connection stays open."""
-    # Said in both cases: HTTP/1.0 and 1.1 clients assume different things when it is left out.
+    # Whether it stays open is said in both cases: HTTP/1.0 and 1.1 clients assume different things when it is not.
+    if status == 200 and keep_alive and content_type == "text/xml":
+        return _USUAL % len(body) + body
     connection = "keep-alive" if keep_alive else "close"
     return (
         f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nServer: pyros1\r\nContent-Type: {content_type}\r\n"

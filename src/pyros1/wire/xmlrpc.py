@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import binascii
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 # This facade imports 10 ms faster than defusedxml.expatreader, whose base class pulls in the whole of urllib.
@@ -43,10 +43,24 @@ _MIN_INT: Final = -(2**31)
 _MAX_INT: Final = 2**31 - 1
 
 
-class Prepared(list[Any]):
-    """A list that is sent often and is not changed any more: it is written once."""
+class PreparedList(list[Any]):
+    """A list that is sent often: it is written once. Whoever changes it, or what is in it, sets ``text`` to None."""
 
-    text: str | None = None
+    __slots__ = ("text",)
+
+    def __init__(self, items: Iterable[Any] = ()) -> None:
+        super().__init__(items)
+        self.text: str | None = None
+
+
+class PreparedDict(dict[str, Any]):
+    """The same for a dict."""
+
+    __slots__ = ("text",)
+
+    def __init__(self, items: Mapping[str, Any] | Iterable[tuple[str, Any]] = ()) -> None:
+        super().__init__(items)
+        self.text: str | None = None
 
 
 # --------------------------------------------------------------------------------------------------------------------
@@ -122,10 +136,12 @@ def _write_struct(value: dict[Any, Any], depth: int) -> str:
 
 def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
     """Subclasses of the plain types, binary data, dates, integers of other libraries; and the refusals."""
-    if isinstance(value, Prepared):
-        if value.text is None:
-            value.text = _write(list(value), depth)
-        return value.text
+    if isinstance(value, (PreparedDict, PreparedList)):
+        text = value.text
+        if text is None:
+            text = _write_struct(value, depth) if isinstance(value, dict) else _write_array(value, depth)
+            value.text = text
+        return text
     from datetime import datetime  # noqa: PLC0415 - rarely needed, so not paid for by every start
 
     if isinstance(value, (bytes, bytearray, memoryview)):
