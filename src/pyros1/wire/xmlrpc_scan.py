@@ -26,6 +26,12 @@ _TOKEN: Final = re.compile(
     """,
     re.VERBOSE,
 )
+_MEMBER: Final = re.compile(
+    r"""[ \t\n]*<member>[ \t\n]*<name>([^<&]*)</name>[ \t\n]*
+    <value>[ \t\n]*<(string|int|i4|double|boolean)>([^<&]*)</\2>[ \t\n]*</value>[ \t\n]*</member>""",
+    re.VERBOSE,
+)
+"""What most of a big struct consists of; `_TOKEN` would match it too."""
 _HEAD: Final = r"(?:<\?xml[ ]version=['\"]1\.0['\"](?:[ ]encoding=['\"](?i:utf-8)['\"])?[ ]?\?>)?[ \t\n]*"
 _CALL: Final = re.compile(_HEAD + r"<methodCall>[ \t\n]*<methodName>([^<&]*)</methodName>[ \t\n]*<params>")
 _CALL_END: Final = re.compile(r"[ \t\n]*</params>[ \t\n]*</methodCall>[ \t\n]*\Z")
@@ -64,7 +70,7 @@ def _values(  # noqa: PLR0912 - a tokenizer's loop; calls in it would double its
     text: str, position: int, convert: Converters, max_depth: int, max_values: int
 ) -> tuple[list[Any], int]:
     """The values of all ``<param>`` elements from a position on, and where they end."""
-    match = _TOKEN.match
+    match, member = _TOKEN.match, _MEMBER.match
     params: list[Any] = []
     # The innermost open array or struct (at first the list of parameters), and what surrounds it.
     current: Any = params
@@ -72,6 +78,12 @@ def _values(  # noqa: PLR0912 - a tokenizer's loop; calls in it would double its
     outer: list[tuple[Any, str | None]] = []
     values = 0
     while True:
+        if in_struct:
+            while (token := member(text, position)) is not None:
+                name, kind, scalar = token.groups()
+                current[name] = convert[kind](scalar)
+                position = token.end()
+                values += 1
         token = match(text, position)
         if token is None:
             break
