@@ -1,134 +1,52 @@
-"""The pyros1 side of the benchmarks, on the Node API: ``node_bench.py ROLE [QUEUE] [SECONDS] [SIZE]``."""
+"""The pyros1 side of the benchmarks, on the Node API: ``node_bench.py ROLE KEY=VALUE ...``; see roles.py.
+
+``arrays=memoryview`` asks subscriptions for arrays that refer to the received bytes.
+"""
 
 from __future__ import annotations
 
 import sys
-import threading
-import time
+from collections.abc import Callable
 from typing import Any
 
-from pyros1.msgs.sensor_msgs.msg import Image
-from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.msgs.std_srvs.srv import Empty, EmptyResponse
+from roles import play
 
 from pyros1 import Node
-
-now = time.perf_counter
-
-
-def wait_for_subscriber(node: Node, publisher: Any) -> None:
-    while node.ok() and publisher.num_connections == 0:
-        time.sleep(0.01)
+from pyros1.msgs import load_message, load_service
 
 
-def publish_floats(node: Node, queue_size: Any, seconds: float) -> None:
-    publisher = node.advertise("bench", Float64, queue_size=queue_size)
-    wait_for_subscriber(node, publisher)
-    message, count, start = Float64(0.0), 0, now()
-    while node.ok() and now() - start < seconds:
-        message.data += 0.001
-        publisher.publish(message)
-        count += 1
-    print(f"published {count / (now() - start):.0f} /s", flush=True)
+class Pyros1:
+    """pyros1 as the roles want a library."""
 
+    load = staticmethod(load_message)
+    load_service = staticmethod(load_service)
 
-def publish_images(node: Node, queue_size: Any, seconds: float, size: int) -> None:
-    publisher = node.advertise("bench_img", Image, queue_size=queue_size)
-    wait_for_subscriber(node, publisher)
-    message = Image(height=1, width=size, step=size, encoding="mono8", data=bytes(size))
-    count, start = 0, now()
-    while node.ok() and now() - start < seconds:
-        message.header.stamp = node.now()
-        publisher.publish(message)
-        count += 1
-        if size > 100000:
-            time.sleep(0.00005)
-    print(f"published {count / (now() - start):.0f} /s", flush=True)
+    def __init__(self) -> None:
+        arrays = [word.partition("=")[2] for word in sys.argv[2:] if word.startswith("arrays=")]
+        self._options = {"arrays": arrays[0]} if arrays else {}
 
+    def start(self, name: str) -> None:
+        self.node = Node(name, anonymous=True, argv=[])
+        self.ok, self.spin, self.now, self.rate = self.node.ok, self.node.spin, self.node.now, self.node.rate
 
-def receive(node: Node, topic: str, message_class: Any, queue_size: Any, seconds: float) -> None:
-    count = received = 0
+    def advertise(self, topic: str, message_class: Any, queue: int | None, latch: bool = False) -> Any:
+        return self.node.advertise(topic, message_class, queue_size=queue, latch=latch)
 
-    def heard(message: Any) -> None:
-        nonlocal count, received
-        count += 1
-        if message_class is Image:
-            received += len(message.data)
+    def subscribe(self, topic: str, message_class: Any, callback: Callable[[Any], Any], queue: int | None) -> Any:
+        return self.node.subscribe(topic, message_class, callback, queue_size=queue, **self._options)
 
-    node.subscribe(topic, message_class, heard, queue_size=queue_size)
-    print("ready", flush=True)
-    while node.ok() and count == 0:
-        time.sleep(0.01)
-    start, first, first_bytes = now(), count, received
-    time.sleep(seconds)
-    took = now() - start
-    print(f"received {(count - first) / took:.0f} /s  {(received - first_bytes) / took / 1e6:.1f} MB/s", flush=True)
+    def connections(self, handle: Any) -> int:
+        return int(handle.num_connections)
 
+    def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any]) -> Any:
+        return self.node.advertise_service(name, service_class, handler)
 
-def echo(node: Node, queue_size: Any) -> None:
-    publisher = node.advertise("pong", Float64, queue_size=queue_size)
-    node.subscribe("ping", Float64, publisher.publish, queue_size=queue_size)
-    print("ready", flush=True)
-    node.spin()
-
-
-def ping(node: Node, queue_size: Any, seconds: float) -> None:
-    answered = threading.Event()
-    publisher = node.advertise("ping", Float64, queue_size=queue_size)
-    subscriber = node.subscribe("pong", Float64, lambda _: answered.set(), queue_size=queue_size)
-    wait_for_subscriber(node, publisher)
-    while node.ok() and subscriber.num_connections == 0:
-        time.sleep(0.01)
-    times, message, start = [], Float64(0.0), now()
-    while node.ok() and now() - start < seconds:
-        answered.clear()
-        sent = now()
-        publisher.publish(message)
-        if answered.wait(1):
-            times.append(now() - sent)
-        time.sleep(0.0005)
-    times.sort()
-    p50, p99 = times[len(times) // 2] * 1e6, times[len(times) * 99 // 100] * 1e6
-    print(f"rtt us p50 {p50:.0f} p99 {p99:.0f} n {len(times)}", flush=True)
-
-
-def call(node: Node, persistent: bool, seconds: float) -> None:
-    node.wait_for_service("bench_srv")
-    client = node.service("bench_srv", Empty, persistent=persistent)
-    count, start = 0, now()
-    while node.ok() and now() - start < seconds:
-        client()
-        count += 1
-    print(f"calls {count / (now() - start):.0f} /s", flush=True)
-
-
-def main() -> None:
-    role, *rest = sys.argv[1:]
-    queue_size = None if rest[:1] == ["None"] else int(rest[0]) if rest else 1000
-    seconds = float(rest[1]) if len(rest) > 1 else 5.0
-    size = int(rest[2]) if len(rest) > 2 else 0
-    with Node("pyros1_" + role, anonymous=True, argv=[]) as node:
-        if role == "pub":
-            publish_floats(node, queue_size, seconds)
-        elif role == "imgpub":
-            publish_images(node, queue_size, seconds, size)
-        elif role == "sub":
-            receive(node, "bench", Float64, queue_size, seconds)
-        elif role == "imgsub":
-            receive(node, "bench_img", Image, queue_size, seconds)
-        elif role == "echo":
-            echo(node, queue_size)
-        elif role == "ping":
-            ping(node, queue_size, seconds)
-        elif role == "srv":
-            node.advertise_service("bench_srv", Empty, lambda _: EmptyResponse())
-            print("ready", flush=True)
-            node.spin()
-        elif role == "call":
-            call(node, bool(queue_size), seconds)
-        else:
-            sys.exit(f"unknown role {role}")
+    def client(self, name: str, service_class: Any, persistent: bool) -> Callable[..., Any]:
+        self.node.wait_for_service(name)
+        return self.node.service(name, service_class, persistent=persistent)
 
 
 if __name__ == "__main__":
-    main()
+    library = Pyros1()
+    play(library)
+    library.node.shutdown()

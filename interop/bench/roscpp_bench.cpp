@@ -1,17 +1,43 @@
-// The roscpp side of the benchmarks: roscpp_bench ROLE [QUEUE] [SECONDS] [SIZE]. The roles are those of node_bench.py.
+// The roscpp side of the benchmarks: roscpp_bench ROLE KEY=VALUE ...; roles, keys and figures are those of roles.py.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <sensor_msgs/Image.h>
-#include <std_msgs/Float64.h>
 #include <std_srvs/Empty.h>
+#include <std_srvs/SetBool.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <map>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "roscpp_payloads.hpp"
+
 using std_msgs::Float64;
-using sensor_msgs::Image;
+
+static const double kSettle = 0.3;  // seconds after the first message before counting begins
+static const int kBurst = 50;       // small messages between two looks at the clock
+static const double kPause = 50e-6; // after each image: without it the publisher replaces what waits before it can be sent
+static const double kIdle = 5;
+
+struct Options {
+  std::map<std::string, std::string> given;
+  std::string text(const std::string& key, const std::string& otherwise = "") const {
+    auto found = given.find(key);
+    return found == given.end() ? otherwise : found->second;
+  }
+  double number(const std::string& key, double otherwise) const {
+    return given.count(key) ? std::stod(given.at(key)) : otherwise;
+  }
+  int queue() const { return number("queue", 1000); }
+  double seconds() const { return number("seconds", 5); }
+  size_t size() const { return number("size", 0); }
+  int count() const { return number("count", 0); }
+};
 
 static double now() {
   timespec t;
@@ -19,8 +45,27 @@ static double now() {
   return t.tv_sec + t.tv_nsec * 1e-9;
 }
 
-static void handleCallbacks(double seconds) {
-  ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(seconds));
+static void wait(double seconds) { ros::WallDuration(seconds).sleep(); }
+
+static double cpuSeconds() {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_utime.tv_sec + usage.ru_stime.tv_sec + (usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) * 1e-6;
+}
+
+// A number of /proc/self/status; sizes are in kB.
+static double status(const std::string& key) {
+  std::ifstream file("/proc/self/status");
+  for (std::string line; std::getline(file, line);)
+    if (line.compare(0, key.size() + 1, key + ":") == 0) return std::stod(line.substr(key.size() + 1));
+  return 0;
+}
+
+// The value in microseconds that this part of the times does not exceed.
+static double share(std::vector<double>& times, double part) {
+  if (times.empty()) return NAN;
+  std::sort(times.begin(), times.end());
+  return times[times.size() * part] * 1e6;
 }
 
 static void ready() {
@@ -28,126 +73,287 @@ static void ready() {
   std::fflush(stdout);
 }
 
-static void waitForSubscriber(const ros::Publisher& publisher) {
-  while (ros::ok() && publisher.getNumSubscribers() == 0) ros::WallDuration(0.01).sleep();
+static void handleCallbacks(double seconds) {
+  ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(seconds));
 }
 
-static void publishFloats(ros::NodeHandle& node, int queue, double seconds) {
-  ros::Publisher publisher = node.advertise<Float64>("bench", queue);
-  waitForSubscriber(publisher);
-  Float64 message;
+static void awaitSubscribers(const ros::Publisher& publisher, uint32_t count) {
+  while (ros::ok() && publisher.getNumSubscribers() < count) wait(0.01);
+}
+
+static void awaitPublisher(const ros::Subscriber& subscriber) {
+  while (ros::ok() && subscriber.getNumPublishers() == 0) wait(0.01);
+}
+
+template <class M, class F> ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic, int queue, F heard) {
+  return node.subscribe<M>(topic, queue, boost::function<void(const boost::shared_ptr<M const>&)>(heard), ros::VoidConstPtr(),
+                           ros::TransportHints().tcpNoDelay());
+}
+
+template <class M> M filled(size_t size) {
+  M message;
+  fill(message, size);
+  return message;
+}
+
+// Calls publish(count) for so long, as fast as it goes; returns calls per second.
+template <class F> double tightLoop(double seconds, bool large, F publish) {
   long count = 0;
   const double start = now();
-  for (; ros::ok() && now() - start < seconds; ++count) {
-    message.data += 0.001;
-    publisher.publish(message);
+  while (ros::ok() && now() - start < seconds) {
+    for (int i = 0; i < (large ? 1 : kBurst); ++i) publish(count++);
+    if (large) wait(kPause);
   }
-  std::printf("published %.0f /s\n", count / (now() - start));
+  return count / (now() - start);
 }
 
-static void publishImages(ros::NodeHandle& node, int queue, double seconds, size_t size) {
-  ros::Publisher publisher = node.advertise<Image>("bench_img", queue);
-  waitForSubscriber(publisher);
-  Image message;
-  message.height = 1;
-  message.width = message.step = size;
-  message.encoding = "mono8";
-  message.data.resize(size);
-  long count = 0;
-  const double start = now();
-  for (; ros::ok() && now() - start < seconds; ++count) {
-    message.header.stamp = ros::Time::now();
-    publisher.publish(message);
-    if (size > 100000) ros::WallDuration(0.00005).sleep();
-  }
-  std::printf("published %.0f /s\n", count / (now() - start));
-}
+struct Counter {
+  std::atomic<long> count{0};
+  std::atomic<double> last{0};
 
-template <class M> void receive(ros::NodeHandle& node, const std::string& topic, int queue, double seconds) {
-  long count = 0;
-  size_t bytes = 0;
-  auto heard = [&](const boost::shared_ptr<M const>& message) {
+  template <class M> void heard(const boost::shared_ptr<M const>& message) {
+    last = read(*message);
     ++count;
-    bytes += ros::serialization::serializationLength(*message);
-  };
-  ros::Subscriber subscriber = node.subscribe<M>(topic, queue, boost::function<void(const boost::shared_ptr<M const>&)>(heard),
-                                                 ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+  }
+  void print(double rate, size_t size) const {
+    std::printf("figures rate=%.2f mb=%.2f\n", rate, rate * size / 1e6);
+    std::fflush(stdout);
+  }
+};
+
+template <class M> void pub(ros::NodeHandle& node, const Options& options) {
+  ros::Publisher publisher = node.advertise<M>("bench", options.queue());
+  M message = filled<M>(options.size());
   ready();
-  while (ros::ok() && count == 0) handleCallbacks(0.05);
-  const double start = now();
-  const long first = count;
-  const size_t firstBytes = bytes;
-  while (ros::ok() && now() - start < seconds) handleCallbacks(0.05);
-  const double took = now() - start;
-  std::printf("received %.0f /s  %.1f MB/s\n", (count - first) / took, (bytes - firstBytes) / took / 1e6);
+  awaitSubscribers(publisher, options.number("wait", 1));
+  const double before = status("VmRSS");
+  const double published = tightLoop(options.seconds(), options.size(), [&](long count) {
+    change(message, count);
+    publisher.publish(message);
+  });
+  std::printf("figures published=%.2f rss=%.2f\n", published, (status("VmRSS") - before) / 1e3);
+  std::fflush(stdout);
 }
 
-static void echo(ros::NodeHandle& node, int queue) {
-  ros::Publisher publisher = node.advertise<Float64>("pong", queue);
-  ros::Subscriber subscriber = node.subscribe<Float64>(
-      "ping", queue, boost::function<void(const Float64::ConstPtr&)>([&](const Float64::ConstPtr& m) { publisher.publish(*m); }),
-      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+template <class M> void sub(ros::NodeHandle& node, const Options& options) {
+  Counter counter;
+  ros::Subscriber subscriber =
+      subscribe<M>(node, "bench", options.queue(), [&](const boost::shared_ptr<M const>& m) { counter.heard<M>(m); });
+  ready();
+  while (ros::ok() && counter.count == 0) handleCallbacks(0.05);
+  for (const double start = now(); ros::ok() && now() - start < kSettle;) handleCallbacks(0.05);
+  const double start = now();
+  const long first = counter.count;
+  while (ros::ok() && now() - start < options.seconds()) handleCallbacks(0.05);
+  counter.print((counter.count - first) / (now() - start), options.size());
+}
+
+// Messages within one process, as nodelets exchange them: each a new object, an image with data of its own.
+template <class M> void within(ros::NodeHandle& node, const Options& options) {
+  Counter counter;
+  ros::Subscriber subscriber =
+      subscribe<M>(node, "bench", options.queue(), [&](const boost::shared_ptr<M const>& m) { counter.heard<M>(m); });
+  ros::Publisher publisher = node.advertise<M>("bench", options.queue());
+  M message = filled<M>(options.size());
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
+  awaitSubscribers(publisher, 1);
+  std::thread publishing([&] {
+    tightLoop(options.seconds() + kSettle + 1, options.size(), [&](long count) {
+      change(message, count);
+      publisher.publish(boost::make_shared<M>(message));
+    });
+  });
+  while (ros::ok() && counter.count == 0) wait(0.01);
+  wait(kSettle);
+  const double start = now();
+  const long first = counter.count;
+  wait(options.seconds());
+  counter.print((counter.count - first) / (now() - start), options.size());
+  publishing.join();
+}
+
+static void echo(ros::NodeHandle& node, const Options& options) {
+  ros::Publisher publisher = node.advertise<Float64>("pong", options.queue());
+  std::vector<ros::Subscriber> beside;
+  double last = 0;
+  for (int i = 0; i < options.count(); ++i)
+    beside.push_back(subscribe<Float64>(node, "beside" + std::to_string(i), options.queue(),
+                                        [&](const Float64::ConstPtr& m) { last = read(*m); }));
+  ros::Subscriber subscriber =
+      subscribe<Float64>(node, "ping", options.queue(), [&](const Float64::ConstPtr& m) { publisher.publish(*m); });
   ready();
   ros::spin();
 }
 
-static void ping(ros::NodeHandle& node, int queue, double seconds) {
+static void ping(ros::NodeHandle& node, const Options& options) {
   bool answered = false;
-  ros::Publisher publisher = node.advertise<Float64>("ping", queue);
-  ros::Subscriber subscriber = node.subscribe<Float64>(
-      "pong", queue, boost::function<void(const Float64::ConstPtr&)>([&](const Float64::ConstPtr&) { answered = true; }),
-      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
-  waitForSubscriber(publisher);
-  while (ros::ok() && subscriber.getNumPublishers() == 0) ros::WallDuration(0.01).sleep();
+  ros::Publisher publisher = node.advertise<Float64>("ping", options.queue());
+  ros::Subscriber subscriber =
+      subscribe<Float64>(node, "pong", options.queue(), [&](const Float64::ConstPtr&) { answered = true; });
+  std::vector<ros::Publisher> beside;
+  for (int i = 0; i < options.count(); ++i)
+    beside.push_back(node.advertise<Float64>("beside" + std::to_string(i), options.queue()));
+  awaitSubscribers(publisher, 1);
+  awaitPublisher(subscriber);
+  for (const auto& one : beside) awaitSubscribers(one, 1);
+  const double end = now() + options.seconds();
+  std::thread other([&] {  // all the further topics at 100 Hz from one thread
+    Float64 message;
+    ros::Rate rate(100);
+    while (!beside.empty() && ros::ok() && now() < end) {
+      for (auto& one : beside) one.publish(message);
+      rate.sleep();
+    }
+  });
   std::vector<double> times;
   Float64 message;
-  const double start = now();
-  while (ros::ok() && now() - start < seconds) {
+  while (ros::ok() && now() < end) {
     const double sent = now();
     answered = false;
     publisher.publish(message);
     while (ros::ok() && !answered && now() - sent < 1) handleCallbacks(0.2);
     if (answered) times.push_back(now() - sent);
-    ros::WallDuration(0.0005).sleep();
+    wait(0.0005);
   }
-  std::sort(times.begin(), times.end());
-  if (times.empty()) return;
-  std::printf("rtt us p50 %.0f p99 %.0f n %zu\n", times[times.size() / 2] * 1e6, times[times.size() * 99 / 100] * 1e6,
-              times.size());
+  other.join();
+  std::printf("figures p50=%.2f p99=%.2f n=%zu\n", share(times, 0.5), share(times, 0.99), times.size());
 }
 
-static bool answer(std_srvs::Empty::Request&, std_srvs::Empty::Response&) { return true; }
+static void rate(ros::NodeHandle& node, const Options& options) {
+  ros::Publisher publisher = node.advertise<Float64>("bench", options.queue());
+  awaitSubscribers(publisher, 1);
+  Float64 message;
+  std::vector<double> late;
+  ros::Rate rate(1000);
+  rate.sleep();
+  const double start = now(), used = cpuSeconds();
+  for (double last = start; ros::ok() && last - start < options.seconds();) {
+    change(message, 0);
+    publisher.publish(message);
+    rate.sleep();
+    const double before = last;
+    last = now();
+    late.push_back(std::abs(last - before - 0.001));
+  }
+  const double cpu = (cpuSeconds() - used) / (now() - start) * 100;
+  std::printf("figures jitter50=%.2f jitter99=%.2f cpu=%.2f\n", share(late, 0.5), share(late, 0.99), cpu);
+}
 
-static void call(ros::NodeHandle& node, bool persistent, double seconds) {
+template <class S> void call(ros::NodeHandle& node, const Options& options, S exchange) {
   ros::service::waitForService("bench_srv");
-  ros::ServiceClient client = node.serviceClient<std_srvs::Empty>("bench_srv", persistent);
-  std_srvs::Empty exchange;
+  ros::ServiceClient client = node.serviceClient<S>("bench_srv", options.number("persistent", 0) != 0);
   long count = 0;
   const double start = now();
-  while (ros::ok() && now() - start < seconds) count += client.call(exchange);
-  std::printf("calls %.0f /s\n", count / (now() - start));
+  while (ros::ok() && now() - start < options.seconds()) count += client.call(exchange);
+  std::printf("figures rate=%.2f\n", count / (now() - start));
+}
+
+static bool answerEmpty(std_srvs::Empty::Request&, std_srvs::Empty::Response&) { return true; }
+
+static bool answerSetBool(std_srvs::SetBool::Request&, std_srvs::SetBool::Response& response) {
+  response.success = true;
+  response.message = "done";
+  return true;
+}
+
+static void srv(ros::NodeHandle& node, const Options& options) {
+  ros::ServiceServer server = options.text("type") == "SetBool" ? node.advertiseService("bench_srv", answerSetBool)
+                                                                : node.advertiseService("bench_srv", answerEmpty);
+  ready();
+  ros::spin();
+}
+
+static void many(ros::NodeHandle& node, const Options& options) {
+  std::vector<ros::Publisher> publishers;
+  for (int i = 0; i < options.count(); ++i) publishers.push_back(node.advertise<Float64>("idle" + std::to_string(i), 10));
+  ready();
+  ros::spin();
+}
+
+static void idle(ros::NodeHandle& node, const Options& options) {
+  std::vector<ros::Subscriber> subscribers;
+  double last = 0, before = 0;
+  for (int i = 0; i < options.count(); ++i) {
+    if (i == 1) {
+      awaitPublisher(subscribers[0]);
+      before = status("VmRSS");
+    }
+    subscribers.push_back(subscribe<Float64>(node, "idle" + std::to_string(i), 10,
+                                             [&](const Float64::ConstPtr& m) { last = read(*m); }));
+  }
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
+  for (const auto& one : subscribers) awaitPublisher(one);
+  wait(1);
+  const double grown = status("VmRSS") - before, used = cpuSeconds();
+  wait(kIdle);
+  const double cpu = (cpuSeconds() - used) * 1e3;
+  std::printf("figures rss=%.2f threads=%.0f cpu=%.2f\n", grown / (options.count() - 1), status("Threads"), cpu);
+}
+
+static void latched(ros::NodeHandle& node) {
+  ros::Publisher publisher = node.advertise<Float64>("bench_latched", 1, true);
+  publisher.publish(Float64());
+  ready();
+  ros::spin();
+}
+
+static void first(int argc, char** argv) {
+  const double start = now();
+  ros::init(argc, argv, "first", ros::init_options::AnonymousName);
+  ros::NodeHandle node;
+  bool heard = false;
+  ros::Subscriber subscriber = subscribe<Float64>(node, "bench_latched", 1, [&](const Float64::ConstPtr&) { heard = true; });
+  while (ros::ok() && !heard) handleCallbacks(0.2);
+  std::printf("figures first=%.2f\n", (now() - start) * 1e3);
+}
+
+template <class M> bool play(const std::string& role, ros::NodeHandle& node, const Options& options) {
+  if (role == "pub") pub<M>(node, options);
+  else if (role == "sub") sub<M>(node, options);
+  else if (role == "within") within<M>(node, options);
+  else return false;
+  return true;
+}
+
+static bool playTyped(const std::string& role, ros::NodeHandle& node, const Options& options) {
+  const std::string type = options.text("type", "Float64");
+  if (type == "Float64") return play<Float64>(role, node, options);
+  if (type == "String") return play<std_msgs::String>(role, node, options);
+  if (type == "Twist") return play<geometry_msgs::Twist>(role, node, options);
+  if (type == "JointState") return play<sensor_msgs::JointState>(role, node, options);
+  if (type == "Odometry") return play<nav_msgs::Odometry>(role, node, options);
+  if (type == "TFMessage") return play<tf2_msgs::TFMessage>(role, node, options);
+  if (type == "Image") return play<sensor_msgs::Image>(role, node, options);
+  if (type == "PointCloud2") return play<sensor_msgs::PointCloud2>(role, node, options);
+  return false;
 }
 
 int main(int argc, char** argv) {
   const std::string role = argc > 1 ? argv[1] : "";
-  ros::init(argc, argv, "roscpp_" + role, ros::init_options::AnonymousName);
+  if (role == "first") {
+    first(argc, argv);
+    return 0;
+  }
+  ros::init(argc, argv, "bench_" + role, ros::init_options::AnonymousName);
+  Options options;
+  for (int i = 2; i < argc; ++i) {
+    const std::string word = argv[i];
+    options.given[word.substr(0, word.find('='))] = word.substr(word.find('=') + 1);
+  }
   ros::NodeHandle node;
-  const int queue = argc > 2 ? std::atoi(argv[2]) : 1000;
-  const double seconds = argc > 3 ? std::atof(argv[3]) : 5;
-  const size_t size = argc > 4 ? std::atol(argv[4]) : 0;
-  if (role == "pub") publishFloats(node, queue, seconds);
-  else if (role == "sub") receive<Float64>(node, "bench", queue, seconds);
-  else if (role == "imgpub") publishImages(node, queue, seconds, size);
-  else if (role == "imgsub") receive<Image>(node, "bench_img", queue, seconds);
-  else if (role == "echo") echo(node, queue);
-  else if (role == "ping") ping(node, queue, seconds);
-  else if (role == "call") call(node, queue != 0, seconds);
-  else if (role == "srv") {
-    ros::ServiceServer server = node.advertiseService("bench_srv", answer);
-    ready();
-    ros::spin();
-  } else {
-    std::fprintf(stderr, "unknown role\n");
+  if (role == "echo") echo(node, options);
+  else if (role == "ping") ping(node, options);
+  else if (role == "rate") rate(node, options);
+  else if (role == "srv") srv(node, options);
+  else if (role == "call" && options.text("type") == "SetBool") call(node, options, std_srvs::SetBool());
+  else if (role == "call") call(node, options, std_srvs::Empty());
+  else if (role == "many") many(node, options);
+  else if (role == "idle") idle(node, options);
+  else if (role == "latched") latched(node);
+  else if (!playTyped(role, node, options)) {
+    std::fprintf(stderr, "unknown role or type\n");
     return 2;
   }
   return 0;

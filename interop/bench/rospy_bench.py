@@ -1,140 +1,59 @@
 #!/usr/bin/python3
-"""The rospy side of the benchmarks: ``rospy_bench.py ROLE [QUEUE] [SECONDS] [SIZE]``; QUEUE may be ``None``.
+"""The rospy side of the benchmarks: ``rospy_bench.py ROLE KEY=VALUE ...``; see roles.py.
 
 Needs nothing but modules that answer to ``import rospy`` and to the messages' names.
 """
 
 from __future__ import annotations
 
-import sys
-import threading
-import time
+import importlib
+from collections.abc import Callable
 from typing import Any
 
 import rospy
-from sensor_msgs.msg import Image
-from std_msgs.msg import Float64
-from std_srvs.srv import Empty, EmptyResponse
+from roles import play
 
-now = time.perf_counter
+BUFFER = 2**24  # with a smaller one, rospy's bounded queue keeps nothing but the newest image of each 64 KiB
 
 
-def wait_for_subscriber(publisher: Any) -> None:
-    while not rospy.is_shutdown() and publisher.get_num_connections() == 0:
-        time.sleep(0.01)
+class Rospy:
+    """rospy as the roles want a library."""
 
+    spin, now, rate = staticmethod(rospy.spin), staticmethod(rospy.Time.now), rospy.Rate
 
-def publish_floats(queue_size: Any, seconds: float) -> None:
-    publisher = rospy.Publisher("bench", Float64, queue_size=queue_size)
-    wait_for_subscriber(publisher)
-    message, count, start = Float64(0.0), 0, now()
-    while not rospy.is_shutdown() and now() - start < seconds:
-        message.data += 0.001
-        publisher.publish(message)
-        count += 1
-    print(f"published {count / (now() - start):.0f} /s", flush=True)
+    def load(self, type_name: str) -> Any:
+        package, _, name = type_name.partition("/")
+        return getattr(importlib.import_module(package + ".msg"), name)
 
+    def load_service(self, type_name: str) -> Any:
+        package, _, name = type_name.partition("/")
+        return getattr(importlib.import_module(package + ".srv"), name)
 
-def publish_images(queue_size: Any, seconds: float, size: int) -> None:
-    publisher = rospy.Publisher("bench_img", Image, queue_size=queue_size)
-    wait_for_subscriber(publisher)
-    message = Image(height=1, width=size, step=size, encoding="mono8", data=bytes(size))
-    count, start = 0, now()
-    while not rospy.is_shutdown() and now() - start < seconds:
-        message.header.stamp = rospy.Time.now()
-        publisher.publish(message)
-        count += 1
-        if size > 100000:
-            time.sleep(0.00005)
-    print(f"published {count / (now() - start):.0f} /s", flush=True)
+    def start(self, name: str) -> None:
+        rospy.init_node(name, anonymous=True)
 
+    def ok(self) -> bool:
+        return not rospy.is_shutdown()
 
-def receive(topic: str, data_class: Any, queue_size: Any, seconds: float, **options: Any) -> None:
-    count = received = 0
+    def advertise(self, topic: str, message_class: Any, queue: int | None, latch: bool = False) -> Any:
+        return rospy.Publisher(topic, message_class, queue_size=queue, latch=latch, tcp_nodelay=True)
 
-    def heard(message: Any) -> None:
-        nonlocal count, received
-        count += 1
-        if data_class is Image:
-            received += len(message.data)
+    def subscribe(self, topic: str, message_class: Any, callback: Callable[[Any], Any], queue: int | None) -> Any:
+        large = "data" in message_class.__slots__ and "header" in message_class.__slots__
+        size = {"buff_size": BUFFER} if large else {}
+        return rospy.Subscriber(topic, message_class, callback, queue_size=queue, tcp_nodelay=True, **size)
 
-    rospy.Subscriber(topic, data_class, heard, queue_size=queue_size, tcp_nodelay=True, **options)
-    print("ready", flush=True)
-    while not rospy.is_shutdown() and count == 0:
-        time.sleep(0.01)
-    start, first, first_bytes = now(), count, received
-    time.sleep(seconds)
-    took = now() - start
-    print(f"received {(count - first) / took:.0f} /s  {(received - first_bytes) / took / 1e6:.1f} MB/s", flush=True)
+    def connections(self, handle: Any) -> int:
+        return int(handle.get_num_connections())
 
+    def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any]) -> Any:
+        return rospy.Service(name, service_class, handler)
 
-def echo(queue_size: Any) -> None:
-    publisher = rospy.Publisher("pong", Float64, queue_size=queue_size, tcp_nodelay=True)
-    rospy.Subscriber("ping", Float64, publisher.publish, queue_size=queue_size, tcp_nodelay=True)
-    print("ready", flush=True)
-    rospy.spin()
-
-
-def ping(queue_size: Any, seconds: float) -> None:
-    answered = threading.Event()
-    publisher = rospy.Publisher("ping", Float64, queue_size=queue_size, tcp_nodelay=True)
-    subscriber = rospy.Subscriber(
-        "pong", Float64, lambda _: answered.set(), queue_size=queue_size, tcp_nodelay=True
-    )
-    wait_for_subscriber(publisher)
-    while subscriber.get_num_connections() == 0:
-        time.sleep(0.01)
-    times, message, start = [], Float64(0.0), now()
-    while not rospy.is_shutdown() and now() - start < seconds:
-        answered.clear()
-        sent = now()
-        publisher.publish(message)
-        if answered.wait(1):
-            times.append(now() - sent)
-        time.sleep(0.0005)
-    times.sort()
-    p50, p99 = times[len(times) // 2] * 1e6, times[len(times) * 99 // 100] * 1e6
-    print(f"rtt us p50 {p50:.0f} p99 {p99:.0f} n {len(times)}", flush=True)
-
-
-def call(persistent: bool, seconds: float) -> None:
-    rospy.wait_for_service("bench_srv")
-    client = rospy.ServiceProxy("bench_srv", Empty, persistent=persistent)
-    count, start = 0, now()
-    while not rospy.is_shutdown() and now() - start < seconds:
-        client()
-        count += 1
-    print(f"calls {count / (now() - start):.0f} /s", flush=True)
-
-
-def main() -> None:
-    role, *rest = sys.argv[1:]
-    queue_size = None if rest[:1] == ["None"] else int(rest[0]) if rest else 1000
-    seconds = float(rest[1]) if len(rest) > 1 else 5.0
-    size = int(rest[2]) if len(rest) > 2 else 0
-    rospy.init_node("rospy_" + role, anonymous=True)
-    if role == "pub":
-        publish_floats(queue_size, seconds)
-    elif role == "imgpub":
-        publish_images(queue_size, seconds, size)
-    elif role == "sub":
-        receive("bench", Float64, queue_size, seconds)
-    elif role == "imgsub":
-        # without so large a buffer, rospy's bounded queue keeps nothing but the newest of each 64 KiB
-        receive("bench_img", Image, queue_size, seconds, buff_size=2**24)
-    elif role == "echo":
-        echo(queue_size)
-    elif role == "ping":
-        ping(queue_size, seconds)
-    elif role == "srv":
-        rospy.Service("bench_srv", Empty, lambda _: EmptyResponse())
-        print("ready", flush=True)
-        rospy.spin()
-    elif role == "call":
-        call(bool(queue_size), seconds)
-    else:
-        sys.exit(f"unknown role {role}")
+    def client(self, name: str, service_class: Any, persistent: bool) -> Callable[..., Any]:
+        rospy.wait_for_service(name)
+        client: Callable[..., Any] = rospy.ServiceProxy(name, service_class, persistent=persistent)
+        return client
 
 
 if __name__ == "__main__":
-    main()
+    play(Rospy())
