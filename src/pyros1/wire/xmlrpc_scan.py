@@ -66,11 +66,23 @@ def _unescape(text: str) -> str:
     return text.replace("&amp;", "&")
 
 
+def _plain_members(text: str, position: int, convert: Converters, into: dict[str, Any]) -> tuple[int, int]:
+    """Takes the ``<member>`` elements with plain values that follow: how many, and where they end."""
+    match = _MEMBER.match
+    count = 0
+    while (member := match(text, position)) is not None:
+        name, kind, scalar = member.groups()
+        into[name] = convert[kind](scalar)
+        position = member.end()
+        count += 1
+    return count, position
+
+
 def _values(  # noqa: PLR0912 - a tokenizer's loop; calls in it would double its time
     text: str, position: int, convert: Converters, max_depth: int, max_values: int
 ) -> tuple[list[Any], int]:
     """The values of all ``<param>`` elements from a position on, and where they end."""
-    match, member = _TOKEN.match, _MEMBER.match
+    match = _TOKEN.match
     params: list[Any] = []
     # The innermost open array or struct (at first the list of parameters), and what surrounds it.
     current: Any = params
@@ -79,11 +91,8 @@ def _values(  # noqa: PLR0912 - a tokenizer's loop; calls in it would double its
     values = 0
     while True:
         if in_struct:
-            while (token := member(text, position)) is not None:
-                name, kind, scalar = token.groups()
-                current[name] = convert[kind](scalar)
-                position = token.end()
-                values += 1
+            count, position = _plain_members(text, position, convert, current)
+            values += count
         token = match(text, position)
         if token is None:
             break
