@@ -78,7 +78,7 @@ def _plain_members(text: str, position: int, convert: Converters, into: dict[str
     return count, position
 
 
-def _values(  # noqa: PLR0912 - a tokenizer's loop; calls in it would double its time
+def _values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it would double its time
     text: str, position: int, convert: Converters, max_depth: int, max_values: int
 ) -> tuple[list[Any], int]:
     """The values of all ``<param>`` elements from a position on, and where they end."""
