@@ -9,9 +9,8 @@ from __future__ import annotations
 import re
 import socket
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from time import monotonic
-from typing import Any, Protocol, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 from pyros1.errors import (
     DeadlineError,
@@ -44,8 +43,7 @@ class Master(Protocol):
     def lookup_service(self, service: str) -> str: ...
 
 
-@dataclass(frozen=True)
-class SystemState:
+class SystemState(NamedTuple):
     """Who publishes, subscribes and provides what: name -> node names, in order of registration."""
 
     publishers: dict[str, list[str]]
@@ -69,8 +67,7 @@ class SystemState:
         return NodeRegistrations(name, having(self.publishers), having(self.subscribers), having(self.services))
 
 
-@dataclass(frozen=True)
-class NodeRegistrations:
+class NodeRegistrations(NamedTuple):
     """What the master knows of a node: names of topics and services."""
 
     name: str
@@ -79,8 +76,7 @@ class NodeRegistrations:
     services: list[str]
 
 
-@dataclass(frozen=True)
-class Connection:
+class Connection(NamedTuple):
     """One entry of a node's ``getBusInfo`` (S03).
 
     Attributes:
