@@ -35,8 +35,8 @@ def resolve(name: str, caller_id: str) -> str:
     """The global name for a name in a node; accepts any characters (M08)."""
     if not name:
         return namespace(caller_id)
-    if name[0] == SEP:
-        return canonicalize_name(name)
+    if name[0] == SEP:  # nearly always as it should be
+        return canonicalize_name(name) if name[-1] == SEP or "//" in name else name
     if name[0] == "~":
         return canonicalize_name(caller_id + SEP + name[1:])
     return canonicalize_name(namespace(caller_id) + name)

@@ -107,10 +107,11 @@ class Parameters:
             KeyError: nothing is set there.
         """
         value: Any = self._root
-        for part in _path(key):
-            if not isinstance(value, dict):
-                raise KeyError(key)
-            value = value[part]
+        for part in key.split(SEP):
+            if part:
+                if not isinstance(value, dict):
+                    raise KeyError(key)
+                value = value[part]
         return value
 
     def __contains__(self, key: str) -> bool:
