@@ -111,6 +111,7 @@ class _Peer:
             return
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.sock = sock
+        self.parser = ResponseParser(self.caller.limits)
         self.loop.register(sock, READ, self._ready)
         self._send()
 
@@ -118,7 +119,6 @@ class _Peer:
         job = self.job
         if job is None:
             return
-        self.parser = ResponseParser(self.caller.limits)
         self.out = build_request(f"{self.host}:{self.port}", self.path, job.body)
         self._write()
 

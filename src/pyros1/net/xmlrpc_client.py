@@ -41,6 +41,7 @@ class XmlRpcClient:
         self._path = "/" + uri.partition("://")[2].partition("/")[2]
         self._lock = threading.Lock()
         self._sock: socket.socket | None = None
+        self._parser = ResponseParser()  # the connection's: it knows what its answers look like
         self._closed = False
 
     def call(self, method: str, *params: Any, timeout: float | None = None) -> Any:
@@ -126,6 +127,7 @@ class XmlRpcClient:
         for address in direct_addresses(self._host) or look_up(self._host):
             sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
             self._sock = sock  # so that close() can interrupt
+            self._parser = ResponseParser()
             if self._closed:
                 raise OSError("closed")
             try:
@@ -146,7 +148,7 @@ class XmlRpcClient:
     def _once(self, sock: socket.socket, request: bytes, deadline: float) -> Response:
         sock.settimeout(_left(deadline))
         sock.sendall(request)
-        parser = ResponseParser()
+        parser = self._parser
         while True:
             sock.settimeout(_left(deadline))
             data = sock.recv(256 * 1024)
