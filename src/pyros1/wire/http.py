@@ -16,7 +16,18 @@ import re
 from enum import Enum, auto
 from typing import Final, Generic, NamedTuple, TypeVar
 
-from pyros1.errors import ProtocolError
+from pyros1.wire.http_head import HttpError, keep_alive, split_head
+
+__all__ = [
+    "HttpError",
+    "HttpLimits",
+    "Request",
+    "RequestParser",
+    "Response",
+    "ResponseParser",
+    "build_request",
+    "build_response",
+]
 
 
 class HttpLimits(NamedTuple):
@@ -29,19 +40,6 @@ class HttpLimits(NamedTuple):
 
     head: int = 16 * 1024
     body: int = 32 * 1024 * 1024
-
-
-class HttpError(ProtocolError):
-    """The peer broke HTTP's rules or a limit.
-
-    Args:
-        message: what is wrong.
-        status: the status code that a server answers with.
-    """
-
-    def __init__(self, message: str, status: int = 400) -> None:
-        self.status = status
-        super().__init__(message)
 
 
 class Request:
@@ -70,7 +68,6 @@ class Response:
 
 _REQUEST_LINE: Final = re.compile(r"([!#-'*+.^_`|~\w-]{1,32}) (\S+) HTTP/1\.([01])\Z", re.ASCII)
 _STATUS_LINE: Final = re.compile(r"HTTP/1\.([01]) ([1-9][0-9][0-9])(?: (.*))?\Z")
-_FIELDS: Final = re.compile(r"^([!#-'*+.^_`|~\w-]+):(.*)$", re.ASCII | re.MULTILINE)
 _PLAIN_LENGTH: Final = re.compile(rb"\n[Cc]ontent-[Ll]ength: ([0-9]{1,18})")
 _CHUNK_LINE_LIMIT: Final = 256
 
@@ -90,7 +87,7 @@ class _State(Enum):
 class _Parser(Generic[MessageT]):
     """The states that requests and answers share."""
 
-    def __init__(self, limits: HttpLimits) -> None:
+    def __init__(self, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008 - immutable
         self._limits = limits
         self._buffer = bytearray()
         self._searched = 0
@@ -221,7 +218,7 @@ class _Parser(Generic[MessageT]):
         if length and shape == self._shape and self._model is not None:
             self._message = self._like(self._model)
             return self._await_body(int(length[1]))
-        first, headers, alone = _split_head(head.decode("latin-1"))
+        first, headers, alone = split_head(head.decode("latin-1"))
         self._message = self._parse_head(first, headers)
         return self._choose_body(headers, shape if alone else b"")
 
@@ -302,37 +299,8 @@ class _Parser(Generic[MessageT]):
         self._state = _State.CHUNK_SIZE
 
 
-def _split_head(text: str) -> tuple[str, dict[str, str], bool]:
-    """The first line, the fields by lower-case name, and whether Content-Length stands there only once.
-
-    Raises:
-        HttpError: a line is not a field, or there are two different lengths.
-    """
-    first, _, rest = text.partition("\n")
-    # A bare CR is as good as a space (RFC 9112, 2.2).
-    fields = [(name.lower(), value.strip(" \t\r")) for name, value in _FIELDS.findall(rest)]
-    if rest and len(fields) != rest.count("\n") + 1:
-        bad = next(line for line in rest.split("\n") if not _FIELDS.match(line))
-        raise HttpError("not an HTTP header field: " + repr(bad[:40]))
-    headers = dict(fields)
-    lengths = [value for name, value in fields if name == "content-length"] if len(headers) != len(fields) else []
-    if any(length != lengths[0] for length in lengths):
-        raise HttpError("two different Content-Length fields")
-    return first.rstrip("\r"), headers, len(lengths) < 2
-
-
-def _keep_alive(minor: str, headers: dict[str, str]) -> bool:
-    connection = headers.get("connection", "").lower()
-    if minor == "1":
-        return "close" not in connection
-    return "keep-alive" in connection
-
-
 class RequestParser(_Parser[Request]):
     """Reads requests. A POST must say how long its body is."""
-
-    def __init__(self, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008 - immutable
-        super().__init__(limits)
 
     def _parse_head(self, first: str, headers: dict[str, str]) -> Request:
         match = _REQUEST_LINE.match(first)
@@ -340,7 +308,7 @@ class RequestParser(_Parser[Request]):
             raise HttpError(f"not an HTTP request: {first[:40]!r}")
         if match.group(1) == "POST" and "content-length" not in headers and "transfer-encoding" not in headers:
             raise HttpError("a POST request without Content-Length", 411)
-        return Request(match.group(1), match.group(2), _keep_alive(match.group(3), headers))
+        return Request(match.group(1), match.group(2), keep_alive(match.group(3), headers))
 
     def _like(self, model: Request) -> Request:
         return Request(model.method, model.path, model.keep_alive)
@@ -352,14 +320,11 @@ class RequestParser(_Parser[Request]):
 class ResponseParser(_Parser[Response]):
     """Reads answers. Interim answers (1xx) are skipped."""
 
-    def __init__(self, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008 - immutable
-        super().__init__(limits)
-
     def _parse_head(self, first: str, headers: dict[str, str]) -> Response:
         match = _STATUS_LINE.match(first)
         if match is None:
             raise HttpError(f"not an HTTP answer: {first[:40]!r}")
-        return Response(int(match.group(2)), match.group(3) or "", _keep_alive(match.group(1), headers))
+        return Response(int(match.group(2)), match.group(3) or "", keep_alive(match.group(1), headers))
 
     def _like(self, model: Response) -> Response:
         return Response(model.status, model.reason, model.keep_alive)

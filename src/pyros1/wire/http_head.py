@@ -1,0 +1,50 @@
+"""The head of an HTTP message: its first line and its fields (RFC 9112, 5)."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from pyros1.errors import ProtocolError
+
+_FIELDS: Final = re.compile(r"^([!#-'*+.^_`|~\w-]+):(.*)$", re.ASCII | re.MULTILINE)
+
+
+class HttpError(ProtocolError):
+    """The peer broke HTTP's rules or a limit.
+
+    Args:
+        message: what is wrong.
+        status: the status code that a server answers with.
+    """
+
+    def __init__(self, message: str, status: int = 400) -> None:
+        self.status = status
+        super().__init__(message)
+
+
+def split_head(text: str) -> tuple[str, dict[str, str], bool]:
+    """The first line, the fields by lower-case name, and whether Content-Length stands there only once.
+
+    Raises:
+        HttpError: a line is not a field, or there are two different lengths.
+    """
+    first, _, rest = text.partition("\n")
+    # A bare CR is as good as a space (RFC 9112, 2.2).
+    fields = [(name.lower(), value.strip(" \t\r")) for name, value in _FIELDS.findall(rest)]
+    if rest and len(fields) != rest.count("\n") + 1:
+        bad = next(line for line in rest.split("\n") if not _FIELDS.match(line))
+        raise HttpError("not an HTTP header field: " + repr(bad[:40]))
+    headers = dict(fields)
+    lengths = [value for name, value in fields if name == "content-length"] if len(headers) != len(fields) else []
+    if any(length != lengths[0] for length in lengths):
+        raise HttpError("two different Content-Length fields")
+    return first.rstrip("\r"), headers, len(lengths) < 2
+
+
+def keep_alive(minor: str, headers: dict[str, str]) -> bool:
+    """Whether the connection stays open after a message of HTTP/1.``minor``."""
+    connection = headers.get("connection", "").lower()
+    if minor == "1":
+        return "close" not in connection
+    return "keep-alive" in connection
