@@ -5,13 +5,16 @@ Run with the Python that has the stock message packages::
     PYTHONPATH=src /usr/bin/python3 interop/bench/codec.py
 
 Prints nanoseconds per message (best of several rounds, both taking turns) and genpy's time divided by ours: above 1
-means that ours is faster. "make default" constructs a message without arguments.
+means that ours is faster. "make default" constructs a message without arguments. ``--side ours`` or ``stock`` measures
+one only, and prints its figures as JSON.
 """
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import io
+import json
 import sys
 import timeit
 from collections.abc import Callable
@@ -89,6 +92,11 @@ CASES: list[tuple[str, str, Callable[[Any], None]]] = [
 ]
 
 
+LABELS = [label for _, label, _ in CASES]
+SIDES = ("stock", "ours")
+WORKS = ("encode", "decode", "make default")
+
+
 def time_each(*functions: Callable[[], Any]) -> list[float]:
     """Return each function's best time per call in ns; the functions take turns."""
     number = max(1, int(0.02 / max(timeit.timeit(functions[0], number=100) / 100, 1e-9)))
@@ -99,18 +107,14 @@ def time_each(*functions: Callable[[], Any]) -> list[float]:
     return best
 
 
-def measure(type_name: str, prepare: Callable[[Any], None]) -> list[tuple[float, float]] | None:
-    """Return (genpy, ours) for encode, decode and default construction; None if genpy's class is not installed."""
+def functions_of(type_name: str, prepare: Callable[[Any], None]) -> dict[str, dict[str, Callable[[], Any]]]:
+    """What is timed, by work and side."""
     package, _, short = type_name.partition("/")
-    try:
-        stock = getattr(importlib.import_module(package + ".msg"), short)
-    except ImportError:
-        return None
+    stock = getattr(importlib.import_module(package + ".msg"), short)
     ours = load_message(type_name)
     theirs, mine = stock(), ours()
     prepare(theirs)
     prepare(mine)
-
     buffer = io.BytesIO()
 
     def stock_encode() -> None:
@@ -124,28 +128,38 @@ def measure(type_name: str, prepare: Callable[[Any], None]) -> list[tuple[float,
     if buffer.getvalue()[4:] != data:
         raise SystemExit(f"{type_name}: the two encodings differ")
     size = len(data)
-    results = []
-    for pair in (
-        (stock_encode, lambda: encode(mine)),
-        (lambda: stock().deserialize(data), lambda: decode(data, 0, size)),
-        (stock, ours),
-    ):
-        genpy_ns, ours_ns = time_each(*pair)
-        results.append((genpy_ns, ours_ns))
-    return results
+    return {
+        "encode": {"stock": stock_encode, "ours": lambda: encode(mine)},
+        "decode": {"stock": lambda: stock().deserialize(data), "ours": lambda: decode(data, 0, size)},
+        "make default": {"stock": stock, "ours": ours},
+    }
+
+
+def one_side(side: str) -> dict[str, float]:
+    """The figures of one side, by work and label."""
+    figures = {}
+    for type_name, label, prepare in CASES:
+        functions = functions_of(type_name, prepare)
+        figures.update({f"{work} {label}": time_each(functions[work][side])[0] for work in WORKS})
+    return figures
 
 
 def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--side", choices=SIDES, help="measure only this one")
+    side = parser.parse_args().side
+    if side:
+        print(json.dumps(one_side(side)))
+        return 0
     print(f"Python {sys.version.split()[0]}, ns per message: genpy / pyros1 (ratio)")
-    print(f"{'':20}{'encode':>30}{'decode':>30}{'make default':>30}")
+    print(f"{'':20}" + "".join(f"{work:>30}" for work in WORKS))
     worst = float("inf")
     for type_name, label, prepare in CASES:
-        results = measure(type_name, prepare)
-        if results is None:
-            print(f"{label:20}  stock class not installed")
-            continue
-        cells = [f"{a:.0f} / {b:.0f} ({a / b:.1f}x)" for a, b in results]
-        worst = min(worst, *(a / b for a, b in results[:2]))
+        functions, cells = functions_of(type_name, prepare), []
+        for work in WORKS:
+            stock_ns, ours_ns = time_each(*(functions[work][one] for one in SIDES))
+            cells.append(f"{stock_ns:.0f} / {ours_ns:.0f} ({stock_ns / ours_ns:.1f}x)")
+            worst = min(worst, stock_ns / ours_ns if work != "make default" else worst)
         print(f"{label:20}{''.join(f'{cell:>30}' for cell in cells)}")
     print(f"lowest ratio of encode and decode: {worst:.2f}")
     return 0

@@ -1,12 +1,14 @@
 """Load on the master, ours beside stock's: calls, trees, states, fan-out, many callers. Prints rates and ratios.
 
-Run: python interop/bench/master.py [--rounds N]. Needs Debian's python3-rosmaster; pyros1 must be importable.
+Run: python interop/bench/master.py [--rounds N], or with ``--side ours`` or ``stock`` for the figures of one as JSON.
+Needs Debian's python3-rosmaster; pyros1 must be importable.
 The callers speak HTTP over plain sockets with requests made beforehand, so that what is measured is the master.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import socket
 import statistics
@@ -28,6 +30,19 @@ TREE = {f"k{i}": {f"j{j}": j * 0.5 for j in range(20)} for i in range(50)}
 TOPICS = 1000
 SUBSCRIBERS = 50
 CALLERS = 16
+FIGURES = {
+    "setParam": "calls/s",
+    "getParam": "calls/s",
+    "setParam, tree of 1000": "calls/s",
+    "getParam, tree of 1000": "calls/s",
+    "registerPublisher": "calls/s",
+    "getSystemState, 1000 topics": "calls/s",
+    "lookupNode": "calls/s",
+    "unregisterPublisher": "calls/s",
+    f"getParam, {CALLERS} callers": "calls/s",
+    f"publisherUpdate to {SUBSCRIBERS} nodes": "ms",
+    f"publisherUpdate to {SUBSCRIBERS} on one node": "ms",
+}
 
 
 class Caller:
@@ -121,25 +136,23 @@ def many_callers(port: int) -> float:
 
 
 def measure(port: int) -> dict[str, float]:
+    """The figures of one master, in the order of FIGURES."""
     caller = Caller(port)
     kind = "std_msgs/Float64"
-    results = {
-        "setParam /s": rate(caller, [request("setParam", "/b", f"/bench/p{i % 100}", i) for i in range(2000)]),
-        "getParam /s": rate(caller, [request("getParam", "/b", f"/bench/p{i % 100}") for i in range(2000)]),
-        "setParam tree of 1000 /s": rate(caller, [request("setParam", "/b", "/tree", TREE)] * 50),
-        "getParam tree of 1000 /s": rate(caller, [request("getParam", "/b", "/tree")] * 50),
-    }
-    nodes = range(TOPICS)
-    register = [request("registerPublisher", f"/bn{i}", f"/bt{i}", kind, API) for i in nodes]
-    results["registerPublisher /s"] = rate(caller, register)
-    results["getSystemState of 1000 topics /s"] = rate(caller, [request("getSystemState", "/b")] * 50)
-    results["lookupNode /s"] = rate(caller, [request("lookupNode", "/b", f"/bn{i}") for i in nodes])
-    unregister = [request("unregisterPublisher", f"/bn{i}", f"/bt{i}", API) for i in nodes]
-    results["unregisterPublisher /s"] = rate(caller, unregister)
-    results[f"{CALLERS} callers getParam /s"] = many_callers(port)
-    results[f"fan-out to {SUBSCRIBERS} nodes, ms"] = fan_out(caller, one_node=False)
-    results[f"fan-out to {SUBSCRIBERS} on one node, ms"] = fan_out(caller, one_node=True)
-    return results
+    rates = [
+        rate(caller, [request("setParam", "/b", f"/bench/p{i % 100}", i) for i in range(2000)]),
+        rate(caller, [request("getParam", "/b", f"/bench/p{i % 100}") for i in range(2000)]),
+        rate(caller, [request("setParam", "/b", "/tree", TREE)] * 50),
+        rate(caller, [request("getParam", "/b", "/tree")] * 50),
+        rate(caller, [request("registerPublisher", f"/bn{i}", f"/bt{i}", kind, API) for i in range(TOPICS)]),
+        rate(caller, [request("getSystemState", "/b")] * 50),
+        rate(caller, [request("lookupNode", "/b", f"/bn{i}") for i in range(TOPICS)]),
+        rate(caller, [request("unregisterPublisher", f"/bn{i}", f"/bt{i}", API) for i in range(TOPICS)]),
+        many_callers(port),
+        fan_out(caller, one_node=False),
+        fan_out(caller, one_node=True),
+    ]
+    return dict(zip(FIGURES, rates, strict=True))
 
 
 def free_port() -> int:
@@ -182,25 +195,30 @@ def running(command: Callable[[int], list[str]]) -> Iterator[int]:
 
 
 MASTERS: dict[str, Callable[[int], list[str]]] = {
-    "rosmaster": lambda port: ["/usr/bin/python3", "/usr/bin/rosmaster", "--core", "-p", str(port)],
-    "pyros1": lambda port: [sys.executable, "-c", OURS, str(port)],
+    "stock": lambda port: ["/usr/bin/python3", "/usr/bin/rosmaster", "--core", "-p", str(port)],
+    "ours": lambda port: [sys.executable, "-c", OURS, str(port)],
 }
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=3, help="measure each this often, alternating; the median counts")
-    rounds = parser.parse_args().rounds
+    parser.add_argument("--side", choices=MASTERS, help="measure only this one, once")
+    options = parser.parse_args()
+    if options.side:
+        with running(MASTERS[options.side]) as port:
+            print(json.dumps(measure(port)))
+        return 0
     found: dict[str, list[dict[str, float]]] = {name: [] for name in MASTERS}
-    for _ in range(rounds):
+    for _ in range(options.rounds):
         for name, command in MASTERS.items():
             with running(command) as port:
                 found[name].append(measure(port))
-    print(f"{'':36}{'rosmaster':>12}{'pyros1':>12}{'ratio':>8}")
-    for what in found["pyros1"][0]:
+    print(f"{'':36}{'unit':>10}{'stock':>12}{'ours':>12}{'ratio':>8}")
+    for what, unit in FIGURES.items():
         stock, ours = (statistics.median(one[what] for one in found[name]) for name in MASTERS)
-        ratio = stock / ours if what.endswith("ms") else ours / stock
-        print(f"{what:36}{stock:12.1f}{ours:12.1f}{ratio:8.2f}")
+        ratio = stock / ours if unit == "ms" else ours / stock
+        print(f"{what:36}{unit:>10}{stock:12.1f}{ours:12.1f}{ratio:8.2f}")
     return 0
 
 

@@ -222,7 +222,8 @@ class Roles:
         start = now()
         self.library.start("first")
         self.library.subscribe("bench_latched", message_class, lambda _: heard.set(), 1)
-        heard.wait(20)
+        if not heard.wait(20):
+            sys.exit("the latched message did not come")
         figures(first=(now() - start) * 1e3)
 
     # ------------------------------------------------------------------------------------------------------------------

@@ -1,0 +1,109 @@
+"""What the table is made of: rows, their goals, and the steps that are run for their figures."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from steps import Bench
+
+OURS, ROSCPP, ROSPY = "ours", "roscpp", "rospy"
+COLUMNS = (OURS, ROSCPP, ROSPY)
+
+
+class Step(Protocol):
+    """Something that is run once per turn. Equal steps are the same: rows share their figures."""
+
+    def __hash__(self) -> int: ...
+
+    @property
+    def label(self) -> str:
+        """What is shown while it runs."""
+
+    def run(self, bench: Bench) -> dict[str, float]:
+        """Run it and return its figures by name."""
+
+
+Results = dict[Step, list["dict[str, float] | None"]]
+"""The figures of every turn; None for a turn that failed."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A bound: how many times better than another column we have to be, or what our figure itself may be.
+
+    Attributes:
+        bound: the limit.
+        than: the other column; None: the bound is for our figure.
+        most: the figure must not be above the bound (not below, otherwise).
+    """
+
+    bound: float
+    than: str | None = None
+    most: bool = False
+
+    def text(self, unit: str) -> str:
+        """The goal in words."""
+        return f"{'<=' if self.most else '>='} {self.bound:g} {'x ' + self.than if self.than else unit}"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table.
+
+    Attributes:
+        group: what it belongs to.
+        name: what is measured.
+        unit: of the figures.
+        figure: name of the figure in what the steps return.
+        steps: what is run for each column; a column that is missing has no figure.
+        goals: what is wanted.
+        less: smaller figures are better.
+    """
+
+    group: str
+    name: str
+    unit: str
+    figure: str
+    steps: Mapping[str, Step]
+    goals: tuple[Goal, ...] = ()
+    less: bool = False
+
+    def values(self, results: Results, column: str) -> list[float]:
+        """The figures of a column, one for each turn that succeeded."""
+        runs = results.get(self.steps[column], []) if column in self.steps else []
+        figures = [run[self.figure] for run in runs if run and self.figure in run]
+        return [figure for figure in figures if not math.isnan(figure)]
+
+    def median(self, results: Results, column: str) -> float | None:
+        """The median of a column; None if it has no figure."""
+        values = self.values(results, column)
+        return statistics.median(values) if values else None
+
+    def ratio(self, results: Results, column: str) -> float | None:
+        """How many times better than a column we are; None if one of the two has no figure, or one below 0."""
+        ours, other = self.median(results, OURS), self.median(results, column)
+        if ours is None or other is None or min(ours, other) < 0:
+            return None
+        worse, better = (ours, other) if self.less else (other, ours)
+        return better / worse if worse else math.inf
+
+    def met(self, results: Results, goal: Goal) -> bool:
+        """Whether a goal is reached; it is not if a figure is missing."""
+        value = self.ratio(results, goal.than) if goal.than else self.median(results, OURS)
+        if value is None:
+            return False
+        return value <= goal.bound if goal.most else value >= goal.bound
+
+    def failed(self, results: Results, column: str) -> bool:
+        """Whether a column has no figure although it should have one."""
+        return column in self.steps and not self.values(results, column)
+
+
+def distinct_steps(rows: list[Row]) -> list[Step]:
+    """The steps of the rows, each once, in the rows' order: the columns take turns."""
+    return list(dict.fromkeys(step for row in rows for step in row.steps.values()))

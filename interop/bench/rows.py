@@ -1,0 +1,158 @@
+"""What is measured, and what is wanted: the rows of the table.
+
+Columns of the groups master, start and codec: the third one is rosmaster, rospy and rostopic, and genpy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from codec import LABELS
+from harness import STOCK_PYTHON
+from master import FIGURES
+from model import COLUMNS, OURS, ROSCPP, ROSPY, Goal, Row, Step
+from steps import Command, FanOut, Import, Program, Script, Together
+
+
+def at_least(roscpp: float | None = None, rospy: float | None = None) -> tuple[Goal, ...]:
+    """So many times better than roscpp and rospy."""
+    bounds = {ROSCPP: roscpp, ROSPY: rospy}
+    return tuple(Goal(bound, column) for column, bound in bounds.items() if bound is not None)
+
+
+def topic(subscriber: str, publisher: str, what: str, queue: str, publisher_queue: str = "") -> Together:
+    """A subscriber of one kind, and a publisher of one kind that never rests."""
+    pub = Program(publisher, "pub", f"{what} queue={publisher_queue or queue}")
+    return Together((Program(subscriber, "sub", f"{what} queue={queue}"), pub), talking=0)
+
+
+def best(kind: str) -> str:
+    """The queue with which a library does best: for rospy that is none."""
+    return "None" if kind == ROSPY else "1000"
+
+
+def messages() -> Iterator[Row]:
+    floats, rate = "type=Float64", ("messages/s", "rate")
+    ours, roscpp = topic(OURS, OURS, floats, "1000"), topic(ROSCPP, ROSCPP, floats, "1000")
+    queued, direct = topic(ROSPY, ROSPY, floats, "1000"), topic(ROSPY, ROSPY, floats, "None")
+    steps = {OURS: ours, ROSCPP: roscpp, ROSPY: queued}
+    yield Row("messages", "Float64", *rate, steps, at_least(4, 50))
+    yield Row("messages", "Float64, rospy without queue", *rate, {OURS: ours, ROSCPP: roscpp, ROSPY: direct})
+    steps = {kind: topic(kind, ROSCPP, floats, "1000") for kind in COLUMNS}
+    yield Row("messages", "Float64 from roscpp", *rate, steps, at_least(rospy=1.5))
+    steps = {kind: topic(ROSCPP, kind, floats, "1000", best(kind)) for kind in COLUMNS}
+    yield Row("messages", "Float64 to roscpp", *rate, steps, at_least(roscpp=1))
+    for name, what in (
+        ("Twist", "type=Twist"),
+        ("JointState, 7 joints", "type=JointState"),
+        ("Odometry", "type=Odometry"),
+        ("String, 100 B", "type=String"),
+        ("TFMessage, 20 transforms", "type=TFMessage"),
+    ):
+        steps = {kind: topic(kind, kind, what, best(kind)) for kind in COLUMNS}
+        yield Row("messages", name, *rate, steps, at_least(1, 2))
+
+
+def images() -> Iterator[Row]:
+    bandwidth = ("MB/s", "mb")
+    for name, what in (
+        ("Image 1 MB", "type=Image size=1000000"),
+        ("Image 6.2 MB", "type=Image size=6220800"),
+        ("PointCloud2 10 MB", "type=PointCloud2 size=10000000"),
+    ):
+        alone = {kind: topic(kind, kind, what, "10") for kind in COLUMNS}
+        from_roscpp = {kind: topic(kind, ROSCPP, what, "10") for kind in COLUMNS}
+        yield Row("images", name, *bandwidth, alone, at_least(roscpp=1))
+        yield Row("images", f"{name} from roscpp", *bandwidth, from_roscpp, at_least(roscpp=1))
+
+
+def latency() -> Iterator[Row]:
+    for name, count in (("round trip", 0), ("round trip beside 20 topics", 20)):
+        options = {kind: f"queue={best(kind)} count={count}" for kind in COLUMNS}
+        steps = {
+            kind: Together((Program(kind, "echo", options[kind]), Program(kind, "ping", options[kind])))
+            for kind in COLUMNS
+        }
+        yield Row("latency", f"{name}, median", "us", "p50", steps, at_least(1, 1), less=True)
+        yield Row("latency", f"{name}, 99 %", "us", "p99", steps, at_least(1, 1), less=True)
+    steps = {kind: Together((Program(kind, "sub"), Program(kind, "rate"))) for kind in COLUMNS}
+    jitter = "publisher at 1 kHz: interval off by, 99 %"
+    yield Row("latency", jitter, "us", "jitter99", steps, at_least(roscpp=0.667), less=True)
+    yield Row("latency", "publisher at 1 kHz: CPU", "% of a core", "cpu", steps, at_least(rospy=1), less=True)
+
+
+def fan_out() -> Iterator[Row]:
+    for name, options, links in (
+        ("Float64 to 1", "type=Float64 queue=100", 1),
+        ("Float64 to 10", "type=Float64 queue=100", 10),
+        ("Float64 to 50", "type=Float64 queue=100", 50),
+        ("Image 100 kB to 10", "type=Image queue=10 size=100000", 10),
+    ):
+        steps = {kind: FanOut(kind, options, links) for kind in COLUMNS}
+        yield Row("fan-out", name, "messages/s each", "free", steps)
+        yield Row("fan-out", f"{name}, one more is stuck", "messages/s each", "held", steps)
+        yield Row("fan-out", f"{name}, kept of the rate beside a stuck one", "%", "kept", steps, (Goal(80),))
+        grown = f"{name}, publisher's growth with a stuck one"
+        yield Row("fan-out", grown, "MB", "rss", steps, (Goal(20, most=True),), less=True)
+
+
+def services() -> Iterator[Row]:
+    for kind_of_service in ("Empty", "SetBool"):
+        for name, persistent in (("new connection", 0), ("persistent", 1)):
+            options = f"type={kind_of_service} persistent={persistent}"
+            steps = {
+                kind: Together((Program(kind, "srv", options), Program(kind, "call", options))) for kind in COLUMNS
+            }
+            yield Row("services", f"{kind_of_service}, {name}", "calls/s", "rate", steps, at_least(1, 1))
+
+
+def process() -> Iterator[Row]:
+    steps = {kind: Together((Program(kind, "within", "type=Float64 queue=1000"),)) for kind in COLUMNS}
+    yield Row("process", "Float64 within one process", "messages/s", "rate", steps, at_least(rospy=1))
+    steps = {kind: Together((Program(kind, "within", "type=Image size=1000000 queue=10"),)) for kind in COLUMNS}
+    yield Row("process", "Image 1 MB within one process", "messages/s", "rate", steps, at_least(roscpp=1))
+    many = Program(ROSCPP, "many", "count=200")
+    steps = {kind: Together((many, Program(kind, "idle", "count=200"))) for kind in COLUMNS}
+    yield Row("process", "200 idle links: memory of a link", "kB", "rss", steps, less=True)
+    yield Row("process", "200 idle links: threads", "threads", "threads", steps, at_least(rospy=4), less=True)
+    limit = (Goal(50, most=True),)
+    yield Row("process", "200 idle links: CPU in 5 s", "ms", "cpu", steps, limit, less=True)
+
+
+def both(script: str) -> dict[str, Step]:
+    """A script's figures of our side and of stock's."""
+    return {OURS: Script(script, "ours"), ROSPY: Script(script, "stock")}
+
+
+def master() -> Iterator[Row]:
+    for name, unit in FIGURES.items():
+        yield Row("master", name, unit, name, both("master.py"), at_least(rospy=2), less=unit == "ms")
+
+
+def start() -> Iterator[Row]:
+    goal = at_least(rospy=3)
+    steps: dict[str, Step] = {
+        OURS: Import("from pyros1 import Node", ours=True),
+        ROSPY: Import("import rospy", ours=False),
+    }
+    yield Row("start", "import of the library", "ms", "ms", steps, goal, less=True)
+    publisher = Program(ROSPY, "latched")
+    steps = {kind: Together((publisher, Program(kind, "first"))) for kind in COLUMNS}
+    yield Row("start", "node's start to its first message", "ms", "first", steps, goal, less=True)
+    steps = {
+        OURS: Command((STOCK_PYTHON, "-m", "pyros1", "topic", "list"), ours=True),
+        ROSPY: Command(("rostopic", "list"), ours=False),
+    }
+    yield Row("start", "topic list", "ms", "ms", steps, goal, less=True)
+
+
+def codec() -> Iterator[Row]:
+    for label in LABELS:
+        for work in ("encode", "decode"):
+            yield Row("codec", f"{work} {label}", "ns", f"{work} {label}", both("codec.py"), less=True)
+
+
+def all_rows() -> list[Row]:
+    """The whole table."""
+    groups = (messages, images, latency, fan_out, services, process, master, start, codec)
+    return [row for group in groups for row in group()]

@@ -1,0 +1,99 @@
+"""The figures as a table, and as JSON."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import platform
+import statistics
+import subprocess
+from pathlib import Path
+from typing import Any
+
+from harness import STOCK_PYTHON
+from model import COLUMNS, OURS, ROSCPP, ROSPY, Results, Row
+
+
+def number(value: float) -> str:
+    """A figure with as many digits as it is worth."""
+    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def cell(row: Row, results: Results, column: str) -> str:
+    """The median, and the range when there are several runs."""
+    if column not in row.steps:
+        return "-"
+    values = row.values(results, column)
+    if not values:
+        return "failed"
+    middle = number(statistics.median(values))
+    return f"{middle} ({number(min(values))}..{number(max(values))})" if len(values) > 1 else middle
+
+
+def table(rows: list[Row], results: Results) -> str:
+    """The table as Markdown, columns aligned."""
+    lines = [["work", "unit", *COLUMNS, "ours vs roscpp", "ours vs rospy", "goal", "met"]]
+    for row in rows:
+        ratios = [row.ratio(results, column) for column in (ROSCPP, ROSPY)]
+        lines.append(
+            [
+                f"{row.group}: {row.name}",
+                row.unit,
+                *(cell(row, results, column) for column in COLUMNS),
+                *("-" if ratio is None else f"{ratio:.2f}" for ratio in ratios),
+                ", ".join(goal.text(row.unit) for goal in row.goals),
+                ", ".join("yes" if row.met(results, goal) else "NO" for goal in row.goals),
+            ]
+        )
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+    padded = [
+        "| " + " | ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)) + " |" for line in lines
+    ]
+    padded.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
+    return "\n".join(padded)
+
+
+def report(rows: list[Row], results: Results, runs: int, seconds: float) -> dict[str, Any]:
+    """Everything for a JSON file: where it was measured, every figure, ratios and goals."""
+    return {"about": about(runs, seconds), "rows": [row_report(row, results) for row in rows]}
+
+
+def row_report(row: Row, results: Results) -> dict[str, Any]:
+    """One row. A ratio is how many times better we are; a ratio or median that there is not is null."""
+    measured = [column for column in COLUMNS if column in row.steps]
+    ratios = {column: row.ratio(results, column) for column in measured if column != OURS}
+    return {
+        "group": row.group,
+        "name": row.name,
+        "unit": row.unit,
+        "better": "less" if row.less else "more",
+        "figures": {column: row.values(results, column) for column in measured},
+        "median": {column: row.median(results, column) for column in measured},
+        "ratio": {column: None if ratio in (None, float("inf")) else ratio for column, ratio in ratios.items()},
+        "goals": [{"goal": goal.text(row.unit), "met": row.met(results, goal)} for goal in row.goals],
+    }
+
+
+def about(runs: int, seconds: float) -> dict[str, Any]:
+    """The machine and the circumstances."""
+    versions = subprocess.run([STOCK_PYTHON, "-V"], capture_output=True, text=True, check=True)
+    return {
+        "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
+        "python": versions.stdout.split()[1],
+        "system": platform.platform(),
+        "machine": platform.machine(),
+        "cpu": cpu_model(),
+        "cores": os.cpu_count(),
+        "load": os.getloadavg()[2],
+        "runs": runs,
+        "seconds": seconds,
+    }
+
+
+def cpu_model() -> str:
+    """The processor as Linux names it."""
+    for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+        key, _, value = line.partition(":")
+        if key.strip() == "model name":
+            return value.strip()
+    return platform.processor()
