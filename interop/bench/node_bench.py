@@ -48,5 +48,7 @@ class Pyros1:
 
 if __name__ == "__main__":
     library = Pyros1()
-    play(library)
-    library.node.shutdown()
+    try:
+        play(library)
+    finally:
+        library.node.shutdown()
