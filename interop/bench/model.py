@@ -93,15 +93,18 @@ class Row:
         return better / worse if worse else math.inf
 
     def met(self, results: Results, goal: Goal) -> bool:
-        """Whether a goal is reached; it is not if a figure is missing."""
+        """Whether a goal is reached; it is not if a figure is missing, or if we failed in any turn."""
+        if self.failures(results, OURS):
+            return False
         value = self.ratio(results, goal.than) if goal.than else self.median(results, OURS)
         if value is None:
             return False
         return value <= goal.bound if goal.most else value >= goal.bound
 
-    def failed(self, results: Results, column: str) -> bool:
-        """Whether a column has no figure although it should have one."""
-        return column in self.steps and not self.values(results, column)
+    def failures(self, results: Results, column: str) -> int:
+        """In how many turns a column has no figure although it should have one."""
+        runs = results.get(self.steps[column], []) if column in self.steps else []
+        return len(runs) - len(self.values(results, column))
 
 
 def distinct_steps(rows: list[Row]) -> list[Step]:

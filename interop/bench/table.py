@@ -20,14 +20,17 @@ def number(value: float) -> str:
 
 
 def cell(row: Row, results: Results, column: str) -> str:
-    """The median, and the range when there are several runs."""
+    """The median, the range when there are several runs, and how many runs failed."""
     if column not in row.steps:
         return "-"
     values = row.values(results, column)
     if not values:
         return "failed"
-    middle = number(statistics.median(values))
-    return f"{middle} ({number(min(values))}..{number(max(values))})" if len(values) > 1 else middle
+    text = number(statistics.median(values))
+    if len(values) > 1:
+        text += f" ({number(min(values))}..{number(max(values))})"
+    failures = row.failures(results, column)
+    return f"{text}, {failures} failed" if failures else text
 
 
 def table(rows: list[Row], results: Results) -> str:
@@ -68,6 +71,7 @@ def row_report(row: Row, results: Results) -> dict[str, Any]:
         "unit": row.unit,
         "better": "less" if row.less else "more",
         "figures": {column: row.values(results, column) for column in measured},
+        "failed": {column: row.failures(results, column) for column in measured},
         "median": {column: row.median(results, column) for column in measured},
         "ratio": {column: None if ratio in (None, float("inf")) else ratio for column, ratio in ratios.items()},
         "goals": [{"goal": goal.text(row.unit), "met": row.met(results, goal)} for goal in row.goals],
