@@ -38,3 +38,24 @@ def test_large_arrays_and_other_dtypes() -> None:
     assert cls._encode(cls(numpy.repeat(every_second, 2)[::2], [], b"")) == cls._encode(
         cls(list(every_second), [], b"")
     )
+
+
+def test_memoryviews_of_every_number_type() -> None:
+    from pyros1.msgs.array_views import memoryview_view
+
+    types = "int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 bool"
+    cls: Any = from_definition("p/T", "\n".join(f"{name}[] {name}s\n{name}[2] {name}2" for name in types.split()))
+    plain = cls()
+    for name in types.split():
+        values = [True, False, True] if name == "bool" else [1.0, 2.0, 3.0] if "f" in name else [1, 2, 3]
+        setattr(plain, name + "s", values)
+    for name in types.split():
+        zero = False if name == "bool" else 0
+        setattr(plain, name + "2", [zero, zero])
+    body = b"?" + cls._encode(plain)
+    message = cls._decode_arrays(body, 1, len(body), memoryview_view)
+    for name in types.split():
+        for field in (name + "s", name + "2"):
+            view = getattr(message, field)
+            assert isinstance(view, memoryview) and view.readonly and list(view) == list(getattr(plain, field)), field
+    assert cls._encode(message) == body[1:]

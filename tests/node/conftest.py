@@ -279,7 +279,6 @@ def in_thread() -> Iterator[Callable[..., Any]]:
         thread.join(PATIENCE)
 
 
-
 @pytest.fixture
 def service_port() -> Callable[[Any], int]:
     """Return a function that tells the port of a ``rosrpc://`` address."""

@@ -1,7 +1,7 @@
 """Numeric arrays that refer to the received bytes instead of copying them: memoryviews, or numpy arrays as rospy's
 ``numpy_msg`` gives them (https://wiki.ros.org/rospy_tutorials/Tutorials/numpy).
 
-The buffer must not change while they are in use.
+They are read-only.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import struct
 import sys
 from typing import Any
 
-from pyros1.msgs.base import Buffer, View
+from pyros1.msgs.base import View
 
 
-def memoryview_view(buffer: Buffer, position: int, count: int, code: str) -> Any:
+def memoryview_view(buffer: bytes, position: int, count: int, code: str) -> Any:
     """Return ``count`` numbers of the struct code at ``position`` as a memoryview of that format.
 
     Raises:
@@ -34,7 +34,7 @@ def numpy_view(numpy: Any) -> View:
     types = {code: numpy.dtype("<" + code) for code in "bBhHiIqQfd?"}
     from_buffer, empty = numpy.frombuffer, numpy.empty
 
-    def view(buffer: Buffer, position: int, count: int, code: str) -> Any:
+    def view(buffer: bytes, position: int, count: int, code: str) -> Any:
         if not count:
             return empty(0, types[code])
         return from_buffer(buffer, types[code], count, position)

@@ -79,11 +79,6 @@ def octets(value: Any, length: int) -> bytes:
     return memoryview(value).tobytes()
 
 
-def to_bytes(data: Buffer) -> bytes:
-    """Return ``data`` as bytes, which it mostly is already."""
-    return data if data.__class__ is bytes else bytes(data)
-
-
 def pack_strings(values: Sequence[str]) -> bytes:
     """Return the elements of a string array, each with its length."""
     encoded = list(map(str.encode, values))
@@ -93,7 +88,7 @@ def pack_strings(values: Sequence[str]) -> bytes:
         return b"".join([part for text in encoded for part in (_U32.pack(len(text)), text)])
 
 
-def read_strings(buffer: Buffer, position: int, count: int, end: int) -> tuple[list[str], int]:
+def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[list[str], int]:
     """Return ``count`` strings and the position behind them.
 
     Raises:
@@ -107,7 +102,7 @@ def read_strings(buffer: Buffer, position: int, count: int, end: int) -> tuple[l
         (size,) = _unpack_u32(buffer, position)
         position += 4
         stop = position + size
-        result.append(str(buffer[position:stop], "utf-8"))
+        result.append(buffer[position:stop].decode())
         position = stop
     return result, position
 

@@ -7,7 +7,7 @@ are first asked for, so that making a class costs little and an unused direction
 * ``cls._encode_frame(msg)``: the TCPROS frame, u32 little-endian length and body, as one bytes object, or as a list of
   buffers when it holds large arrays, which are then not copied;
 * ``cls._encode(msg)``: the body only;
-* ``cls._decode(buffer, start, end)``: a message from exactly ``buffer[start:end]``;
+* ``cls._decode(buffer, start, end)``: a message from exactly ``buffer[start:end]``, which must be bytes;
 * ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset behind it;
 * ``cls._decode_arrays(buffer, start, end, view)``, ``cls._read_arrays(...)``: the same, but numeric arrays are what
   ``view(buffer, position, count, struct_code)`` returns, see ``array_views.py``;
@@ -24,7 +24,7 @@ from pyros1.errors import DefinitionError, DeserializationError, MessageError
 
 Buffer = bytes | bytearray | memoryview
 Frame = bytes | list[bytes | memoryview]
-View = Callable[[Buffer, int, int, str], Any]
+View = Callable[[bytes, int, int, str], Any]
 """Makes the array of so many numbers at a position of a buffer; the last argument is their struct code."""
 _M = TypeVar("_M", bound="Message")
 
@@ -91,10 +91,10 @@ class Message(metaclass=MessageType):
     _classes: ClassVar[dict[str, type[Message]]]
     _encode_frame: ClassVar[Callable[[Any], Frame]]
     _encode: ClassVar[Callable[[Any], bytes]]
-    _decode: ClassVar[Callable[[Buffer, int, int], Any]]
-    _read: ClassVar[Callable[[Buffer, int, int], tuple[Any, int]]]
-    _decode_arrays: ClassVar[Callable[[Buffer, int, int, View], Any]]
-    _read_arrays: ClassVar[Callable[[Buffer, int, int, View], tuple[Any, int]]]
+    _decode: ClassVar[Callable[[bytes, int, int], Any]]
+    _read: ClassVar[Callable[[bytes, int, int], tuple[Any, int]]]
+    _decode_arrays: ClassVar[Callable[[bytes, int, int, View], Any]]
+    _read_arrays: ClassVar[Callable[[bytes, int, int, View], tuple[Any, int]]]
     _copy: ClassVar[Callable[[Any], Any]]
 
     _connection_header: dict[str, str] | None
@@ -120,9 +120,10 @@ class Message(metaclass=MessageType):
         Raises:
             DeserializationError: ``data`` is too short or not such a message.
         """
-        return self._deserialize(data, lambda cls: cls._read(data, 0, len(data)))
+        body = bytes(data)
+        return self._deserialize(body, lambda cls: cls._read(body, 0, len(body)))
 
-    def _deserialize(self: _M, data: Buffer, read: Callable[[type[Message]], tuple[Any, int]]) -> _M:
+    def _deserialize(self: _M, data: bytes, read: Callable[[type[Message]], tuple[Any, int]]) -> _M:
         cls = message_class(type(self))
         try:
             message, _ = read(cls)
@@ -141,11 +142,11 @@ class Message(metaclass=MessageType):
         self.serialize(buff)
 
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
-        """Read as :meth:`deserialize`, with numpy arrays, which refer to ``data``, in place of tuples of numbers."""
+        """Read as :meth:`deserialize`, with numpy arrays in place of tuples of numbers."""
         from pyros1.msgs.array_views import numpy_view  # noqa: PLC0415  numpy programs only
 
-        view = numpy_view(numpy)
-        return self._deserialize(data, lambda cls: cls._read_arrays(data, 0, len(data), view))
+        body, view = bytes(data), numpy_view(numpy)
+        return self._deserialize(body, lambda cls: cls._read_arrays(body, 0, len(body), view))
 
     def _check_types(self, exc: Exception | None = None) -> None:
         """Raise SerializationError if a value does not fit its field."""
@@ -224,8 +225,8 @@ class AnyMsg:
         self._connection_header = connection_header
 
     @staticmethod
-    def _decode(buffer: Buffer, start: int, end: int) -> AnyMsg:
-        return AnyMsg(bytes(buffer[start:end]))
+    def _decode(buffer: bytes, start: int, end: int) -> AnyMsg:
+        return AnyMsg(buffer[start:end])
 
     @staticmethod
     def _encode(message: AnyMsg) -> bytes:

@@ -2,8 +2,8 @@
 
 Rules:
 
-* Frames are decoded where they were received, without a copy, while callbacks keep up. A large byte array is received
-  into the object that the callback gets.
+* What one system call brought is decoded together, while callbacks keep up. A large byte array is received into the
+  object that the callback gets.
 * With a bounded queue, callbacks that fall more than FRESH seconds behind see fresh data: what has arrived is drained
   from the sockets, still encoded, and only the newest `limit` frames of it are decoded and delivered.
 * Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides.
@@ -33,12 +33,10 @@ if TYPE_CHECKING:
     from pyros1.node.callbacks import CallbackQueue
 
 FRESH = 0.001
-LARGE = 1 << 17
 DRAIN_TIME = 0.02
 """Longest time, in seconds, spent on draining sockets before callbacks go on: a flood must not starve them."""
 
 
-Data = bytes | bytearray | memoryview
 Item = bytes | SplitBody | Message | AnyMsg
 """A message that waits: encoded, or handed over by a publisher in this process."""
 
@@ -64,7 +62,7 @@ class Reader:
     def __init__(
         self,
         name: str,
-        deliver: Callable[[Source, Data, int, int], None],
+        deliver: Callable[[Source, bytes, int, int], None],
         deliver_item: Callable[[Source, Item], None],
         on_lost: Callable[[InLink, str | None], None],
         on_arrival: Callable[[Source, Item], bool],
@@ -164,7 +162,9 @@ class Reader:
     def _add(self, link: InLink) -> None:
         self._links[link.fd] = link
         self._poller.register(link.fd)
-        self._take(link, self._split(link, 0))  # what came together with the header
+        frames = self._split(link, 0)  # what came together with the header
+        if frames:
+            self._take(link, frames)
 
     def drop(self, link: InLink) -> None:
         """Close a link, without reporting it as lost. Reader thread only."""
@@ -219,14 +219,12 @@ class Reader:
         return frames
 
     def _take(self, link: InLink, frames: list[tuple[int, int]]) -> None:
-        data: bytearray | memoryview = link.buffer.data
+        data = link.buffer.take(frames)
         if self._callbacks is not None:
             for start, end in frames:
-                self._queue_for_spin(link, bytes(data[start:end]))
+                self._queue_for_spin(link, data[start:end])
             return
         deliver, limit = self._deliver, self.limit
-        if len(data) > LARGE:
-            data = link.buffer.view  # large arrays are cut out of it with one copy instead of two
         if limit is None:
             for start, end in frames:
                 deliver(link, data, start, end)
@@ -236,7 +234,7 @@ class Reader:
             deliver(link, data, start, end)
             if perf_counter() > behind:
                 self.dropped += max(0, len(frames) - index - limit)
-                self._catch_up([(link, bytes(data[a:b])) for a, b in frames[index:][-limit:]])
+                self._catch_up([(link, data[a:b]) for a, b in frames[index:][-limit:]])
                 return
 
     def _take_item(self, source: Source, item: Item) -> None:
@@ -256,11 +254,13 @@ class Reader:
             until = perf_counter() + DRAIN_TIME
             for link in list(self._links.values()):
                 while perf_counter() < until and (frames := self._receive_frames(link)) is not None:
-                    data = link.buffer.data
-                    items = [frames] if isinstance(frames, SplitBody) else frames[-limit:]
                     came = 1 if isinstance(frames, SplitBody) else len(frames)
                     self.dropped += max(0, len(waiting) + came - limit)
-                    waiting.extend((link, bytes(data[i[0] : i[1]]) if isinstance(i, tuple) else i) for i in items)
+                    if isinstance(frames, SplitBody):
+                        waiting.append((link, frames))
+                    else:
+                        data = link.buffer.data
+                        waiting.extend((link, bytes(data[start:end])) for start, end in frames[-limit:])
             if not waiting:
                 return
             behind = perf_counter() + FRESH

@@ -93,8 +93,9 @@ class ServiceServer:
             frames = buffer.received(0)
             begun = monotonic()  # when the first byte of the current request came
             while not self._closed:
+                data = buffer.take(frames) if frames else b""
                 for start, end in frames:
-                    sock.sendall(self._answer(buffer.data, start, end, header))
+                    sock.sendall(self._answer(data, start, end, header))
                     if not persistent:
                         return
                 frames, fresh = [], not buffer.partial
@@ -122,7 +123,7 @@ class ServiceServer:
             self._clients.discard(sock)
         sock.close()
 
-    def _answer(self, data: bytearray, start: int, end: int, header: dict[str, str]) -> bytes:
+    def _answer(self, data: bytes, start: int, end: int, header: dict[str, str]) -> bytes:
         """Return the bytes that answer one request."""
         try:
             request = self.type._request_class._decode(data, start, end)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pyros1.errors import NodeShutdownError
 from pyros1.msgs import AnyMsg
-from pyros1.msgs.base import Buffer, View
+from pyros1.msgs.base import View
 from pyros1.msgs.large import Layout, SplitBody, decode_split, layout
 from pyros1.node.context import wait_for_links
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.node.subscription import Subscription
 
 _M = TypeVar("_M")
-Decode = Callable[[Buffer, int, int], Any]
+Decode = Callable[[bytes, int, int], Any]
 
 
 def array_view(arrays: str | None) -> View | None:
@@ -47,9 +47,8 @@ def _viewing(cls: Any, view: View) -> Decode:
     if cls is AnyMsg:
         return AnyMsg._decode
 
-    def decode(buffer: Buffer, start: int, end: int) -> Any:
-        body = bytes(buffer[start:end])  # the buffer is used again, and the arrays refer to what is given here
-        return cls._decode_arrays(body, 0, len(body), view)
+    def decode(buffer: bytes, start: int, end: int) -> Any:
+        return cls._decode_arrays(buffer, start, end, view)
 
     return decode
 

@@ -15,7 +15,7 @@ from pyros1.msgs.large import layout
 from pyros1.node.connector import Connector
 from pyros1.node.inlink import LARGE, InLink
 from pyros1.node.publisher import topic_type
-from pyros1.node.reader import Data, Item, Reader, Source
+from pyros1.node.reader import Item, Reader, Source
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
@@ -186,10 +186,10 @@ class Subscription:
             self._call(self._direct, source, item)
         return bool(self.subscribers)
 
-    def _deliver(self, source: Source, data: Data, start: int, end: int) -> None:
+    def _deliver(self, source: Source, data: bytes, start: int, end: int) -> None:
         message = self._call(self.subscribers, source, data, start, end)
         if source.header.get("latching") == "1":
-            self._latched[id(source)] = (source, bytes(data[start:end]))
+            self._latched[id(source)] = (source, data[start:end])
         if end - start >= LARGE and message is not None:
             _learn(source, message, end - start)
 

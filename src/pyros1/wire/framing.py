@@ -1,7 +1,7 @@
 """Splits a TCPROS stream into frames: u32 little-endian length, then that many bytes.
 
 A FrameBuffer owns the memory that a link receives into. The driver asks for `writable()`, receives into it, says how
-much arrived and gets the positions of the complete frames inside `data`; they are decoded there, without a copy.
+much arrived and gets the positions of the complete frames inside `data`.
 Frames larger than the buffer make it grow, but only as bytes really arrive: a peer's claim costs no memory. Nothing
 behind such a frame is received together with it, so that the next one can be received elsewhere.
 """
@@ -94,6 +94,10 @@ class FrameBuffer:
         self._begin = position
         self._stop = 0
         return frames
+
+    def take(self, frames: list[tuple[int, int]]) -> bytes:
+        """Return the bytes to which the positions of complete frames, not empty, refer, to keep."""
+        return bytes(self.view[: frames[-1][1]])
 
     def _expect(self, size: int) -> None:
         """Make room for a frame of ``size`` bytes of which a part is here, in steps if it is large."""
