@@ -359,6 +359,6 @@ def test_unregistering_does_not_wait_for_a_pause_in_the_messages(
             listener.spin_once(0.1)
         reader = subscriber._subscription.reader
         subscriber.unregister()
-        assert not reader._thread.is_alive()
+        assert not reader._links and not reader._ownership.locked()
     finally:
         ended.set()

@@ -1,6 +1,7 @@
-"""Waiting for many sockets in one thread, with the least overhead that the machine offers.
+"""Several threads that wait for many sockets together; each event wakes one of them.
 
-`selectors` builds a key object per event; on Linux epoll's own answer, a list of (descriptor, events), is enough.
+A socket that was reported is not reported again before `rearm`: until then it belongs to the thread that got it. On
+Linux that is epoll with EPOLLONESHOT, in whose wait all the threads sleep. Elsewhere one at a time waits in a selector.
 """
 
 from __future__ import annotations
@@ -9,72 +10,149 @@ import contextlib
 import select
 import selectors
 import socket
+import threading
 
-MOST_EVENTS = 32  # taken at a time; the default would allocate room for a thousand at each call
-
-
-class _Selector:
-    """The portable fallback, with epoll's interface."""
-
-    def __init__(self) -> None:
-        self._selector = selectors.DefaultSelector()
-
-    def register(self, fd: int) -> None:
-        self._selector.register(fd, selectors.EVENT_READ)
-
-    def unregister(self, fd: int) -> None:
-        self._selector.unregister(fd)
-
-    def poll(self, _timeout: float, _most: int) -> list[tuple[int, int]]:
-        return [(key.fd, mask) for key, mask in self._selector.select()]
-
-    def close(self) -> None:
-        self._selector.close()
+BELL = -1
+"""Stands in `wait`'s answer for a wake-up."""
+_ONESHOT = getattr(select, "EPOLLONESHOT", 0)
 
 
 class Poller:
-    """Waits until one of the registered sockets can be read, or until woken.
+    """The sockets, and what their threads sleep in. All methods may be called from any thread.
 
-    All methods but `wake` belong to the thread that waits, or to the time before it starts.
+    Args:
+        portable: use a selector even where there is epoll.
     """
 
-    def __init__(self) -> None:
-        self._poll = select.epoll() if hasattr(select, "epoll") else _Selector()
+    def __init__(self, portable: bool = False) -> None:
         self._bell, self._button = socket.socketpair()
         self._bell.setblocking(False)
         self._button.setblocking(False)
         self._bell_fd = self._bell.fileno()
-        self.register(self._bell_fd)
+        self._poll = _Selector() if portable or not _ONESHOT else _Epoll()
+        self._poll.add(self._bell_fd)
 
     def register(self, fd: int) -> None:
         """Start to wait for that descriptor."""
-        if isinstance(self._poll, _Selector):
-            self._poll.register(fd)
-        else:
-            self._poll.register(fd, select.EPOLLIN)
+        self._poll.add(fd)
 
     def unregister(self, fd: int) -> None:
-        """Stop to wait for that descriptor; it must still be open."""
-        self._poll.unregister(fd)
+        """Stop to wait for that descriptor; it must still be open. A thread may have been told of it just before."""
+        self._poll.remove(fd)
 
-    def wait(self) -> list[tuple[int, int]]:
-        """Wait, without limit of time, and return (descriptor, events) pairs; a wake-up alone gives an empty list."""
-        events = self._poll.poll(-1, MOST_EVENTS)
-        for index, (fd, _) in enumerate(events):
-            if fd == self._bell_fd:
-                with contextlib.suppress(BlockingIOError):
-                    self._bell.recv(4096)
-                del events[index]
-                break
-        return events
+    def rearm(self, fd: int) -> None:
+        """Wait for a descriptor again that `wait` has returned."""
+        self._poll.rearm(fd)
+
+    def wait(self, timeout: float = -1) -> int | None:
+        """Wait.
+
+        Args:
+            timeout: seconds; -1 for no limit.
+
+        Returns:
+            A descriptor that can be read, BELL for one call of `wake`, None if the time is over.
+        """
+        fd = self._poll.wait(timeout)
+        if fd != self._bell_fd:
+            return fd
+        with contextlib.suppress(BlockingIOError):
+            self._bell.recv(1)
+        self._poll.rearm(self._bell_fd)
+        return BELL
 
     def wake(self) -> None:
-        """Make `wait` return, now or the next time. Any thread; a full pipe means that a wake-up is under way."""
+        """Make one `wait` return BELL, now or the next time; if very many are under way already, one of these does."""
         with contextlib.suppress(OSError):
             self._button.send(b"\0")
 
     def close(self) -> None:
-        """Release the descriptors."""
+        """Release the descriptors. No thread may wait any more."""
         self._poll.close()
         self._bell.close()
         self._button.close()
+
+
+class _Epoll:
+    def __init__(self) -> None:
+        self._epoll = select.epoll()
+        self._mask = select.EPOLLIN | select.EPOLLONESHOT
+
+    def add(self, fd: int) -> None:
+        self._epoll.register(fd, self._mask)
+
+    def rearm(self, fd: int) -> None:
+        self._epoll.modify(fd, self._mask)
+
+    def remove(self, fd: int) -> None:
+        self._epoll.unregister(fd)
+
+    def wait(self, timeout: float) -> int | None:
+        events = self._epoll.poll(timeout, 1)
+        return events[0][0] if events else None
+
+    def close(self) -> None:
+        self._epoll.close()
+
+
+class _Selector:
+    """The same with a selector: its sockets change only while nobody waits in it."""
+
+    def __init__(self) -> None:
+        self._selector = selectors.DefaultSelector()
+        self._turn = threading.Lock()  # held by the thread that waits
+        self._lock = threading.Lock()
+        self._changes: list[tuple[int, bool]] = []
+        self._near, self._far = socket.socketpair()
+        self._near.setblocking(False)
+        self._far.setblocking(False)
+        self._selector.register(self._near, selectors.EVENT_READ)
+
+    def add(self, fd: int) -> None:
+        self._change(fd, True)
+
+    rearm = add
+
+    def remove(self, fd: int) -> None:
+        self._change(fd, False)
+        with self._turn:  # so that the descriptor is forgotten before its owner closes it
+            self._apply()
+
+    def _change(self, fd: int, add: bool) -> None:
+        with self._lock:
+            self._changes.append((fd, add))
+        with contextlib.suppress(OSError):
+            self._far.send(b"\0")
+
+    def _apply(self) -> None:
+        with self._lock:
+            changes, self._changes = self._changes, []
+        for fd, add in changes:
+            with contextlib.suppress(KeyError, ValueError, OSError):
+                if add:
+                    self._selector.register(fd, selectors.EVENT_READ)
+                else:
+                    self._selector.unregister(fd)
+
+    def wait(self, timeout: float) -> int | None:
+        if not self._turn.acquire(timeout=timeout):
+            return None
+        try:
+            while True:
+                self._apply()
+                events = self._selector.select(None if timeout < 0 else timeout)
+                if not events:
+                    return None
+                for key, _ in events:
+                    if key.fileobj is not self._near:
+                        self._selector.unregister(key.fd)
+                        return key.fd
+                with contextlib.suppress(BlockingIOError):
+                    self._near.recv(4096)
+        finally:
+            self._turn.release()
+
+    def close(self) -> None:
+        self._selector.close()
+        self._near.close()
+        self._far.close()

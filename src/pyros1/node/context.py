@@ -5,11 +5,13 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.errors import NodeShutdownError
 from pyros1.net.loop import Loop, LoopThread
+from pyros1.node.readers import Readers
 
 if TYPE_CHECKING:
     from pyros1.net.rpc_caller import RpcCaller
@@ -43,6 +45,16 @@ class Context:
     uri: str = ""
     stopping: threading.Event = field(default_factory=threading.Event)
     publications: dict[str, Publication] = field(default_factory=dict)
+
+    @cached_property
+    def readers(self) -> Readers:
+        """Made with the first subscription."""
+        return Readers(self.name, lambda error: self.log.exception("a subscription failed", error))
+
+    def close_readers(self) -> None:
+        """End the threads, if there are any."""
+        if "readers" in self.__dict__:
+            self.readers.close()
 
     def pause(self, seconds: float) -> None:
         """Wait in wall time.

@@ -45,6 +45,7 @@ class InLink:
         uri: the publisher's slave API.
         messages, bytes_received: so far.
         patient: `receive` can wait for PATIENCE seconds; else it never waits.
+        last_time: when the socket was last found readable, in `perf_counter` seconds.
         expected: the shape of large frames, as learnt from the last one; None: all goes through the buffer.
     """
 
@@ -59,6 +60,7 @@ class InLink:
         self.messages = 0
         self.bytes_received = len(first)
         self.patient = _make_patient(sock)
+        self.last_time = 0.0
         self.expected: Expected | None = None
         try:
             peer, port = sock.getpeername(), sock.getsockname()[1]

@@ -1,4 +1,7 @@
-"""The thread of a subscription: receives from all its links and runs the callbacks, or queues them for `spin`.
+"""Receives for a subscription, from all its links, and runs the callbacks, or queues them for `spin`.
+
+One thread at a time, of those that the subscriptions of a node share, does so: the *owner*. Who comes with something
+to do leaves it in a queue and becomes the owner; or goes away if there is one, which looks at the queues when it ends.
 
 Rules:
 
@@ -7,8 +10,8 @@ Rules:
 * With a bounded queue, callbacks that fall more than FRESH seconds behind see fresh data: what has arrived is drained
   from the sockets, still encoded, and only the newest `limit` frames of it are decoded and delivered.
 * Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides.
-* While messages flow on an only link the thread waits in its receive, for PATIENCE seconds at most; all else that
-  may happen then waits as long. An idle thread waits for everything at once.
+* While messages flow on an only link the owner waits in its receive, for PATIENCE seconds at most; all else that may
+  happen then waits as long.
 * A message that cannot be decoded, or a callback that raises, is logged and costs nothing but itself.
 """
 
@@ -16,6 +19,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
+import time
 from collections import deque
 from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
@@ -23,7 +27,6 @@ from typing import TYPE_CHECKING, Protocol
 from pyros1.errors import ProtocolError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.large import SplitBody
-from pyros1.net.poller import Poller
 from pyros1.node.inlink import InLink
 from pyros1.node.local import UNBOUNDED_LIMIT
 
@@ -31,7 +34,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pyros1.node.callbacks import CallbackQueue
+    from pyros1.node.readers import Readers
 
+FLOWING = 0.002
+"""Messages that come faster than every so many seconds flow: a thread of their own costs less than sharing one."""
 FRESH = 0.001
 DRAIN_TIME = 0.02
 """Longest time, in seconds, spent on draining sockets before callbacks go on: a flood must not starve them."""
@@ -51,17 +57,17 @@ class Reader:
     """Receives and delivers for one subscription.
 
     Args:
-        name: the thread's name.
+        readers: the node's threads.
         deliver: called with (source, buffer, start, end) for each frame: decodes and runs the callbacks.
         deliver_item: the same for a message that stands alone, called with (source, item).
-        on_lost: called, on the reader thread, with (link, reason) when a link broke; reason is None for an orderly end.
+        on_lost: called, by the owner, with (link, reason) when a link broke; reason is None for an orderly end.
         on_arrival: in a node that spins, called with (source, item) at once; tells whether to queue the item.
         callbacks: where deliveries are queued, for a node that spins.
     """
 
     def __init__(
         self,
-        name: str,
+        readers: Readers,
         deliver: Callable[[Source, bytes, int, int], None],
         deliver_item: Callable[[Source, Item], None],
         on_lost: Callable[[InLink, str | None], None],
@@ -70,21 +76,23 @@ class Reader:
     ) -> None:
         self.limit: int | None = None
         self.dropped = 0
+        self._readers = readers
         self._deliver = deliver
         self._deliver_item = deliver_item
         self._on_lost = on_lost
         self._on_arrival = on_arrival
         self._callbacks = callbacks
         self._links: dict[int, InLink] = {}
-        self._poller = Poller()
+        self._readable: deque[int] = deque()
         self._jobs: deque[Callable[[], None]] = deque()
         self._local: deque[tuple[Source, Item]] = deque()
         self._spinning: deque[tuple[Source, Item]] = deque()
         self._room = threading.Condition()
-        self._asleep = False
+        self._ownership = threading.Lock()
+        self._owner = 0  # the owner's thread
+        self._woken = False  # a thread is on its way
+        self._has_local = False
         self._closed = False
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
 
     # From other threads -----------------------------------------------------------------------------------------------
 
@@ -93,9 +101,14 @@ class Reader:
         self.submit(lambda: self._add(link))
 
     def submit(self, job: Callable[[], None]) -> None:
-        """Run a job on the reader thread, between messages."""
+        """Run a job between messages."""
         self._jobs.append(job)
-        self._poller.wake()
+        self._wake()
+
+    def _wake(self) -> None:
+        if not self._woken and not self._ownership.locked():
+            self._woken = True
+            self._readers.wake(self)
 
     def push_local(self, source: Source, item: Item, limit: int | None) -> None:
         """Take a message from a publisher in this process.
@@ -107,69 +120,98 @@ class Reader:
         own = self.limit
         if own is None and limit is None:
             self._wait_for_room()
-        local.append((source, item))
+        self._has_local = True
         most = own if own is not None else limit
+        if most and len(local) >= most and self._owner != threading.get_ident():
+            time.sleep(0)  # let the owner take them, if all that it waits for is the interpreter's lock
+        local.append((source, item))
         if most and len(local) > most:
             with contextlib.suppress(IndexError):
                 local.popleft()
                 self.dropped += 1
-        if self._asleep:
-            self._asleep = False
-            self._poller.wake()
+        self._wake()
 
     def _wait_for_room(self) -> None:
-        if threading.current_thread() is self._thread:
+        if self._owner == threading.get_ident():
             return  # a callback that publishes to its own topic would wait for itself
         with self._room:
             while len(self._local) >= UNBOUNDED_LIMIT and not self._closed:
                 self._room.wait(0.1)
 
     def close(self, timeout: float = 5.0) -> None:
-        """End the thread and close all links; wait for a running callback at most ``timeout`` seconds."""
+        """Close all links; wait for a running callback at most ``timeout`` seconds."""
         self._closed = True
-        with contextlib.suppress(ValueError, OSError):
-            self._poller.wake()
-        if threading.current_thread() is not self._thread:
-            self._thread.join(timeout)
+        if self._owner == threading.get_ident():
+            return  # a callback ends its own subscription: the owner does the rest
+        if self._ownership.acquire(timeout=timeout):
+            self._dispose()
+            self._ownership.release()
 
-    # On the reader thread ---------------------------------------------------------------------------------------------
+    # By the owner -----------------------------------------------------------------------------------------------------
 
-    def _run(self) -> None:
-        links, wait = self._links, self._poller.wait
-        try:
-            while not self._closed:
-                self._asleep = True
-                events = wait() if not self._local and not self._jobs else []
-                self._asleep = False
-                for fd, _ in events:
-                    link = links.get(fd)
-                    if link is not None:
-                        self._receive(link)
-                if len(links) == 1 and events:
-                    self._stay_with(next(iter(links.values())))
-                while self._jobs:
-                    self._jobs.popleft()()
-                if self._local:
-                    self._take_local()
-        finally:
-            for link in list(links.values()):
-                link.sock.close()
-            links.clear()
-            self._poller.close()
-            with self._room:
-                self._room.notify_all()
+    def run(self, fd: int | None) -> None:
+        """Become the owner, if there is none, and do all there is to do.
+
+        Args:
+            fd: a link's socket that can be read.
+        """
+        if fd is not None:
+            self._readable.append(fd)
+        self._woken = False
+        while self._readable or self._jobs or self._local or self._closed:
+            if not self._ownership.acquire(blocking=False):
+                return  # the owner sees what is there when it has ended
+            self._owner = threading.get_ident()
+            try:
+                self._work()
+            finally:
+                self._owner = 0
+                self._ownership.release()
+            if self._closed:
+                return
+
+    def _work(self) -> None:
+        while not self._closed and (self._readable or self._jobs or self._local):
+            while self._readable:
+                self._receive_from(self._readable.popleft())
+            while self._jobs:
+                self._jobs.popleft()()
+            if self._local:
+                self._take_local()
+        if self._closed:
+            self._dispose()
+
+    def _receive_from(self, fd: int) -> None:
+        link = self._links.get(fd)
+        if link is None:
+            return
+        now = perf_counter()
+        flowing = now - link.last_time < FLOWING
+        link.last_time = now
+        self._receive(link)
+        if flowing and len(self._links) == 1 and not self._has_local:
+            self._stay_with(link)
+        if self._links.get(fd) is link:
+            self._readers.rearm(fd)
+
+    def _dispose(self) -> None:
+        for link in list(self._links.values()):
+            self.drop(link)
+        self._jobs.clear()
+        with self._room:
+            self._room.notify_all()
 
     def _add(self, link: InLink) -> None:
         self._links[link.fd] = link
-        self._poller.register(link.fd)
+        self._readers.register(link.fd, self)
         frames = self._split(link, 0)  # what came together with the header
         if frames:
             self._take(link, frames)
 
     def drop(self, link: InLink) -> None:
-        """Close a link, without reporting it as lost. Reader thread only."""
+        """Close a link, without reporting it as lost. By the owner only."""
         if self._links.pop(link.fd, None) is not None:
-            self._poller.unregister(link.fd)
+            self._readers.unregister(link.fd)
             link.sock.close()
 
     def _lose(self, link: InLink, reason: str | None) -> None:

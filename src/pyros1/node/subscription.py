@@ -51,7 +51,7 @@ class Subscription:
         self._closed = False
         self._direct: tuple[Subscriber[Any], ...] = ()
         self.reader = Reader(
-            f"{context.name}:{topic}", self._deliver, self._deliver_item, self._lost, self._arrived, context.callbacks
+            context.readers, self._deliver, self._deliver_item, self._lost, self._arrived, context.callbacks
         )
 
     # Subscribers ------------------------------------------------------------------------------------------------------

@@ -172,6 +172,7 @@ class Topics:
         """End all links and reader threads."""
         for subscription in self.subscriptions.values():
             subscription.close()
+        self._context.close_readers()
         for publication in self._context.publications.values():
             publication.close()
         self._context.publications = {}

@@ -1,0 +1,135 @@
+"""The threads that receive for a node's subscriptions.
+
+All idle subscriptions share them: two wait for whatever comes first. A thread that gets something stays with that
+subscription while messages flow, and runs its callbacks; when no thread is left that waits, another one is started. So
+there are as many threads as subscriptions are busy at the same time, and two more: a node with hundreds of idle links
+has two, and the callbacks of different topics never wait for each other.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import TYPE_CHECKING, Protocol
+
+from pyros1.net.poller import BELL, Poller
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+SPARE = 2
+"""Threads that wait for ever."""
+REST = 5.0
+"""Seconds after which further threads end that nothing woke."""
+
+
+class Channel(Protocol):
+    """What threads work for: a subscription's Reader."""
+
+    def run(self, fd: int | None) -> None:
+        """Do what there is to do; ``fd`` can be read."""
+
+
+class Readers:
+    """The threads and the sockets of one node.
+
+    Args:
+        name: of the node, for the threads' names.
+        on_error: called with an exception that a channel did not handle.
+    """
+
+    def __init__(self, name: str, on_error: Callable[[Exception], None]) -> None:
+        self._name = name
+        self._on_error = on_error
+        self._poller = Poller()
+        self._channels: dict[int, Channel] = {}
+        self._woken: deque[Channel] = deque()
+        self._lock = threading.Lock()
+        self._waiting = 0
+        self._threads: set[threading.Thread] = set()
+        self._started = 0
+        self._closed = False
+
+    def register(self, fd: int, channel: Channel) -> None:
+        """Run a channel when a socket can be read: once, then again after each `rearm`."""
+        self._channels[fd] = channel
+        self._poller.register(fd)
+        self._begin()
+
+    def rearm(self, fd: int) -> None:
+        """Wait again for a socket for which its channel was run."""
+        self._poller.rearm(fd)
+
+    def unregister(self, fd: int) -> None:
+        """Forget a socket; to be called before it is closed."""
+        self._channels.pop(fd, None)
+        self._poller.unregister(fd)
+
+    def wake(self, channel: Channel) -> None:
+        """Run a channel soon, on one of the threads."""
+        self._woken.append(channel)
+        self._poller.wake()
+        self._begin()
+
+    def close(self, timeout: float = 5.0) -> None:
+        """End the threads; wait for each at most ``timeout`` seconds."""
+        with self._lock:
+            self._closed = True
+            threads = [thread for thread in self._threads if thread is not threading.current_thread()]
+            if not self._threads:
+                self._poller.close()  # else the last thread does it
+        for _ in threads:
+            self._poller.wake()
+        for thread in threads:
+            thread.join(timeout)
+
+    def _begin(self) -> None:
+        if not self._threads:
+            self._keep_one_waiting()
+
+    def _keep_one_waiting(self) -> None:
+        with self._lock:
+            if self._waiting or self._closed:
+                return
+            self._waiting += 1
+            self._started += 1
+            thread = threading.Thread(target=self._work, name=f"{self._name}:reader{self._started}", daemon=True)
+            self._threads.add(thread)
+            thread.start()
+
+    def _work(self) -> None:
+        wait = self._poller.wait
+        while not self._closed:
+            fd = wait(-1 if self._waiting <= SPARE else REST)
+            with self._lock:
+                if fd is None and self._waiting > SPARE:
+                    break
+                if fd is None or self._closed:
+                    continue
+                self._waiting -= 1
+                alone = not self._waiting
+            if alone:
+                self._keep_one_waiting()
+            try:
+                self._run(fd)
+            except Exception as error:  # noqa: BLE001  a fault of ours; the other subscriptions must go on
+                self._on_error(error)
+            with self._lock:
+                self._waiting += 1
+        with self._lock:
+            self._waiting -= 1
+            self._threads.discard(threading.current_thread())
+            if self._closed and not self._threads:
+                self._poller.close()
+
+    def _run(self, fd: int) -> None:
+        if fd != BELL:
+            channel = self._channels.get(fd)
+            if channel is not None:
+                channel.run(fd)
+            return
+        try:
+            channel = self._woken.popleft()
+        except IndexError:
+            return  # another thread was quicker
+        channel.run(None)
