@@ -17,13 +17,15 @@ MAX_MESSAGE_SIZE = 1_000_000_000
 
 _unpack_size = struct.Struct("<I").unpack_from
 _TRUSTED_GROWTH = 16 << 20
+_SMALL = 2048
 
 
 class FrameBuffer:
     """Receive buffer of one link.
 
     Args:
-        capacity: bytes received at most in one go while frames are small.
+        capacity: bytes received at most in one go while frames are small. An idle link needs less: the buffer begins
+            small and grows when it is filled.
         limit: largest accepted frame body in bytes.
         first: bytes that were received already, together with the connection header.
 
@@ -32,16 +34,17 @@ class FrameBuffer:
         view: the same memory, for slicing without a copy.
     """
 
-    __slots__ = ("_begin", "_capacity", "_end", "_limit", "_stop", "data", "view")
+    __slots__ = ("_begin", "_capacity", "_end", "_filled", "_limit", "_stop", "data", "view")
 
     def __init__(self, capacity: int = 1 << 16, limit: int = MAX_MESSAGE_SIZE, first: bytes = b"") -> None:
         self._capacity = capacity
         self._limit = limit
-        self.data = bytearray(max(capacity, 2 * len(first)))
+        self.data = bytearray(max(min(capacity, _SMALL), 2 * len(first)))
         self.data[: len(first)] = first
         self.view = memoryview(self.data)
         self._begin = 0  # first byte of the first incomplete frame
         self._end = len(first)
+        self._filled = False
         self._stop = 0  # end of the large frame that is incomplete, counted from its begin; else 0
 
     @property
@@ -57,8 +60,9 @@ class FrameBuffer:
                 self.view[: end - begin] = self.view[begin:end]
             self._begin = 0
             self._end = end = end - begin
-        if end == len(self.data):
-            self._grow(len(self.data) * 2)
+        if end == len(self.data) or (self._filled and len(self.data) < self._capacity):
+            self._grow(max(len(self.data) * 2, min(len(self.data) * 8, self._capacity)))
+            self._filled = False
         return self.view[end : self._stop] if end < self._stop else self.view[end:]
 
     def feed(self, data: bytes) -> None:
@@ -81,6 +85,7 @@ class FrameBuffer:
         """
         data, position = self.data, self._begin
         end = self._end = self._end + count
+        self._filled = end == len(data)
         frames: list[tuple[int, int]] = []
         while end - position >= 4:
             start = position + 4
