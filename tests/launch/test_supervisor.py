@@ -8,11 +8,12 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from pyros1.errors import LaunchError
 from pyros1.launch.console import Console
 from pyros1.launch.process import ProcessSpec
 from pyros1.launch.supervisor import Supervisor
@@ -100,6 +101,87 @@ def test_escalation_reaches_the_stuck_in_reverse_order_x90(bench: Bench) -> None
         "[stuck-2] escalating to SIGKILL",
     ]
     assert {process.spec.label: process.exit_code for process in bench.supervisor.dead}["stuck-2"] == -9
+
+
+def test_a_required_failure_is_remembered(bench: Bench) -> None:
+    bench.supervisor.start(bench.spec("needed-1", "raise SystemExit(7)", required=True))
+    bench.supervisor.run()
+    assert bench.supervisor.required_failed
+
+
+def test_what_a_node_leaves_behind_ends_with_the_launch(bench: Bench) -> None:
+    leave = "import os, signal, time\nif os.fork(): os._exit(0)\nsignal.signal(2, signal.SIG_IGN); print('left', flush=True); time.sleep(60)"
+    bench.supervisor.start(bench.spec("parent-1", leave))
+    bench.wait_for_log("parent-1", "left")
+    bench.supervisor.run()
+    (parent,) = bench.supervisor.dead
+    assert not parent.gone
+    bench.supervisor.shut_down()
+    assert parent.gone
+    assert "[parent-1] escalating to SIGTERM" in bench.out.getvalue()
+
+
+def test_a_second_signal_hurries_x90(bench: Bench) -> None:
+    bench.supervisor = Supervisor(Console(bench.out, bench.err), sigint_timeout=1000.0, sigterm_timeout=1000.0)
+    bench.supervisor.start(bench.spec("stuck-1", STUBBORN))
+    bench.wait_for_log("stuck-1", "ready")
+    for _ in range(3):
+        bench.supervisor.stop("SIGINT")
+    assert bench.supervisor.run() == "SIGINT"
+    bench.supervisor.shut_down()
+    (stuck,) = bench.supervisor.dead
+    assert stuck.exit_code == -9
+
+
+class Running:
+    """A supervisor that runs in a thread, as users find it who control a launch."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench = bench
+        self.thread = threading.Thread(target=bench.supervisor.run)
+
+    def __enter__(self) -> Running:
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.bench.supervisor.stop()
+        self.thread.join(DEADLINE)
+        assert not self.thread.is_alive()
+
+    def do(self, action: Callable[[], object], said: str) -> None:
+        before = self.bench.out.getvalue().count(said)
+        self.bench.supervisor.do(action)
+        deadline = time.monotonic() + DEADLINE
+        while self.bench.out.getvalue().count(said) == before:
+            assert time.monotonic() < deadline, self.bench.out.getvalue()
+            time.sleep(0.01)
+
+
+def test_nodes_are_stopped_started_and_restarted_by_hand(bench: Bench) -> None:
+    supervisor = bench.supervisor
+    supervisor.start(bench.spec("node-1", STUBBORN, respawn=True, required=False))
+    bench.wait_for_log("node-1", "ready")
+    node = supervisor.find("/node-1")
+    with Running(bench) as running:
+        running.do(lambda: supervisor.stop_node(node), "[node-1] stopped")
+        assert node.held and not node.alive and node.spawn_count == 1
+        running.do(lambda: supervisor.start_node(node), "process[node-1]: started with pid")
+        assert node.alive and node.spawn_count == 2
+        running.do(lambda: supervisor.restart_node(node), "process[node-1]: started with pid")
+        assert node.alive and node.spawn_count == 3
+        assert supervisor.active == [node]
+    assert "has died" not in bench.err.getvalue()
+
+
+def test_a_required_node_may_be_stopped_by_hand(bench: Bench) -> None:
+    bench.supervisor.start(bench.spec("node-1", "import time; time.sleep(60)", required=True))
+    node = bench.supervisor.find("node-1")
+    with Running(bench) as running:
+        running.do(lambda: bench.supervisor.stop_node(node), "[node-1] stopped")
+        assert running.thread.is_alive()
+    with pytest.raises(LaunchError, match="no node"):
+        bench.supervisor.find("/other")
 
 
 def test_what_cannot_be_started_is_said(bench: Bench) -> None:

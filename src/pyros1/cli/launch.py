@@ -34,7 +34,8 @@ def main(argv: list[str]) -> int:
         argv: the words after the command's name.
 
     Returns:
-        The exit code: 0, also when nodes died; 1 when nothing could be launched; 2 for a wrong command line.
+        The exit code: 0, also when nodes died; 1 when a required node failed or nothing could be launched; 2 for a
+        wrong command line.
     """
     parser = make_parser("roslaunch")
     arguments = {match[1]: match[2] for word in argv if (match := _ARGUMENT.fullmatch(word))}
@@ -171,6 +172,13 @@ def make_parser(prog: str) -> OptionParser:
         type="float",
         default=2.0,
         help="seconds from SIGTERM to SIGKILL when ending nodes",
+    )
+    add(
+        "--prefix",
+        dest="prefix",
+        default=False,
+        action="store_true",
+        help="Begin each line of the nodes' screen output with the node's name, in colour on a terminal",
     )
     return parser
 
@@ -319,7 +327,8 @@ def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> i
     """
     # Everything below is needed only when something is really launched.
     from pyros1.launch.console import Console  # noqa: PLC0415
-    from pyros1.launch.session import Options, Session  # noqa: PLC0415
+    from pyros1.launch.options import Options  # noqa: PLC0415
+    from pyros1.launch.session import Session  # noqa: PLC0415
     from pyros1.launch.supervisor import install_signals  # noqa: PLC0415
 
     screen = True if values.force_screen else False if values.force_log else None
@@ -337,6 +346,7 @@ def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> i
         sigterm_timeout=values.sigterm_timeout,
         title=title,
         notify_timeout=values.timeout,
+        prefix=values.prefix,
     )
     console = Console(title=options.show_title)
     session = Session(plan, options, resources.packages, resources.environ, console)
@@ -350,7 +360,7 @@ def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> i
         restore()
         if pid_file is not None:
             pid_file.unlink(missing_ok=True)
-    return 0
+    return session.exit_code
 
 
 def _write_pid(path: Path) -> None:

@@ -27,8 +27,19 @@ Commands:
 \t{program} machine\tlist nodes running on a particular machine or list machines
 \t{program} kill\tkill a running node
 \t{program} cleanup\tpurge registration information of unreachable nodes
-
+{_ours(program)}
 Type {program} <command> -h for more detailed usage, e.g. '{program} ping -h'
+"""
+
+
+def _ours(program: str) -> str:
+    """What stock's tool has not, and therefore does not list."""
+    if program == "rosnode":
+        return ""
+    return f"""\t{program} status\tlist the processes of running launches: pid, CPU, memory, restarts, uptime
+\t{program} stop\tstop a node of a launch
+\t{program} start\tstart a stopped node of a launch
+\t{program} restart\tstop a node of a launch and start it again
 """
 
 
@@ -364,7 +375,27 @@ def _unregister(invocation: Invocation, graph: Graph, name: str) -> None:
         master.close()
 
 
-_VERBS = {"ping": ping, "list": list_nodes, "info": info, "machine": machine, "kill": kill, "cleanup": cleanup}
+def _control(invocation: Invocation) -> None:
+    from pyros1.cli import node_control  # noqa: PLC0415 - the other verbs do without
+
+    verbs = {
+        "status": node_control.status,
+        "stop": node_control.stop,
+        "start": node_control.start,
+        "restart": node_control.restart,
+    }
+    verbs[invocation.verb](invocation)
+
+
+_VERBS = {
+    "ping": ping,
+    "list": list_nodes,
+    "info": info,
+    "machine": machine,
+    "kill": kill,
+    "cleanup": cleanup,
+    **dict.fromkeys(("status", "stop", "start", "restart"), _control),
+}
 
 
 def main(argv: list[str]) -> int:

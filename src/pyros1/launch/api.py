@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from typing import Any
 
+from pyros1.errors import LaunchError
 from pyros1.launch.process import Process
 from pyros1.launch.supervisor import Supervisor
+from pyros1.launch.usage import UNKNOWN, group_usages
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_server import XmlRpcServer, unknown_method
@@ -49,21 +52,62 @@ class LaunchServer:
 
     def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
         """Answer one call with a triple ``[code, message, value]``."""
-        if method == "get_pid":
-            return [1, "", os.getpid()]
-        if method == "list_processes":
-            return [
+        answers: dict[str, Callable[[Sequence[Any]], Triple]] = {
+            "get_pid": lambda _: [1, "", os.getpid()],
+            "list_processes": self._list_processes,
+            "get_node_names": lambda _: [
                 1,
-                "processes on parent machine",
-                [_counts(self._supervisor.active), _counts(self._supervisor.dead)],
-            ]
-        if method == "get_node_names":
-            return [1, "node names", [process.spec.node for process in self._supervisor.active]]
-        if method == "list_children":
-            return [1, "roslaunch children", []]
-        if method == "process_info":
-            return self._process_info(params)
-        raise unknown_method(method)
+                "node names",
+                [process.spec.node for process in self._supervisor.active],
+            ],
+            "list_children": lambda _: [1, "roslaunch children", []],
+            "process_info": self._process_info,
+            "status": lambda _: [1, "processes", self._status()],
+            "control": self._control,
+        }
+        if method not in answers:
+            raise unknown_method(method)
+        return answers[method](params)
+
+    def _list_processes(self, params: Sequence[Any]) -> Triple:
+        lists = [_counts(self._supervisor.active), _counts(self._supervisor.dead)]
+        return [1, "processes on parent machine", lists]
+
+    def _status(self) -> list[dict[str, Any]]:
+        usages = group_usages()
+        now = time.monotonic()
+        entries = []
+        for process in [*self._supervisor.active, *self._supervisor.dead]:
+            here = process.alive and not process.machine
+            usage = usages.get(process.pid, UNKNOWN) if here else UNKNOWN
+            entry: dict[str, Any] = {
+                "label": process.spec.label,
+                "node": process.spec.node,
+                "state": _state(process, process in self._supervisor.dead),
+                "pid": process.pid,
+                "starts": process.spawn_count,
+                "uptime": now - process.started if process.alive else -1.0,
+                "cpu": usage.cpu,
+                # XML-RPC's integers have 32 bits.
+                "memory": float(usage.memory),
+                "machine": process.machine,
+            }
+            if process.exit_code is not None:
+                entry["exit_code"] = process.exit_code
+            entries.append(entry)
+        return entries
+
+    def _control(self, params: Sequence[Any]) -> Triple:
+        supervisor = self._supervisor
+        verbs = {"stop": supervisor.stop_node, "start": supervisor.start_node, "restart": supervisor.restart_node}
+        if len(params) != 2 or params[0] not in verbs:
+            return [-1, "control takes one of stop, start and restart, and the name of a node", 0]
+        try:
+            process = supervisor.find(str(params[1]))
+        except LaunchError as error:
+            return [-1, str(error), 0]
+        supervisor.do(lambda: verbs[params[0]](process))
+        return [1, f"going to {params[0]} {process.spec.label}", 1]
 
     def _process_info(self, params: Sequence[Any]) -> Triple:
         name = params[0] if params else None
@@ -85,6 +129,16 @@ class LaunchServer:
                     info["exit_code"] = process.exit_code
                 return [1, "process info", info]
         return [-1, f"no process by that name: {name}", {}]
+
+
+def _state(process: Process, over: bool) -> str:
+    if process.alive:
+        return "stopping" if process.held or process.restarting else "running"
+    if process.held:
+        return "stopped"
+    if over:
+        return "died" if process.exit_code else "finished"
+    return "waiting"
 
 
 def _counts(processes: list[Process]) -> list[list[Any]]:

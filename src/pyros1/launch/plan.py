@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from pyros1.launch.conditions import DEFAULT_TIMEOUT, Condition
 from pyros1.names import ns_join
 
 
@@ -29,6 +30,8 @@ class NodePlan:
         machine: name of a declared machine, None for this one.
         file: the launch file that defines it.
         line: line there.
+        wait_for: what has to exist before it starts.
+        wait_timeout: seconds until that is given up, 0 for never.
     """
 
     package: str
@@ -47,11 +50,30 @@ class NodePlan:
     machine: str | None = None
     file: str = ""
     line: int = 0
+    wait_for: list[Condition] = field(default_factory=list)
+    wait_timeout: float = DEFAULT_TIMEOUT
 
     @property
     def full_name(self) -> str:
         """The name with its namespace, ``/a/b/name``."""
         return ns_join(self.namespace, self.name)
+
+
+@dataclass
+class TestPlan(NodePlan):
+    """A ``<test>``: a node whose end is the end of the test.
+
+    Attributes:
+        test_name: name of the test, and of its results.
+        time_limit: seconds until it has failed.
+        retry: how often it may be tried again.
+    """
+
+    __test__ = False  # not one of pytest's
+
+    test_name: str = ""
+    time_limit: float = 60.0
+    retry: int = 0
 
 
 @dataclass(frozen=True)
@@ -116,7 +138,7 @@ class Plan:
     """
 
     nodes: list[NodePlan] = field(default_factory=list)
-    tests: list[NodePlan] = field(default_factory=list)
+    tests: list[TestPlan] = field(default_factory=list)
     params: dict[str, Any] = field(default_factory=dict)
     clear_params: list[str] = field(default_factory=list)
     actions: list[ParamFileAction] = field(default_factory=list)

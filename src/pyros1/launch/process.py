@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -9,6 +10,13 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pyros1.launch.warden import group_exists, leaderless
+
+if TYPE_CHECKING:
+    from pyros1.launch.screen import Screen
+    from pyros1.launch.warden import Warden
 
 
 @dataclass
@@ -47,21 +55,32 @@ class Process:
     Args:
         spec: what it is.
         on_exit: called with this object on the watching thread when it has ended.
+        warden: who ends it when this process is killed.
+        screen: what writes its output to the screen with its name; None lets it write there itself.
 
     Attributes:
         spawn_count: how often it was started.
         exit_code: negative for a signal, None while it runs.
         started: monotonic time of the last start.
+        held: stopped by the user, who may start it again.
+        restarting: to be started again as soon as it has ended.
+        machine: where it runs, empty for this machine.
     """
 
     spec: ProcessSpec
     on_exit: Callable[[Process], object]
+    warden: Warden | None = None
+    screen: Screen | None = None
     spawn_count: int = 0
     exit_code: int | None = None
     started: float = 0.0
+    held: bool = False
+    restarting: bool = False
+    machine: str = ""
     _popen: subprocess.Popen[bytes] | None = None
     _ended: threading.Event = field(default_factory=threading.Event)
     _watcher: threading.Thread | None = None
+    _remains: set[int] = field(default_factory=set)
 
     @property
     def pid(self) -> int:
@@ -73,6 +92,21 @@ class Process:
         """Whether it runs."""
         return self._popen is not None and not self._ended.is_set()
 
+    @property
+    def gone(self) -> bool:
+        """Whether it does not run, and nothing that any life of it has started in its group does."""
+        return not self.alive and not self._groups()
+
+    def _groups(self) -> set[int]:
+        """The groups of former lives that still have members."""
+        for group in self._remains:
+            # As process 1 of a container we are the parent of all orphans, and no one else buries them.
+            with contextlib.suppress(ChildProcessError):
+                while os.waitpid(-group, os.WNOHANG)[0]:
+                    pass
+        self._remains = {pid for pid in self._remains if leaderless(pid)}
+        return self._remains
+
     def start(self) -> None:
         """Start it, or start it again.
 
@@ -80,18 +114,11 @@ class Process:
             OSError: it cannot be started.
         """
         spec = self.spec
-        stdout = None
-        if not spec.to_screen and spec.log_base is not None:
-            os.makedirs(os.path.dirname(spec.log_base), exist_ok=True)
-            # A restarted node must not erase what its predecessor said last.
-            stdout = open(f"{spec.log_base}-stdout.log", "ab" if self.spawn_count else "wb")  # noqa: SIM115 - closed below
-        try:
-            self._popen = subprocess.Popen(
-                spec.words, env=spec.env, cwd=spec.cwd, stdout=stdout, start_new_session=True, close_fds=True
-            )
-        finally:
-            if stdout is not None:
-                stdout.close()
+        if self.warden is not None:
+            self.warden.expect(spec.words[-1])
+        self._popen = self._spawn()
+        if self.warden is not None:
+            self.warden.watch(self._popen.pid)
         self._ended = threading.Event()
         self.exit_code = None
         self.spawn_count += 1
@@ -102,22 +129,40 @@ class Process:
         self._watcher.daemon = True
         self._watcher.start()
 
+    def _spawn(self) -> subprocess.Popen[bytes]:
+        spec = self.spec
+        if not spec.to_screen and spec.log_base is not None:
+            os.makedirs(os.path.dirname(spec.log_base), exist_ok=True)
+            # A restarted node must not erase what its predecessor said last.
+            with open(f"{spec.log_base}-stdout.log", "ab" if self.spawn_count else "wb") as stdout:
+                return _popen(spec, stdout.fileno(), None)
+        if self.screen is None:
+            return _popen(spec, None, None)
+        with self.screen.opened(spec) as (out, err):
+            return _popen(spec, out, err)
+
     def _watch(self, popen: subprocess.Popen[bytes], ended: threading.Event) -> None:
         self.exit_code = popen.wait()
+        if group_exists(popen.pid):
+            self._remains.add(popen.pid)
+        if self.warden is not None:
+            self.warden.ended(popen.pid)
         ended.set()
         self.on_exit(self)
 
     def signal(self, number: int) -> None:
         """Send a signal to the process and all that it started in its group."""
         popen = self._popen
-        if popen is None or self._ended.is_set():
-            return
-        try:
-            os.killpg(popen.pid, number)
-        except ProcessLookupError:
-            return
-        except PermissionError:  # it became another user; perhaps the process itself still listens to us
-            popen.send_signal(number)
+        if popen is not None and not self._ended.is_set():
+            try:
+                os.killpg(popen.pid, number)
+            except ProcessLookupError:
+                pass
+            except PermissionError:  # it became another user; perhaps the process itself still listens to us
+                popen.send_signal(number)
+        for group in self._groups():
+            with contextlib.suppress(OSError):
+                os.killpg(group, number)
 
     def wait(self, deadline: float) -> bool:
         """Wait until it has ended or `deadline` (monotonic seconds); return whether it has ended."""
@@ -131,3 +176,9 @@ class Process:
     def kill(self) -> None:
         """End it at once."""
         self.signal(signal.SIGKILL)
+
+
+def _popen(spec: ProcessSpec, out: int | None, err: int | None) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        spec.words, env=spec.env, cwd=spec.cwd, stdout=out, stderr=err, start_new_session=True, close_fds=True
+    )

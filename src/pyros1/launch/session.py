@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import socket
+import sys
 import threading
 import uuid
 from collections.abc import Mapping
@@ -17,55 +18,21 @@ from typing import Any, TextIO
 
 from pyros1.errors import Error, LaunchError, MasterError, MasterUnreachableError, ParameterNotSetError
 from pyros1.launch.api import LaunchServer
-from pyros1.launch.command_line import locate, node_environment, node_words
 from pyros1.launch.console import Console
 from pyros1.launch.core import CORE_PARAMS, Core, write_pid_file
 from pyros1.launch.logs import make_run_folder, ros_home
-from pyros1.launch.plan import NodePlan, Plan
-from pyros1.launch.process import ProcessSpec
+from pyros1.launch.options import Options
+from pyros1.launch.plan import Plan
 from pyros1.launch.report import summary
 from pyros1.launch.resources import PackageFinder
+from pyros1.launch.screen import Screen
+from pyros1.launch.starting import Run, Starter
 from pyros1.launch.supervisor import Supervisor
 from pyros1.net.hosts import LocalAddress, host_from_environment, is_local, master_uri, parse_uri
 from pyros1.net.master_client import MasterClient
 
 _CALLER = "/roslaunch"
 _WAIT_STEP = 0.2
-
-
-@dataclass
-class Options:
-    """How to launch.
-
-    Attributes:
-        core: run a core only; another master is an error.
-        port: port of a master that is started here, None for that of ROS_MASTER_URI.
-        run_id: a run id that must be the master's.
-        screen: all output to the screen (True), to log files (False), or as each node says (None).
-        required: every node is required.
-        local: leave out nodes of other machines.
-        wait: wait for a master instead of starting one.
-        show_summary: print the SUMMARY block.
-        show_title: set the terminal's title.
-        sigint_timeout: seconds between SIGINT and SIGTERM.
-        sigterm_timeout: seconds between SIGTERM and SIGKILL.
-        title: what the terminal's title begins with.
-        notify_timeout: seconds nodes have to answer a master started here.
-    """
-
-    core: bool = False
-    port: int | None = None
-    run_id: str | None = None
-    screen: bool | None = None
-    required: bool = False
-    local: bool = False
-    wait: bool = False
-    show_summary: bool = True
-    show_title: bool = True
-    sigint_timeout: float = 15.0
-    sigterm_timeout: float = 2.0
-    title: str = "roslaunch"
-    notify_timeout: float | None = None
 
 
 @dataclass
@@ -78,6 +45,9 @@ class Session:
         packages: finds executables.
         environ: this process's environment.
         console: where lines for the user go.
+
+    Attributes:
+        exit_code: 1 if a required node failed, once the launch is over.
     """
 
     plan: Plan
@@ -85,10 +55,10 @@ class Session:
     packages: PackageFinder
     environ: Mapping[str, str]
     console: Console
-    failed: bool = False
-    _counter: int = 0
+    exit_code: int = 0
     _core: Core | None = None
     _server: LaunchServer | None = None
+    _starter: Starter | None = None
     _log: TextIO | None = None
     _stop: threading.Event = field(default_factory=threading.Event)
 
@@ -96,11 +66,14 @@ class Session:
         self._address: LocalAddress = host_from_environment(self.environ, {})
         self._uri = self._master_uri()
         self._master = MasterClient(_CALLER, self._uri)
+        self._screen = Screen(sys.stdout, sys.stderr) if self.options.prefix else None
         self._supervisor = Supervisor(
             self.console,
             sigint_timeout=self.options.sigint_timeout,
             sigterm_timeout=self.options.sigterm_timeout,
             keep_running=self.options.core,
+            guarded=True,
+            screen=self._screen,
         )
 
     def _master_uri(self) -> str:
@@ -126,6 +99,8 @@ class Session:
             run_id, folder = self._prepare(running)
             self._start(running, run_id, folder)
             reason = self._supervisor.run()
+            if self._supervisor.required_failed:
+                self.exit_code = 1
             if reason.startswith("all processes"):
                 self.console.line(reason if self._supervisor.dead else "No processes to monitor")
         finally:
@@ -221,13 +196,17 @@ class Session:
             self._core.start_rosout()
             self.console.bold(f"process[rosout-1]: started with pid [{os.getpid()}]")
             self.console.line("started core service [/rosout]")
-        self._counter = 1 if self._core is not None else 0
+        run = Run(self._uri, run_id, folder, counter=1 if self._core is not None else 0)
+        self._starter = Starter(
+            self.plan, self.options, self.packages, self.environ, self.console, self._supervisor, run
+        )
         self._param_actions()
         self._set_params()
         for node in self.plan.nodes:
             if self._stop.is_set():
                 return
-            self._start_node(node, folder)
+            if not (self.options.local and self._starter.is_remote(node)):
+                self._starter.start(node)
 
     def _start_master(self, folder: Path) -> None:
         self.console.line("auto-starting new master")
@@ -290,53 +269,18 @@ class Session:
             if isinstance(reply, Error):
                 raise LaunchError(f"cannot set parameter {name}: {reply}") from reply
 
-    def _start_node(self, node: NodePlan, folder: Path) -> None:
-        self._counter += 1
-        if self._is_remote(node):
-            if not self.options.local:
-                self.console.error(
-                    f"[{node.full_name}] is to run on machine [{node.machine}]: remote nodes are not started yet"
-                )
-                self.failed = True
-            return
-        label = f"{node.full_name.lstrip('/')}-{self._counter}"
-        log_base = folder / label.replace("/", "-")
-        try:
-            executable = locate(node.package, node.type, self.packages)
-        except LaunchError as error:
-            self.console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}")
-            self.failed = True
-            return
-        home = ros_home(self.environ)
-        try:
-            home.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise LaunchError(f"cannot make the nodes' folder {home}: {error.strerror}; set ROS_HOME") from error
-        screen = node.output == "screen" if self.options.screen is None else self.options.screen
-        spec = ProcessSpec(
-            label=label,
-            node=node.full_name,
-            words=[*node_words(node, executable), f"__log:={log_base}.log"],
-            env=node_environment(node, executable, self.environ, self._uri),
-            cwd=str(executable.parent) if node.cwd == "node" else str(home),
-            log_base=str(log_base),
-            to_screen=screen,
-            respawn=node.respawn,
-            respawn_delay=node.respawn_delay,
-            required=node.required or self.options.required,
-        )
-        if not self._supervisor.start(spec):
-            self.failed = True
-
-    def _is_remote(self, node: NodePlan) -> bool:
-        machine = self.plan.machines.get(node.machine or "")
-        return machine is not None and not is_local(machine.address)
-
     # Ending --------------------------------------------------------------------------------------------------------
 
     def _end(self) -> None:
         started = self._server is not None
+        if self._starter is not None:
+            self._starter.hold()
         self._supervisor.shut_down()
+        if self._screen is not None:
+            self._screen.close()
+        if self._starter is not None:
+            self._starter.close()
+            self._starter = None
         if self._server is not None:
             self._forget_server()
             self._server.close()

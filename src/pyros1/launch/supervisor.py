@@ -1,7 +1,8 @@
 """Keeps a set of processes as their specs ask for, and ends them all in good order (X87-X90).
 
-One queue carries what happens (a process ended, a signal came, a master was told to shut down); the thread in `run`
-sleeps on it until then, or until the next respawn is due. Nothing polls.
+One queue carries what happens (a process ended, a signal came, a master was told to shut down, a user wants a node
+stopped); the thread in `run` sleeps on it until then, or until the next timer is due. Nothing polls, but for the end of
+what a dead node has left behind in its process group: only its parent could wait for that.
 """
 
 from __future__ import annotations
@@ -12,11 +13,15 @@ import time
 from collections.abc import Callable
 from typing import Literal
 
+from pyros1.errors import LaunchError
 from pyros1.launch.console import Console
 from pyros1.launch.process import Process, ProcessSpec
+from pyros1.launch.screen import Screen
+from pyros1.launch.warden import Warden
 
 _KILL_WAIT = 2.0
-Event = tuple[Literal["exit", "stop", "hurry"], "Process | str | None"]
+_REMAINS_POLL = 0.05
+Event = tuple[Literal["exit", "stop", "hurry", "do"], "Process | str | Callable[[], object] | None"]
 
 
 class Supervisor:
@@ -27,6 +32,12 @@ class Supervisor:
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
         keep_running: go on when no process is left (the core does).
+        guarded: let a `Warden` end the processes if this one is killed.
+        screen: what writes the processes' output to the screen, None to let them write there themselves.
+
+    Attributes:
+        required_failed: whether a required process ended with an error.
+        expected: how many processes are still to be started when something else has happened.
     """
 
     def __init__(
@@ -36,21 +47,31 @@ class Supervisor:
         sigint_timeout: float = 15.0,
         sigterm_timeout: float = 2.0,
         keep_running: bool = False,
+        guarded: bool = False,
+        screen: Screen | None = None,
     ) -> None:
         self._console = console
-        self._sigint_timeout = sigint_timeout
-        self._sigterm_timeout = sigterm_timeout
+        self._stages = [
+            (signal.SIGINT, sigint_timeout),
+            (signal.SIGTERM, sigterm_timeout),
+            (signal.SIGKILL, _KILL_WAIT),
+        ]
         self._keep_running = keep_running
+        self._guarded = guarded
+        self._warden: Warden | None = None
+        self._screen = screen
         # A SimpleQueue may be fed from a signal handler, whatever the main thread was doing.
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
-        self._respawns: dict[str, float] = {}
+        self._timers: dict[str, tuple[float, Callable[[], object]]] = {}
         self._processes: dict[str, Process] = {}
         self._dead: dict[str, Process] = {}
         self._stopping = False
+        self.required_failed = False
+        self.expected = 0
 
     @property
     def active(self) -> list[Process]:
-        """The processes that run or will be started again, in the order of their start."""
+        """The processes that run or may be started again, in the order of their start."""
         return list(self._processes.values())
 
     @property
@@ -58,9 +79,16 @@ class Supervisor:
         """The processes that have ended for good."""
         return list(self._dead.values())
 
-    def start(self, spec: ProcessSpec) -> bool:
-        """Start a process; what goes wrong is said on the console. Return whether it was started."""
-        process = Process(spec, self._exited)
+    def start(self, spec: ProcessSpec, kind: Callable[..., Process] = Process) -> bool:
+        """Start a process; what goes wrong is said on the console. Return whether it was started.
+
+        Args:
+            spec: what to start.
+            kind: makes a `Process`, or what is like one, with the same arguments.
+        """
+        if self._guarded and self._warden is None:
+            self._warden = Warden(self._stages[0][1], self._stages[1][1])
+        process = kind(spec, self._exited, self._warden, self._screen)
         self._processes[spec.label] = process
         if self._start(process):
             return True
@@ -85,44 +113,64 @@ class Supervisor:
         self._events.put(("hurry" if self._stopping else "stop", reason))
         self._stopping = True
 
+    def do(self, action: Callable[[], object]) -> None:
+        """Let the thread in `run` do something; callable from any thread."""
+        self._events.put(("do", action))
+
     def run(self) -> str:
         """Watch until told to stop, a required process ended, or none is left; return the reason."""
         while True:
-            if not self._processes and not self._keep_running:
+            if not self._processes and not self._keep_running and not self.expected:
                 return "all processes on machine have died, roslaunch will exit"
             event = self._next_event()
             if event is None:
-                self._respawn_due()
+                self._fire_timers()
                 continue
             kind, what = event
-            if kind != "exit":
+            if kind in ("stop", "hurry"):
                 return str(what or "")
-            if isinstance(what, Process) and self._died(what):
+            if kind == "do" and callable(what):
+                what()
+            elif isinstance(what, Process) and self._died(what):
                 return "required process died"
 
     def _next_event(self) -> Event | None:
         timeout = None
-        if self._respawns:
-            timeout = max(0.0, min(self._respawns.values()) - time.monotonic())
+        if self._timers:
+            timeout = max(0.0, min(due for due, _ in self._timers.values()) - time.monotonic())
         try:
             return self._events.get(timeout=timeout)
         except queue.Empty:
             return None
 
+    def _fire_timers(self) -> None:
+        now = time.monotonic()
+        for label, (due, action) in list(self._timers.items()):
+            if due <= now:
+                del self._timers[label]
+                action()
+
+    def _later(self, key: str, seconds: float, action: Callable[[], object]) -> None:
+        self._timers[key] = (time.monotonic() + seconds, action)
+
     def _died(self, process: Process) -> bool:
         """Say what happened and decide what follows; return whether everything has to end."""
         spec = process.spec
         log = f"\nlog file: {spec.log_base}*.log" if spec.log_base else ""
+        if process.held or process.restarting:
+            self._rest(process)
+            return False
         if process.exit_code:
             text = f"process has died [pid {process.pid}, exit code {process.exit_code}, cmd {' '.join(spec.words)}]."
             self._console.plain_error(f"[{spec.label}] {text}{log}")
         else:
             self._console.bold(f"[{spec.label}] process has finished cleanly{log}")
         if spec.respawn:
-            self._respawns[spec.label] = time.monotonic() + spec.respawn_delay
+            self._later(spec.label, spec.respawn_delay, lambda: self._again(process))
             return False
         self._retire(process)
         if spec.required:
+            self.required_failed = bool(process.exit_code)
             line = "=" * 80
             self._console.plain_error(f"{line}\nREQUIRED process [{spec.label}] has died!")
             self._console.plain_error(f"Initiating shutdown!\n{line}")
@@ -134,53 +182,110 @@ class Supervisor:
         del self._processes[process.spec.label]
         self._dead[process.spec.label] = process
 
-    def _respawn_due(self) -> None:
-        now = time.monotonic()
-        for label in [label for label, due in self._respawns.items() if due <= now]:
-            del self._respawns[label]
-            process = self._processes[label]
-            process.join()
-            self._console.line(f"[{label}] restarting process")
-            if not self._start(process):
-                self._retire(process)
+    def _again(self, process: Process) -> None:
+        process.join()
+        self._console.line(f"[{process.spec.label}] restarting process")
+        if not self._start(process):
+            self._retire(process)
+
+    # What users ask for while it runs --------------------------------------------------------------------------------
+
+    def find(self, name: str) -> Process:
+        """Return the process of a node, or with a label.
+
+        Raises:
+            LaunchError: there is none.
+        """
+        for process in [*self.active, *self.dead]:
+            if name in (process.spec.node, process.spec.label):
+                return process
+        raise LaunchError(f"this launch has no node [{name}]")
+
+    def stop_node(self, process: Process) -> None:
+        """End a process until it is started again; to be called by the thread in `run`."""
+        process.held, process.restarting = True, False
+        self._end_one(process)
+
+    def start_node(self, process: Process) -> None:
+        """Start a process that was stopped or has ended; to be called by the thread in `run`."""
+        process.restarting = process.alive and (process.held or process.restarting)
+        process.held = False
+        if not process.alive:
+            self._timers.pop(process.spec.label, None)
+            self._dead.pop(process.spec.label, None)
+            self._processes[process.spec.label] = process
+            self._again(process)
+
+    def restart_node(self, process: Process) -> None:
+        """End a process and start it again; to be called by the thread in `run`."""
+        if not process.alive:
+            self.start_node(process)
+            return
+        process.held, process.restarting = False, True
+        self._end_one(process)
+
+    def _end_one(self, process: Process, stage: int = 0) -> None:
+        """Send the signal of a stage, and that of the next one if it was in vain."""
+        self._timers.pop(process.spec.label, None)
+        if process.gone or stage == len(self._stages):
+            return
+        number, seconds = self._stages[stage]
+        doing = "stopping" if not stage else f"escalating to {number.name}"
+        self._console.line(f"[{process.spec.label}] {doing}")
+        process.signal(number)
+        self._later(process.spec.label, seconds, lambda: self._end_one(process, stage + 1))
+
+    def _rest(self, process: Process) -> None:
+        """A process that was to end has: it waits to be started, or is started, once its children have gone, too."""
+        if not process.gone and process.spec.label in self._timers:
+            self._later(f"{process.spec.label} remains", _REMAINS_POLL, lambda: self._rest(process))
+            return
+        self._timers.pop(process.spec.label, None)
+        if process.restarting:
+            process.restarting = False
+            self._again(process)
+        else:
+            self._console.bold(f"[{process.spec.label}] stopped")
+
+    # The end ---------------------------------------------------------------------------------------------------------
 
     def shut_down(self) -> None:
         """End all processes: SIGINT to all in reverse order, SIGTERM to the deaf, SIGKILL to the stuck."""
         self._stopping = True
-        self._respawns.clear()
-        running = [process for process in reversed(self.active) if process.alive]
-        for process in running:
-            self._console.line(f"[{process.spec.label}] killing on exit")
-            process.signal(signal.SIGINT)
-        running = self._wait(running, self._sigint_timeout)
-        running = self._escalate(running, signal.SIGTERM, self._sigterm_timeout)
-        running = self._escalate(running, signal.SIGKILL, _KILL_WAIT)
+        self._timers.clear()
+        running = [process for process in reversed([*self.dead, *self.active]) if not process.gone]
+        for stage, (number, seconds) in enumerate(self._stages):
+            for process in running:
+                if stage or process.alive:
+                    doing = f"escalating to {number.name}" if stage else "killing on exit"
+                    self._console.line(f"[{process.spec.label}] {doing}")
+                process.signal(number)
+            running = self._wait(running, seconds)
         for process in running:
             self._console.error(f"[{process.spec.label}] required SIGKILL. May still be running.")
         for process in self.active:
             if not process.alive:
                 self._retire(process)
-
-    def _escalate(self, running: list[Process], number: signal.Signals, seconds: float) -> list[Process]:
-        for process in running:
-            self._console.line(f"[{process.spec.label}] escalating to {number.name}")
-            process.signal(number)
-        return self._wait(running, seconds)
+        if self._warden is not None:
+            self._warden.close()
+            self._warden = None
 
     def _wait(self, running: list[Process], seconds: float) -> list[Process]:
         """Wait for the processes; return those still running after `seconds`, or at once when a signal hurries us."""
         deadline = time.monotonic() + seconds
         while True:
-            running = [process for process in running if process.alive]
+            running = [process for process in running if not process.gone]
             left = deadline - time.monotonic()
             if not running or left <= 0:
                 return running
+            if not any(process.alive for process in running):
+                left = min(left, _REMAINS_POLL)
             try:
                 kind, _ = self._events.get(timeout=left)
             except queue.Empty:
                 continue
-            if kind != "exit":
-                return [process for process in running if process.alive]
+            if kind in ("stop", "hurry"):
+                return [process for process in running if not process.gone]
 
 
 def install_signals(stop: Callable[[str], None]) -> Callable[[], None]:

@@ -1,0 +1,190 @@
+"""From planned nodes to supervised processes: here, on other machines, and when what they wait for exists."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pyros1.errors import LaunchError
+from pyros1.launch.command_line import locate, node_environment, node_words
+from pyros1.launch.console import Console
+from pyros1.launch.logs import ros_home
+from pyros1.launch.options import Options
+from pyros1.launch.plan import MachinePlan, NodePlan, Plan
+from pyros1.launch.process import ProcessSpec
+from pyros1.launch.readiness import Gate
+from pyros1.launch.remote import Machine, make_machine
+from pyros1.launch.resources import PackageFinder
+from pyros1.launch.supervisor import Supervisor
+from pyros1.net.hosts import is_local
+
+
+@dataclass
+class Run:
+    """What all nodes of one launch share.
+
+    Attributes:
+        master_uri: of the master.
+        run_id: of the master.
+        folder: where log files go.
+        counter: the number that the last process's label had.
+    """
+
+    master_uri: str
+    run_id: str
+    folder: Path
+    counter: int = 0
+
+
+@dataclass
+class Starter:
+    """Starts nodes.
+
+    Args:
+        plan: what is launched.
+        options: how.
+        packages: finds executables.
+        environ: this process's environment.
+        console: where lines for the user go.
+        supervisor: who looks after the processes.
+        run: what all nodes share.
+    """
+
+    plan: Plan
+    options: Options
+    packages: PackageFinder
+    environ: Mapping[str, str]
+    console: Console
+    supervisor: Supervisor
+    run: Run
+    _machines: dict[str, Machine] = field(default_factory=dict)
+    _gate: Gate | None = None
+
+    def connect(self) -> None:
+        """Connect to all machines that nodes are to run on, before any node runs.
+
+        Raises:
+            LaunchError: a machine cannot be used.
+        """
+        wanted: dict[str, MachinePlan] = {}
+        for node in self.plan.nodes:
+            machine = self._machine(node)
+            if machine is not None:
+                wanted[machine.name] = machine
+        for machine in wanted.values():
+            stages = (self.options.sigint_timeout, self.options.sigterm_timeout)
+            connection = make_machine(machine, self.environ, self.run.master_uri, stages, self.console)
+            self._machines[machine.name] = connection
+        for connection in self._machines.values():
+            connection.connect()
+        for connection in self._machines.values():
+            connection.wait_ready()
+
+    def start(self, node: NodePlan) -> None:
+        """Start a node, or let it wait for what it needs; what goes wrong is said on the console."""
+        self.run.counter += 1
+        label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
+        if not node.wait_for:
+            self._start(node, label)
+            return
+        if self._gate is None:
+            self._gate = Gate(self.run.master_uri, self.supervisor.do)
+        self.supervisor.expected += 1
+        needs = ", ".join(map(str, node.wait_for))
+        self.console.line(f"[{label}] waits for {needs}")
+        self._gate.add(
+            node.wait_for,
+            node.wait_timeout,
+            lambda: self._ready(node, label),
+            lambda missing: self._late(node, label, missing),
+        )
+
+    def _ready(self, node: NodePlan, label: str) -> None:
+        self.supervisor.expected -= 1
+        self._start(node, label)
+
+    def _late(self, node: NodePlan, label: str, missing: str) -> None:
+        self.supervisor.expected -= 1
+        self.console.error(
+            f"[{label}] is not started: {missing} did not appear within {node.wait_timeout:g} s "
+            f"(wait-for at {node.file}:{node.line})"
+        )
+        if node.required or self.options.required:
+            self.supervisor.required_failed = True
+            self.supervisor.stop(f"required node {node.full_name} could not be started")
+
+    def _start(self, node: NodePlan, label: str) -> None:
+        machine = self._machine(node)
+        try:
+            spec = self.spec(node, label) if machine is None else self._remote_spec(node, label)
+        except LaunchError as error:
+            self.console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}")
+            return
+        if machine is None:
+            self.supervisor.start(spec)
+        else:
+            self.supervisor.start(spec, self._machines[machine.name].process(node, self.run.run_id))
+
+    def spec(self, node: NodePlan, label: str) -> ProcessSpec:
+        """Return how a node is started on this machine.
+
+        Raises:
+            LaunchError: there is no such executable, or no folder to start it in.
+        """
+        executable = locate(node.package, node.type, self.packages)
+        home = ros_home(self.environ)
+        try:
+            home.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise LaunchError(f"cannot make the nodes' folder {home}: {error.strerror}; set ROS_HOME") from error
+        log_base = self.run.folder / label.replace("/", "-")
+        return ProcessSpec(
+            label=label,
+            node=node.full_name,
+            words=[*node_words(node, executable), f"__log:={log_base}.log"],
+            env=node_environment(node, executable, self.environ, self.run.master_uri),
+            cwd=str(executable.parent) if node.cwd == "node" else str(home),
+            log_base=str(log_base),
+            to_screen=self._to_screen(node),
+            respawn=node.respawn,
+            respawn_delay=node.respawn_delay,
+            required=node.required or self.options.required,
+        )
+
+    def _remote_spec(self, node: NodePlan, label: str) -> ProcessSpec:
+        remaps = [f"{old}:={new}" for old, new in node.remappings]
+        return ProcessSpec(
+            label=label,
+            node=node.full_name,
+            words=[*node.prefix, f"{node.package}/{node.type}", *node.args, *remaps, f"__name:={node.name}"],
+            env={},
+            cwd="",
+            to_screen=self._to_screen(node),
+            respawn=node.respawn,
+            respawn_delay=node.respawn_delay,
+            required=node.required or self.options.required,
+        )
+
+    def _to_screen(self, node: NodePlan) -> bool:
+        return node.output == "screen" if self.options.screen is None else self.options.screen
+
+    def is_remote(self, node: NodePlan) -> bool:
+        """Whether a node is to run on another machine."""
+        return self._machine(node) is not None
+
+    def _machine(self, node: NodePlan) -> MachinePlan | None:
+        machine = self.plan.machines.get(node.machine or "")
+        return machine if machine is not None and not is_local(machine.address) else None
+
+    def hold(self) -> None:
+        """Start none of the nodes that still wait; to be called before the end."""
+        if self._gate is not None:
+            self._gate.close()
+            self._gate = None
+
+    def close(self) -> None:
+        """Leave the other machines, when no process is left."""
+        for machine in self._machines.values():
+            machine.close()
+        self._machines.clear()

@@ -1,0 +1,150 @@
+"""Ends the nodes of a launcher that cannot do so any more, because it was killed.
+
+A small process of its own reads from a pipe which process groups there are. The system closes the pipe when the
+launcher ends, however that comes about; groups that are still listed then are ended as the launcher would have done.
+
+The program, run by path, imports nothing of pyros1 and therefore starts quickly. It works on every POSIX system. A node
+that the launcher had started but not yet reported is found by its ``__log`` argument, which Linux alone can tell.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+_POLL = 0.05
+_KILL_WAIT = 2.0
+
+
+class Warden:
+    """The launcher's end of the pipe.
+
+    Args:
+        sigint_timeout: seconds between SIGINT and SIGTERM.
+        sigterm_timeout: seconds between SIGTERM and SIGKILL.
+    """
+
+    def __init__(self, sigint_timeout: float = 15.0, sigterm_timeout: float = 2.0) -> None:
+        words = [sys.executable, "-I", "-S", __file__, str(sigint_timeout), str(sigterm_timeout)]
+        # In a session of its own a Ctrl-C or a closed terminal, which ends the launcher, passes it by.
+        self._process = subprocess.Popen(
+            words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        )
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
+    def expect(self, word: str) -> None:
+        """Say that a process with this word on its command line is about to be started."""
+        self._tell("expect", word)
+
+    def watch(self, pid: int) -> None:
+        """Say that the process that was expected runs, and leads a group of its own."""
+        self._tell("watch", str(pid))
+
+    def ended(self, pid: int) -> None:
+        """Say that a process has ended; its group may still have members."""
+        self._tell("ended", str(pid))
+
+    def _tell(self, verb: str, what: str) -> None:
+        pipe = self._process.stdin
+        if pipe is not None:
+            with contextlib.suppress(OSError):  # killed by somebody: the launcher ends its nodes itself, too
+                os.write(pipe.fileno(), f"{verb} {what}\n".encode(errors="surrogateescape"))
+
+    def close(self) -> None:
+        """Let it go; to be called when no process is left."""
+        self._tell("release", "")
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+        self._process.wait()
+
+
+def group_exists(pid: int) -> bool:
+    """Whether any process of the group is left."""
+    try:
+        os.killpg(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass  # there is somebody, whom we may not signal
+    return True
+
+
+def leaderless(group: int) -> bool:
+    """Whether a process group whose first process has ended still has members.
+
+    A process that has the number of the group, or a group without a process, would be somebody else's.
+    """
+    try:
+        os.kill(group, 0)
+    except ProcessLookupError:
+        return group_exists(group)
+    except PermissionError:
+        pass
+    return False
+
+
+def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
+    """Signal process groups, again and again, until none is left.
+
+    Args:
+        groups: their ids.
+        stages: signals, and how many seconds to wait after each.
+    """
+    for number, seconds in stages:
+        for group in groups:
+            with contextlib.suppress(OSError):
+                os.killpg(group, number)
+        deadline = time.monotonic() + seconds
+        while groups and time.monotonic() < deadline:
+            time.sleep(_POLL)
+            groups = {group for group in groups if group_exists(group)}
+
+
+def processes_with(word: str) -> set[int]:
+    """Return the processes that lead a group and have the word on their command line."""
+    found = set()
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            if os.fsencode(word) in path.read_bytes().split(b"\0"):
+                found.add(int(path.parent.name))
+    return {pid for pid in found if group_exists(pid)}
+
+
+def main() -> None:
+    """Read until the launcher has gone, then end what it has left."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    running: set[int] = set()
+    ended: set[int] = set()
+    expected = ""
+    for line in sys.stdin.buffer:
+        verb, _, what = os.fsdecode(line.rstrip(b"\n")).partition(" ")
+        if verb == "expect":
+            expected = what
+        elif verb == "watch":
+            running.add(int(what))
+            expected = ""
+        elif verb == "ended":
+            running.discard(int(what))
+            if group_exists(int(what)):
+                ended.add(int(what))
+        else:
+            return
+    groups = running | {group for group in ended if leaderless(group)}
+    if expected:
+        groups |= processes_with(expected)
+    sigint, sigterm = map(float, sys.argv[1:3])
+    end_groups(groups, [(signal.SIGINT, sigint), (signal.SIGTERM, sigterm), (signal.SIGKILL, _KILL_WAIT)])
+
+
+if __name__ == "__main__":
+    main()
