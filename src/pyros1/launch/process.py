@@ -99,11 +99,6 @@ class Process:
 
     def _groups(self) -> set[int]:
         """The groups of former lives that still have members."""
-        for group in self._remains:
-            # As process 1 of a container we are the parent of all orphans, and no one else buries them.
-            with contextlib.suppress(ChildProcessError):
-                while os.waitpid(-group, os.WNOHANG)[0]:
-                    pass
         self._remains = {pid for pid in self._remains if leaderless(pid)}
         return self._remains
 

@@ -67,15 +67,30 @@ class Warden:
         self._process.wait()
 
 
-def group_exists(pid: int) -> bool:
+def living(groups: set[int]) -> set[int]:
+    """Return those process groups that still have a member.
+
+    Where the system tells it, a member that has ended and only waits to be buried by process 1 does not count.
+    """
+    there = set()
+    for group in groups:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(group, 0)
+            there.add(group)
+    if not there or not os.path.exists("/proc/self/stat"):
+        return there
+    found = set()
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            state, _, group = path.read_text().rpartition(")")[2].split()[:3]
+            if state not in "ZX":
+                found.add(int(group))
+    return there & found
+
+
+def group_exists(group: int) -> bool:
     """Whether any process of the group is left."""
-    try:
-        os.killpg(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass  # there is somebody, whom we may not signal
-    return True
+    return bool(living({group}))
 
 
 def leaderless(group: int) -> bool:
@@ -106,7 +121,7 @@ def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
         deadline = time.monotonic() + seconds
         while groups and time.monotonic() < deadline:
             time.sleep(_POLL)
-            groups = {group for group in groups if group_exists(group)}
+            groups = living(groups)
 
 
 def processes_with(word: str) -> set[int]:

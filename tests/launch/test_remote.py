@@ -1,0 +1,163 @@
+"""Nodes on other machines (X91); a script that runs the command here stands for ssh."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from pyros1.errors import LaunchError
+from pyros1.launch.console import Console
+from pyros1.launch.plan import MachinePlan, NodePlan
+from pyros1.launch.process import Process, ProcessSpec
+from pyros1.launch.remote import SSH_VARIABLE, Machine, ssh_words
+from pyros1.launch.supervisor import Supervisor
+from pyros1.launch.warden import group_exists
+
+DEADLINE = 20.0
+STAGES = (0.3, 0.3)
+PACKAGE = """<package format="2"><name>far</name><version>1.0.0</version><description>Nodes.</description>
+<maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
+NODES = {
+    "brief": 'echo "$ROS_NAMESPACE $MARK $@" > "$ROS_HOME/said"; echo out; echo err >&2; printf last; exit 3',
+    "polite": 'echo up > "$ROS_HOME/up"; sleep 100',
+    "stuck": "trap '' INT TERM; echo up > \"$ROS_HOME/up\"; while :; do sleep 100 & wait; done",
+}
+
+
+@pytest.fixture
+def environ(tmp_path: Path) -> dict[str, str]:
+    package = tmp_path / "far"
+    package.mkdir()
+    (package / "package.xml").write_text(PACKAGE)
+    for name, text in NODES.items():
+        (package / name).write_text(f"#!/bin/sh\n{text}\n")
+        (package / name).chmod(0o755)
+    ssh = tmp_path / "ssh"
+    ssh.write_text('#!/bin/sh\nfor last; do :; done\nexec sh -c "$last"\n')
+    ssh.chmod(0o755)
+    (tmp_path / "home").mkdir()
+    (tmp_path / "bin").mkdir()
+    python = tmp_path / "bin" / "python3"
+    python.write_text(f'#!/bin/sh\nexec {sys.executable} "$@"\n')
+    python.chmod(0o755)
+    return {
+        **os.environ,
+        SSH_VARIABLE: str(ssh),
+        "ROS_PACKAGE_PATH": str(package),
+        "ROS_HOME": str(tmp_path / "home"),
+        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+        "PATH": f"{tmp_path / 'bin'}{os.pathsep}{os.environ['PATH']}",
+    }
+
+
+class Bench:
+    def __init__(self, environ: dict[str, str]) -> None:
+        self.out, self.err = io.StringIO(), io.StringIO()
+        self.console = Console(self.out, self.err)
+        self.supervisor = Supervisor(self.console, sigint_timeout=STAGES[0], sigterm_timeout=STAGES[1])
+        self.machine = Machine(MachinePlan("robot", "robot.example"), environ, "http://me:1/", STAGES, self.console)
+        self.machine.connect()
+        self.machine.wait_ready()
+
+    def start(self, kind: str, *, screen: bool = False, respawn: bool = False) -> bool:
+        node = NodePlan("far", kind, "it", "/ns/", ["a", "b c"], [("x", "y")], {"MARK": "set"})
+        spec = ProcessSpec("ns/it-1", "/ns/it", [f"far/{kind}"], {}, "", to_screen=screen, respawn=respawn)
+        return self.supervisor.start(spec, self.machine.process(node, "run"))
+
+    @property
+    def process(self) -> Process:
+        return self.supervisor.find("/ns/it")
+
+
+@pytest.fixture
+def bench(environ: dict[str, str]) -> Iterator[Bench]:
+    bench = Bench(environ)
+    yield bench
+    bench.supervisor.shut_down()
+    bench.machine.close()
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("machine")]
+
+
+def until(reached: Callable[[], object], what: str) -> None:
+    deadline = time.monotonic() + DEADLINE
+    while not reached():
+        assert time.monotonic() < deadline, what
+        time.sleep(0.01)
+
+
+def test_a_node_gets_its_words_and_its_end_comes_back(
+    bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert bench.start("brief", screen=True)
+    bench.supervisor.run()
+    log = tmp_path / "home" / "log" / "run" / "ns-it-1.log"
+    said = (tmp_path / "home" / "said").read_text()
+    assert said == f"/ns set a b c x:=y __name:=it __log:={log}\n"
+    assert "process has died [pid " in bench.err.getvalue() and "exit code 3" in bench.err.getvalue()
+    shown = capsys.readouterr()
+    assert (shown.out, shown.err) == ("out\nlast", "err\n")
+
+
+def test_output_goes_to_files_over_there(bench: Bench, tmp_path: Path) -> None:
+    assert bench.start("brief")
+    bench.supervisor.run()
+    logs = tmp_path / "home" / "log" / "run"
+    assert (logs / "ns-it-1-stdout.log").read_text() == "out\nlast"
+    assert (logs / "ns-it-1-stderr.log").read_text() == "err\n"
+
+
+def test_a_missing_node_is_said(bench: Bench) -> None:
+    assert not bench.start("nothing")
+    assert "nothing" in bench.err.getvalue()
+    assert bench.supervisor.active == []
+
+
+def test_a_stuck_node_is_killed_and_restarted(bench: Bench, tmp_path: Path) -> None:
+    assert bench.start("stuck")
+    until((tmp_path / "home" / "up").exists, "the node runs")
+    first = bench.process.pid
+    runner = threading.Thread(target=bench.supervisor.run)
+    runner.start()
+    process = bench.process
+    bench.supervisor.do(lambda: bench.supervisor.restart_node(process))
+    until(lambda: process.spawn_count == 2, "it is started again")
+    assert process.pid != first and not group_exists(first)
+    bench.supervisor.stop()
+    runner.join(DEADLINE)
+
+
+def test_a_broken_connection_ends_the_nodes_over_there(bench: Bench, tmp_path: Path) -> None:
+    assert bench.start("stuck")
+    until((tmp_path / "home" / "up").exists, "the node runs")
+    process = bench.process
+    ssh = bench.machine._ssh
+    assert ssh is not None and ssh.stdin is not None
+    ssh.stdin.close()  # all that the other side sees of a connection that breaks
+    bench.supervisor.run()
+    assert process.exit_code == -signal.SIGKILL
+    until(lambda: not group_exists(process.pid), "nothing is left")
+
+
+def test_who_cannot_be_reached_is_said_before_anything_runs(environ: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "ssh").write_text("#!/bin/sh\nexit 255\n")
+    with pytest.raises(LaunchError, match=r"cannot launch nodes on machine \[robot\] \(robot.example\): see what ssh"):
+        Bench(environ)
+    with pytest.raises(LaunchError, match="cannot run"):
+        Bench({**environ, SSH_VARIABLE: "/no/such/ssh"})
+
+
+def test_the_tag_and_the_variable_make_the_command() -> None:
+    settings = (("env-loader", "/my env.sh"), ("ssh-port", "2222"), ("user", "me"))
+    words = ssh_words(MachinePlan("m", "host", settings), {SSH_VARIABLE: "ssh -F 'my config'"})
+    assert words[:3] == ["ssh", "-F", "my config"]
+    assert words[-7:-1] == ["-p", "2222", "-l", "me", "--", "host"]
+    assert words[-1].startswith("exec sh -c ") and "/my env.sh" in words[-1]
+    assert ssh_words(MachinePlan("m", "host"), {})[0] == "ssh"
