@@ -7,6 +7,7 @@ import struct
 from typing import NamedTuple
 
 from pyros1.msgs.large import SplitBody
+from pyros1.net.timeouts import bound_waits
 from pyros1.wire.framing import FrameBuffer
 
 LARGE = 1 << 17
@@ -130,9 +131,7 @@ class InLink:
 
 def _make_patient(sock: socket.socket) -> bool:
     """Let a plain receive wait in the kernel, but not for long, if the system can do both that and not waiting."""
-    if not _AT_ONCE:
-        sock.setblocking(False)
-        return False
-    sock.settimeout(None)
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("@ll", 0, int(PATIENCE * 1e6)))
-    return True
+    if _AT_ONCE and bound_waits(sock, PATIENCE):
+        return True
+    sock.setblocking(False)
+    return False

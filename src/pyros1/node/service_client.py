@@ -22,6 +22,7 @@ from pyros1.errors import (
 )
 from pyros1.msgs import Message, Service
 from pyros1.net.hosts import parse_uri
+from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.service_server import service_type
 from pyros1.wire.handshake import check_service_answer, service_client_header
 from pyros1.wire.header import HeaderReader, encode_header
@@ -53,6 +54,14 @@ class _Call:
                 f"service [{service}] is registered at {uri}, but cannot be reached: {error}"
             ) from error
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._bound = 0.0
+
+    def _bound_wait(self) -> None:
+        """Let the next call on the socket end in time to look at the node and at the deadline."""
+        left = self._left(STEP)
+        if left != self._bound:
+            bound_waits(self.sock, left)
+            self._bound = left
 
     def _left(self, most: float) -> float:
         if self._context.stopping.is_set():
@@ -66,12 +75,13 @@ class _Call:
 
     def send(self, data: bytes) -> None:
         """Send all of it."""
-        rest = memoryview(data)
+        rest: bytes | memoryview = data
         while rest:
-            self.sock.settimeout(self._left(STEP))
+            self._bound_wait()
             try:
-                rest = rest[self.sock.send(rest) :]
-            except TimeoutError:
+                sent = self.sock.send(rest)
+                rest = b"" if sent == len(rest) else memoryview(rest)[sent:]
+            except WaitOver:
                 continue  # _left says when to give up
 
     def receive(self) -> bytes:
@@ -81,10 +91,10 @@ class _Call:
             ConnectionError: the other side closed.
         """
         while True:
-            self.sock.settimeout(self._left(STEP))
+            self._bound_wait()
             try:
                 data = self.sock.recv(65536)
-            except TimeoutError:
+            except WaitOver:
                 continue  # _left says when to give up
             if not data:
                 self._context.check_running()

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import MessageError, NodeError, ProtocolError
 from pyros1.msgs import Message, Service
+from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.wire.framing import FrameBuffer
 from pyros1.wire.handshake import ServiceType, answer_service_client, is_true
 from pyros1.wire.header import encode_header
@@ -88,7 +89,7 @@ class ServiceServer:
         persistent = is_true(header.get("persistent"))
         buffer = FrameBuffer(4096, first=first)
         try:
-            sock.settimeout(REQUEST_TIMEOUT)
+            bound_waits(sock, REQUEST_TIMEOUT)
             sock.sendall(answer)
             frames = buffer.received(0)
             begun = monotonic()  # when the first byte of the current request came
@@ -101,7 +102,7 @@ class ServiceServer:
                 frames, fresh = [], not buffer.partial
                 try:
                     count = sock.recv_into(buffer.writable())
-                except TimeoutError:
+                except WaitOver:
                     if persistent and not buffer.partial:
                         continue  # an idle persistent connection
                     return
