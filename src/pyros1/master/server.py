@@ -16,6 +16,8 @@ from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer
 DEFAULT_PORT: Final = 11311
 NOTIFY_TIMEOUT_S: Final = 10.0
 _FAREWELL_S: Final = 0.1
+LINGER: Final = 60e-6
+"""Nodes and tools ask many things one after the other; awaking for each on another core takes longer than answering."""
 
 
 def _no_log(level: str, text: str) -> None:
@@ -56,7 +58,7 @@ class Master:
         self._log = log or _no_log
         self._on_shutdown = on_shutdown
         self._limits = limits
-        self._loop = Loop("master", on_error)
+        self._loop = Loop("master", on_error, LINGER)
         self._caller = RpcCaller(self._loop, timeout=notify_timeout)
         self._notifier = Notifier(self._caller, self._log)
         self._api = MasterApi(

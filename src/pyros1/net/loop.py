@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import heapq
 import math
+import os
 import select
 import selectors
 import socket
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import count
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -24,6 +25,8 @@ from pyros1.errors import DeadlineError
 
 if TYPE_CHECKING:
     from pyros1.net.resolve import Resolver
+
+_yield: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
 
 READ: Final = selectors.EVENT_READ
 WRITE: Final = selectors.EVENT_WRITE
@@ -134,10 +137,16 @@ class Loop:
         name: the thread's name.
         on_error: gets an exception that a callback let escape, on the loop; the loop goes on. None: printed by
             ``sys.excepthook``.
+        linger: seconds after an event in which the loop looks for the next one instead of sleeping: for a server whose
+            callers ask again as soon as they have the answer, and would wait longer for its awaking than for its work.
     """
 
-    def __init__(self, name: str, on_error: Callable[[BaseException], object] | None = None) -> None:
+    def __init__(
+        self, name: str, on_error: Callable[[BaseException], object] | None = None, linger: float = 0.0
+    ) -> None:
         self.name = name
+        self._linger = linger
+        self._last_event = 0.0
         self._on_error = on_error or _report
         self._selector = _Epoll() if hasattr(select, "epoll") else _Portable()
         self._callbacks: dict[int, Callable[[int], object]] = {}
@@ -313,7 +322,7 @@ class Loop:
         else:
             timeout = None
         callbacks = self._callbacks
-        for fd, callback, mask in [(fd, callbacks.get(fd), mask) for fd, mask in self._selector.select(timeout)]:
+        for fd, callback, mask in [(fd, callbacks.get(fd), mask) for fd, mask in self._wait(timeout)]:
             # An earlier callback of this round may have unregistered this one, and even reused its descriptor.
             if callback is not None and callbacks.get(fd) is callback:
                 try:
@@ -329,6 +338,20 @@ class Loop:
                 fn(*args)
             except Exception as error:  # noqa: BLE001 - as above
                 self._on_error(error)
+
+    def _wait(self, timeout: float | None) -> Iterable[tuple[int, int]]:
+        select = self._selector.select
+        if not self._linger:
+            return select(timeout)
+        events: Iterable[tuple[int, int]] = ()
+        if timeout != 0.0:
+            end = self._last_event + self._linger
+            while not events and monotonic() < end:
+                events = select(0.0)
+                _yield()  # whoever else wants the processor, the caller perhaps, goes first
+        events = events or select(timeout)
+        self._last_event = monotonic()
+        return events
 
     def _run_timers(self) -> None:
         now = monotonic()
