@@ -19,6 +19,7 @@ from importlib import resources
 from typing import Any
 
 from pyros1.errors import LaunchError
+from pyros1.launch.conditions import parse_seconds
 from pyros1.launch.console import Console
 from pyros1.launch.plan import MachinePlan, NodePlan
 from pyros1.launch.process import Process, ProcessSpec
@@ -31,6 +32,7 @@ SSH_VARIABLE = "PYROS1_SSH"
 _OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
 _BOOT = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
 _HEARTBEAT = 5.0
+_CONNECT_TIMEOUT = "10"
 _LOST = 255
 _DEFAULT_LOADERS = "/opt/ros/noetic/env.sh"
 _Factory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", "Screen | None"], Process]
@@ -118,7 +120,7 @@ class Machine:
         Raises:
             LaunchError: that was not so within the machine's ``timeout``.
         """
-        timeout = float(dict(self.plan.settings).get("timeout") or 10.0)
+        timeout = parse_seconds(dict(self.plan.settings).get("timeout") or _CONNECT_TIMEOUT, "timeout")
         with self._changed:
             self._changed.wait_for(lambda: self._ready or self._lost, timeout)
             if self._ready:

@@ -183,6 +183,12 @@ class Session:
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
             self.console.line(f"ros_comm version {CORE_PARAMS['/rosversion'].strip()}")
+        run = Run(self._uri, run_id, folder)
+        self._starter = Starter(
+            self.plan, self.options, self.packages, self.environ, self.console, self._supervisor, run
+        )
+        if not self.options.local:
+            self._starter.connect()
         if self.options.show_summary:
             self.console.line(summary(self.plan, {} if running else CORE_PARAMS))
         for text in self.plan.warnings:
@@ -196,10 +202,7 @@ class Session:
             self._core.start_rosout()
             self.console.bold(f"process[rosout-1]: started with pid [{os.getpid()}]")
             self.console.line("started core service [/rosout]")
-        run = Run(self._uri, run_id, folder, counter=1 if self._core is not None else 0)
-        self._starter = Starter(
-            self.plan, self.options, self.packages, self.environ, self.console, self._supervisor, run
-        )
+        run.counter = 1 if self._core is not None else 0
         self._param_actions()
         self._set_params()
         for node in self.plan.nodes:

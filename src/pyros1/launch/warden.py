@@ -82,9 +82,9 @@ def living(groups: set[int]) -> set[int]:
     found = set()
     for path in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
-            state, _, group = path.read_text().rpartition(")")[2].split()[:3]
+            state, _, number = path.read_text().rpartition(")")[2].split()[:3]
             if state not in "ZX":
-                found.add(int(group))
+                found.add(int(number))
     return there & found
 
 
