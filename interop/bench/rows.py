@@ -64,6 +64,8 @@ def images() -> Iterator[Row]:
         from_roscpp = {kind: topic(kind, ROSCPP, what, "10") for kind in COLUMNS}
         yield Row("images", name, *bandwidth, alone, at_least(roscpp=1))
         yield Row("images", f"{name} from roscpp", *bandwidth, from_roscpp, at_least(roscpp=1))
+        alone = {**alone, OURS: topic(OURS, OURS, f"{what} arrays=memoryview", "10")}
+        yield Row("images", f"{name}, as memoryviews", *bandwidth, alone)
 
 
 def latency() -> Iterator[Row]:
@@ -83,15 +85,15 @@ def latency() -> Iterator[Row]:
 
 def fan_out() -> Iterator[Row]:
     for name, options, links in (
-        ("Float64 to 1", "type=Float64 queue=100", 1),
-        ("Float64 to 10", "type=Float64 queue=100", 10),
-        ("Float64 to 50", "type=Float64 queue=100", 50),
-        ("Image 100 kB to 10", "type=Image queue=10 size=100000", 10),
+        ("Float64 to 1 + 1", "type=Float64 queue=100", 1),
+        ("Float64 to 10 + 1", "type=Float64 queue=100", 10),
+        ("Float64 to 50 + 1", "type=Float64 queue=100", 50),
+        ("Image 100 kB to 10 + 1", "type=Image queue=10 size=100000", 10),
     ):
         steps = {kind: FanOut(kind, options, links) for kind in COLUMNS}
         yield Row("fan-out", name, "messages/s each", "free", steps)
-        yield Row("fan-out", f"{name}, one more is stuck", "messages/s each", "held", steps)
-        yield Row("fan-out", f"{name}, kept of the rate beside a stuck one", "%", "kept", steps, (Goal(80),))
+        yield Row("fan-out", f"{name}, that one is stuck", "messages/s each", "held", steps)
+        yield Row("fan-out", f"{name}, kept of the rate if that one is stuck", "%", "kept", steps, (Goal(80),))
         grown = f"{name}, publisher's growth with a stuck one"
         yield Row("fan-out", grown, "MB", "rss", steps, (Goal(20, most=True),), less=True)
 

@@ -121,7 +121,9 @@ class Together:
 
 @dataclass(frozen=True)
 class FanOut:
-    """A publisher with many subscribers, once as it should be, and once with one more that never reads.
+    """A publisher with many subscribers and one more: once that one reads as they do, and once it never reads.
+
+    So both times there is as much to send, and what is kept of the rate is what the stuck one costs beyond that.
 
     Attributes:
         kind: whose publisher.
@@ -138,18 +140,18 @@ class FanOut:
         return f"{self.kind} to {self.links} {self.options}"
 
     def run(self, bench: Bench) -> dict[str, float]:
-        free, _ = self._once(bench, stuck=0)
-        held, grown = self._once(bench, stuck=1)
+        free, _ = self._once(bench, self.links + 1, stuck=0)
+        held, grown = self._once(bench, self.links, stuck=1)
         return {"free": free, "held": held, "kept": 100 * held / free if free else math.nan, "rss": grown}
 
-    def _once(self, bench: Bench, stuck: int) -> tuple[float, float]:
+    def _once(self, bench: Bench, links: int, stuck: int) -> tuple[float, float]:
         """Messages per second and subscriber, and the MB by which the publisher's process grew."""
         mark = len(bench.master.processes)
         try:
-            options = f"{self.options} wait={self.links + stuck}"
+            options = f"{self.options} wait={links + stuck}"
             publisher = bench.start(Program(self.kind, "pub", options), bench.seconds + 2)
             publisher.wait_line("^ready", START)
-            drain = bench.start(Program("drain", "drain", f"links={self.links} stuck={stuck}"), bench.seconds)
+            drain = bench.start(Program("drain", "drain", f"links={links} stuck={stuck}"), bench.seconds)
             rate = figures_of(drain, START + bench.seconds)["rate"]
             # A publisher that waits for the stuck subscriber (rospy's) comes to its end only when that one has gone.
             drain.close()
