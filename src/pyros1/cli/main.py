@@ -11,6 +11,7 @@ from pyros1.errors import Error
 COMMANDS = {
     "core": ("core", "start a master, with parameter server and rosout"),
     "launch": ("launch", "start the nodes of a launch file"),
+    "test": ("test", "run the tests of a launch file"),
     "run": ("run", "start a node of a package"),
     "topic": ("topic", "show and use topics: list echo hz bw delay info type find pub"),
     "node": ("node_cmd", "show and end nodes: list info ping machine kill cleanup"),

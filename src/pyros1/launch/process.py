@@ -34,6 +34,7 @@ class ProcessSpec:
         respawn: start it again whenever it ends.
         respawn_delay: seconds before that.
         required: everything ends when it ends.
+        decisive: it is what everything is for: the end of it is no news.
     """
 
     label: str
@@ -46,6 +47,7 @@ class ProcessSpec:
     respawn: bool = False
     respawn_delay: float = 0.0
     required: bool = False
+    decisive: bool = False
 
 
 @dataclass

@@ -22,7 +22,7 @@ from pyros1.launch.console import Console
 from pyros1.launch.core import CORE_PARAMS, Core, write_pid_file
 from pyros1.launch.logs import make_run_folder, ros_home
 from pyros1.launch.options import Options
-from pyros1.launch.plan import Plan
+from pyros1.launch.plan import Plan, TestPlan
 from pyros1.launch.report import summary
 from pyros1.launch.resources import PackageFinder
 from pyros1.launch.screen import Screen
@@ -33,6 +33,22 @@ from pyros1.net.master_client import MasterClient
 
 _CALLER = "/roslaunch"
 _WAIT_STEP = 0.2
+_TIME_LIMIT = "time limit"
+
+
+@dataclass
+class Trial:
+    """A test, whose end is the end of its launch.
+
+    Attributes:
+        test: what is started after all nodes.
+        time_limit: seconds that it has.
+        timed_out: whether that was not enough, once the launch is over.
+    """
+
+    test: TestPlan
+    time_limit: float
+    timed_out: bool = False
 
 
 @dataclass
@@ -86,8 +102,11 @@ class Session:
         self._stop.set()
         self._supervisor.stop(reason)
 
-    def run(self) -> None:
+    def run(self, trial: Trial | None = None) -> None:
         """Launch, watch, and return when all is over.
+
+        Args:
+            trial: a test to run; the launch ends with it.
 
         Raises:
             LaunchError: it cannot start; what had been started is ended.
@@ -98,7 +117,12 @@ class Session:
             running = self._find_master()
             run_id, folder = self._prepare(running)
             self._start(running, run_id, folder)
+            if trial is not None and self._starter is not None:
+                self._starter.start_test(trial.test)
+                self._supervisor.after(trial.time_limit, _TIME_LIMIT)
             reason = self._supervisor.run()
+            if trial is not None:
+                trial.timed_out = reason == _TIME_LIMIT
             if self._supervisor.required_failed:
                 self.exit_code = 1
             if reason.startswith("all processes"):

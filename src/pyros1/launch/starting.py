@@ -11,7 +11,7 @@ from pyros1.launch.command_line import locate, node_environment, node_words
 from pyros1.launch.console import Console
 from pyros1.launch.logs import ros_home
 from pyros1.launch.options import Options
-from pyros1.launch.plan import MachinePlan, NodePlan, Plan
+from pyros1.launch.plan import MachinePlan, NodePlan, Plan, TestPlan
 from pyros1.launch.process import ProcessSpec
 from pyros1.launch.readiness import Gate
 from pyros1.launch.remote import Machine, make_machine
@@ -99,6 +99,18 @@ class Starter:
             lambda: self._ready(node, label),
             lambda missing: self._late(node, label, missing),
         )
+
+    def start_test(self, test: TestPlan) -> None:
+        """Start a test, whose end is the end of everything.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        self.run.counter += 1
+        spec = self.spec(test, f"{test.full_name.lstrip('/')}-{self.run.counter}")
+        spec.decisive = True
+        if not self.supervisor.start(spec):
+            raise LaunchError(f"test [{test.test_name}] cannot be started")
 
     def _ready(self, node: NodePlan, label: str) -> None:
         self.supervisor.expected -= 1

@@ -150,6 +150,10 @@ class Supervisor:
                 del self._timers[label]
                 action()
 
+    def after(self, seconds: float, reason: str) -> None:
+        """End everything, for a reason, unless it ends by itself within some seconds."""
+        self._later("", seconds, lambda: self._events.put(("stop", reason)))
+
     def _later(self, key: str, seconds: float, action: Callable[[], object]) -> None:
         self._timers[key] = (time.monotonic() + seconds, action)
 
@@ -165,6 +169,9 @@ class Supervisor:
             self._console.plain_error(f"[{spec.label}] {text}{log}")
         else:
             self._console.bold(f"[{spec.label}] process has finished cleanly{log}")
+        if spec.decisive:
+            self._retire(process)
+            return True
         if spec.respawn:
             self._later(spec.label, spec.respawn_delay, lambda: self._again(process))
             return False

@@ -164,6 +164,16 @@ def _package_name(folder: Path) -> str | None:
     return match[1] if match else folder.name
 
 
+def package_of(file: Path) -> tuple[Path, str]:
+    """Return folder and name of the package that a file belongs to, or of its own folder if that is in no package."""
+    path = file.resolve()
+    for folder in path.parents:
+        name = _package_name(folder)
+        if name is not None:
+            return folder, name
+    return path.parent, path.parent.name
+
+
 def _subfolders(folder: Path) -> list[Path]:
     try:
         with os.scandir(folder) as entries:

@@ -1,0 +1,126 @@
+"""``pyros1 test``: rostest (L186, https://wiki.ros.org/rostest/Commandline)."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from optparse import OptionParser
+from pathlib import Path
+
+from pyros1.cli.common import program_name
+from pyros1.cli.launch import find_files, make_resources, print_exception
+from pyros1.errors import Error
+from pyros1.launch.junit import Case, Results, summary, write_results
+from pyros1.launch.loader import load_plan
+from pyros1.launch.logs import log_folder
+from pyros1.launch.supervisor import install_signals
+from pyros1.launch.testing import TestRun, name_from_path, results_file, results_folder
+from pyros1.msgs.packages import package_of
+
+
+def main(argv: list[str]) -> int:
+    """Run ``pyros1 test``.
+
+    Args:
+        argv: the words after the command's name.
+
+    Returns:
+        The exit code: 0 when all is well, 1 when a test could not be run, 2 when one has found a failure.
+    """
+    parser = make_parser()
+    options, words = parser.parse_args(argv)
+    if options.clear and not options.reuse_master:
+        print("The --clear option is only valid with --reuse-master", file=sys.stderr)
+        return 1
+    if not words:
+        parser.error("You must supply a test file argument to rostest.")
+    resources = make_resources()
+    missing = len(words) == 1 and not os.path.isfile(words[0])
+    try:
+        files = words if missing else find_files(words, resources, parser)
+        if len(files) != 1:
+            parser.error("rostest only accepts a single test file")
+        file = Path(files[0])
+        place, package = package_of(file)
+        place, package = Path(options.pkg_dir or place), options.package or package
+        name = options.results_filename or name_from_path(place, file)
+        name = name.rpartition(".")[0] or name
+        folder = results_folder(os.environ, options.results_base_dir)
+        path = results_file(folder, package, "rostest", name)
+        if missing:
+            text = f"rostest file [{file}] does not exist"
+            write_results(path, name, Results([Case("test_ran", "Results", 1.0, [("", text)])]), "", "")
+            parser.error(f"test file is invalid. Generated failure case result file in {path}")
+        plan = load_plan([str(file)], {}, resources)
+        run = TestRun(
+            plan,
+            resources.packages,
+            resources.environ,
+            package,
+            folder,
+            text=options.text,
+            reuse_master=bool(options.reuse_master),
+            clear=bool(options.clear),
+        )
+        return _run(run, path, options.text)
+    except Error as error:
+        print_exception(error)
+        return 1
+
+
+def make_parser() -> OptionParser:
+    """Return the parser of the command's options."""
+    parser = OptionParser(usage="usage: %prog [options] [package] <filename>", prog=program_name("rostest"))
+    add = parser.add_option
+    add("-t", "--text", action="store_true", default=False, help="tests write to the screen, not to XML files")
+    add("--pkgdir", dest="pkg_dir", metavar="PKG_DIR", help="folder of the package, if not found from the file")
+    add("--package", metavar="PACKAGE", help="name of the package, if not found from the file")
+    add("--results-filename", metavar="RESULTS_FILENAME", help="name of the results, if not that of the file")
+    add("--results-base-dir", metavar="RESULTS_BASE_DIR", help="folder of the results of all packages")
+    add("-r", "--reuse-master", action="store_true", help="use the ROS master that runs instead of one per test")
+    add("-c", "--clear", action="store_true", help="with --reuse-master: delete all its parameters before each test")
+    return parser
+
+
+def _run(run: TestRun, path: Path, text: bool) -> int:
+    log = log_folder(run.environ) / f"rostest-{socket.gethostname()}-{os.getpid()}.log"
+    print(f"... logging to {log}")
+    if not text:
+        print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
+    restore = install_signals(run.stop)
+    try:
+        run.run()
+    finally:
+        restore()
+    for case in run.runs.cases:
+        _print_run(case)
+    out, err = run.out.getvalue(), run.err.getvalue()
+    try:
+        log.parent.mkdir(parents=True, exist_ok=True)
+        log.write_text(out + err, encoding="utf-8")
+        if not text:
+            write_results(path, "unittest.suite.TestSuite", run.runs, out, err)
+    except OSError as error:
+        print(f"ERROR: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
+    if run.plan.warnings:
+        print("\n[ROSTEST WARNINGS]" + "-" * 62 + "\n", file=sys.stderr)
+        for warning in run.plan.warnings:
+            print(f" * {warning}", file=sys.stderr)
+    if text:
+        print("WARNING: overall test result is not accurate when --text is enabled")
+    else:
+        print()
+        print(summary(run.runs, run.results))
+    print(f"rostest log file is in {log}")
+    if run.stopped or run.runs.errors or run.runs.failures:
+        return 1
+    return 2 if run.results.errors or run.results.failures else 0
+
+
+def _print_run(case: Case) -> None:
+    """Print whether a test ran."""
+    kind = "FAILURE" if case.failures else "ERROR" if case.errors else ""
+    print(f"[Testcase: {case.name}] ... {f'{kind}!' if kind else 'ok'}")
+    for _, text in [*case.failures, *case.errors]:
+        print(f"{kind}: {text}\n{'-' * 80}")

@@ -1,0 +1,159 @@
+"""JUnit XML files: what tests have written is read, and what became of the tests is written (L186)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+_NOT_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+@dataclass
+class Case:
+    """One test case.
+
+    Attributes:
+        name: its name.
+        classname: class or suite that it belongs to.
+        seconds: how long it took.
+        failures: ``(type, text)`` of each failed check.
+        errors: ``(type, text)`` of each error.
+    """
+
+    name: str
+    classname: str = ""
+    seconds: float = 0.0
+    failures: list[tuple[str, str]] = field(default_factory=list)
+    errors: list[tuple[str, str]] = field(default_factory=list)
+
+
+@dataclass
+class Results:
+    """The results of one or more test programs.
+
+    Attributes:
+        cases: all test cases, in order.
+    """
+
+    cases: list[Case] = field(default_factory=list)
+
+    @property
+    def errors(self) -> int:
+        """How many errors there were."""
+        return sum(len(case.errors) for case in self.cases)
+
+    @property
+    def failures(self) -> int:
+        """How many failures there were."""
+        return sum(len(case.failures) for case in self.cases)
+
+
+def read_results(path: Path, suite: str) -> Results:
+    """Read what a test program has written, in the form of JUnit or of gtest.
+
+    Args:
+        path: the file.
+        suite: stands before the names of the cases.
+
+    Returns:
+        The results; a file that cannot be understood is an error in itself.
+    """
+    # Imported only after a test has run; it has no stubs.
+    from defusedxml.ElementTree import ParseError, fromstring  # type: ignore[import-untyped] # noqa: PLC0415
+
+    try:
+        root = fromstring(path.read_bytes())
+        return Results(
+            [
+                Case(
+                    f"{suite}/{element.get('name', '')}",
+                    element.get("classname", ""),
+                    float(element.get("time") or 0),
+                    [(child.get("type", ""), _text(child)) for child in element.findall("failure")],
+                    [(child.get("type", ""), _text(child)) for child in element.findall("error")],
+                )
+                for element in root.iter("testcase")
+            ]
+        )
+    except (OSError, ValueError, ParseError) as error:
+        return Results([Case(f"{suite}/results", errors=[("", f"{path} is not a file of test results: {error}")])])
+
+
+def _text(element: object) -> str:
+    text, message = getattr(element, "text", None), element.get("message")  # type: ignore[attr-defined]
+    return (text or message or "").strip()
+
+
+def write_results(path: Path, name: str, results: Results, out: str, err: str) -> None:
+    """Write a suite of test cases.
+
+    Args:
+        path: the file.
+        name: of the suite.
+        results: its cases.
+        out: what was printed meanwhile to stdout.
+        err: and to stderr.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    seconds = sum(case.seconds for case in results.cases)
+    lines = [
+        '<?xml version="1.0" encoding="utf-8"?>',
+        f'<testsuite errors="{results.errors}" failures="{results.failures}" name={quoteattr(name)} '
+        f'tests="{len(results.cases)}" time="{seconds:.3f}">',
+    ]
+    for case in results.cases:
+        lines.append(
+            f'<testcase classname={_quoted(case.classname)} name={_quoted(case.name)} time="{case.seconds:.4f}">'
+        )
+        for tag, found in (("failure", case.failures), ("error", case.errors)):
+            lines += [f"<{tag} type={_quoted(kind)}>{_escaped(text)}</{tag}>" for kind, text in found]
+        lines.append("</testcase>")
+    lines.append(f"<system-out>{_escaped(out)}</system-out><system-err>{_escaped(err)}</system-err></testsuite>\n")
+    path.write_text("\n".join(lines), encoding="utf-8")
+
+
+def _escaped(text: str) -> str:
+    return escape(_NOT_XML.sub("\ufffd", text))
+
+
+def _quoted(text: str) -> str:
+    return quoteattr(_NOT_XML.sub("\ufffd", text))
+
+
+def description(case: Case) -> str:
+    """Return what the summary says of a test case."""
+    blocks = [("FAILURE", text) for _, text in case.failures] + [("ERROR", text) for _, text in case.errors]
+    if not blocks:
+        return f"[{case.name}][passed]\n"
+    return "\n".join(f"{f'[{case.name}][{kind}]':-<80}\n{text}\n{'-' * 80}\n\n" for kind, text in blocks)
+
+
+def summary(runs: Results, results: Results) -> str:
+    """Return the text at the end of a test run.
+
+    Args:
+        runs: whether each test program ran.
+        results: what they found.
+    """
+
+    def counted(word: str, count: int) -> str:
+        return f"\033[1;31m * {word}: {count}\033[0m" if count else f" * {word}: 0"
+
+    unable = [case.name for case in runs.cases if case.failures or case.errors]
+    errors, failures = runs.errors + results.errors, runs.failures + results.failures
+    good = not errors and not failures
+    lines = [
+        "".join(description(case) for case in results.cases) + "".join(f"[{name}][failed]\n" for name in unable),
+        "SUMMARY",
+        "\033[32m * RESULT: SUCCESS\033[0m" if good else "\033[1;31m * RESULT: FAIL\033[0m",
+        f" * TESTS: {len(results.cases)}",
+        counted("ERRORS", errors),
+        counted("FAILURES", failures),
+    ]
+    if unable:
+        lines += ["", "ERROR: The following tests failed to run:", *(f" * {name}" for name in unable)]
+    return f"[ROSTEST]{'-' * 71}\n\n" + "\n".join(lines) + "\n"
