@@ -1,0 +1,111 @@
+"""Running launches are asked and told through their server, and shown in a table."""
+
+from __future__ import annotations
+
+import io
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from pyros1.cli.node_control import table
+from pyros1.errors import Error
+from pyros1.launch.api import LaunchServer
+from pyros1.launch.console import Console
+from pyros1.launch.control import URIS, Launch, Status, running_launches
+from pyros1.launch.process import ProcessSpec
+from pyros1.launch.supervisor import Supervisor
+from pyros1.launch.usage import group_usages
+from pyros1.master.server import Master
+from pyros1.net.hosts import host_from_environment
+from pyros1.net.master_client import MasterClient
+
+DEADLINE = 20.0
+
+
+@pytest.fixture
+def launch(tmp_path: Path) -> Iterator[Launch]:
+    supervisor = Supervisor(Console(io.StringIO(), io.StringIO()), sigint_timeout=5.0)
+    for label, script in (("long-1", "exec sleep 100"), ("short-2", "exit 4")):
+        spec = ProcessSpec(label, f"/{label[:-2]}", ["sh", "-c", script], dict(os.environ), str(tmp_path))
+        supervisor.start(spec)
+    runner = threading.Thread(target=supervisor.run)
+    runner.start()
+    server = LaunchServer(supervisor, host_from_environment({"ROS_HOSTNAME": "localhost"}, {}))
+    launch = Launch(server.uri)
+    yield launch
+    launch.close()
+    server.close()
+    supervisor.stop()
+    runner.join(DEADLINE)
+    supervisor.shut_down()
+
+
+def entry(launch: Launch, label: str) -> Status:
+    return next(one for one in launch.status() if one.label == label)
+
+
+def until(reached: Callable[[], object]) -> None:
+    deadline = time.monotonic() + DEADLINE
+    while not reached():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_states_and_orders(launch: Launch) -> None:
+    until(lambda: entry(launch, "short-2").state == "died")
+    assert entry(launch, "short-2").exit_code == 4
+    first = entry(launch, "long-1")
+    assert (first.state, first.starts, first.node) == ("running", 1, "/long") and first.uptime >= 0
+    launch.tell("stop", "/long")
+    until(lambda: entry(launch, "long-1").state == "stopped")
+    launch.tell("start", "/long")
+    until(lambda: entry(launch, "long-1").state == "running")
+    launch.tell("restart", "/long")
+    until(lambda: entry(launch, "long-1").starts == 3 and entry(launch, "long-1").state == "running")
+    launch.tell("start", "/short")
+    until(lambda: entry(launch, "short-2").starts == 2)
+    for verb, node in (("stop", "/none"), ("explode", "/long")):
+        with pytest.raises(Error):
+            launch.tell(verb, node)
+
+
+def test_launches_are_found_through_the_master(launch: Launch) -> None:
+    master = Master(port=0, bind_host="127.0.0.1", advertised_host="localhost")
+    master.start()
+    client = MasterClient("/me", master.uri)
+    try:
+        assert running_launches(client) == []
+        client.set_param(f"{URIS}/host_a", launch.uri)
+        client.set_param(f"{URIS}/host_gone", "http://127.0.0.1:1/")
+        ((found, entries),) = running_launches(client)
+        found.close()
+        assert found.uri == launch.uri and {one.node for one in entries} == {"/long", "/short"}
+    finally:
+        client.close()
+        master.stop()
+
+
+def test_the_table() -> None:
+    before = [Status("a-1", "/a", "running", 7, 3, 10.0, 1.0, 2**20)]
+    now = [Status("a-1", "/a", "running", 7, 3, 12.0, 2.0, 2**21), Status("b-2", "/b", "died", 8, 1, exit_code=-11)]
+    assert table(now, before) == [
+        "NODE  STATE       PID     CPU  MEMORY  RESTARTS   UPTIME  MACHINE",
+        "/a    running       7  50.0 %  2.0 MB         2  0:00:12  -",
+        "/b    died (-11)    -       -       -         0        -  -",
+    ]
+
+
+def test_usage_of_a_group_is_summed_up(tmp_path: Path) -> None:
+    tail = "0 0 0 0 0 0 0 {ticks} 0 0 0 0 0 0 0 0 0 {pages} 0"
+    for pid, group, ticks, pages in ((1, 1, 100, 3), (2, 1, 50, 4), (3, 3, 7, 1)):
+        (tmp_path / str(pid)).mkdir()
+        stat = f"{pid} (a (b) c) S 0 {group} 0 " + tail.format(ticks=ticks, pages=pages)
+        (tmp_path / str(pid) / "stat").write_text(stat)
+    usages = group_usages(tmp_path)
+    assert usages[1].cpu == 150 / os.sysconf("SC_CLK_TCK")
+    assert usages[1].memory == 7 * os.sysconf("SC_PAGE_SIZE")
+    assert set(usages) == {1, 3}
