@@ -187,8 +187,8 @@ def test_queries_need_no_master_x06(env: dict[str, str], tmp_path: Path) -> None
     [
         ([], 2, "you must specify at least one input file"), (["nope.launch"], 1, "RLException: [nope.launch] is not a launch file name"),
         (["nopkg", "nope.launch"], 1, "[nope.launch] is neither a launch file in package [nopkg] nor is [nopkg] a launch file name"),
-        (["-", "-"], 2, "Only a single instance"), (["--nodes", "--files", "minimal_nodes.launch"], 2, "only one of"),
-        (["--find-node=/x", "minimal_nodes.launch"], 1, "cannot find node named [/x]"), (["--args=/x", "minimal_nodes.launch"], 1, " * /minimal_publisher"),
+        (["-", "-"], 2, "Only a single instance"), (["--nodes", "--ros-args", "minimal_nodes.launch"], 2, "only one of"),
+        (["--find-node=/x", "minimal_nodes.launch"], 0, "Cannot find node named [/x]"), (["--args=/x", "minimal_nodes.launch"], 1, " * /minimal_publisher"),
         (["--core", "minimal_nodes.launch"], 2, "not allowed in core mode"),
     ],
 )  # fmt: skip

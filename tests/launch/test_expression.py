@@ -33,8 +33,8 @@ def test_what_launch_files_use(text: str, result: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "", "1 +", "foo", "open('x')", "().__class__", "s.format(i)", "s.encode()", "(lambda: 1)()", "[x for x in [1]]", "9 ** 9 ** 9", "1 << 99999",
-        "'a' * 10 ** 8", "exec('1')", "math", "i.real", "[1][5]", "1 / 0", "f'{i}'", "'%99999999d' % 1", "str(*[1])", "dict(**{})", "(i := 4)",
+        "", "1 +", "foo", "open('x')", "().__class__", "'{0.real}'.format(i)", "'{:{}}'.format(i, 9)", "'{:999999}'.format(i)", "f'{i:999999}'", "'a'.zfill(10 ** 6)", "s.encode()", "(lambda: 1)()", "[x for x in [1]]", "9 ** 9 ** 9", "1 << 99999",
+        "'a' * 10 ** 8", "exec('1')", "math", "i.real", "[1][5]", "1 / 0", "'%99999999d' % 1", "str(*[1])", "dict(**{})", "(i := 4)",
         "arg('nope')", "'a' + 1", "factorial(10000)", "print(1)", "{**{}}", "await i", "int('9' * 9000)",
     ],
 )  # fmt: skip

@@ -12,18 +12,21 @@ from pathlib import Path
 from typing import NoReturn
 
 from pyros1.errors import Error, LaunchError, PackageNotFoundError
-from pyros1.launch import report
+from pyros1.launch import drawing, report
+from pyros1.launch.check import check_machines, missing_parts
 from pyros1.launch.command_line import OWN_PACKAGES, locate, node_words
 from pyros1.launch.loader import STDIN, absolute_files, load_plan
-from pyros1.launch.plan import Plan
+from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.resources import Resources
+from pyros1.launch.suggest import did_you_mean
 from pyros1.msgs.packages import PackageIndex
+from pyros1.names import canonicalize_name, ns_join
 
 USAGE = """usage: %prog [options] [package] <filename> [arg_name:=value...]
        %prog [options] <filename> [<filename>...] [arg_name:=value...]
 
 If <filename> is a single dash ('-'), launch XML is read from standard input."""
-_ARGUMENT = re.compile(r"([A-Za-z~/_][\w/~.-]*):=(.*)", re.DOTALL)
+_ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 _COMMAND_TIMEOUT_S = 600.0
 
 
@@ -38,13 +41,12 @@ def main(argv: list[str]) -> int:
         wrong command line.
     """
     parser = make_parser("roslaunch")
-    arguments = {match[1]: match[2] for word in argv if (match := _ARGUMENT.fullmatch(word))}
-    options, words = parser.parse_args([word for word in argv if not _ARGUMENT.fullmatch(word)])
+    arguments = parse_arguments(argv)
+    options, words = parser.parse_args([word for word in argv if ":=" not in word])
     if options.child_name or options.server_uri:
         parser.error("remote child mode (-c, -u) is not available")
-    queries = [name for name in _QUERIES if getattr(options, name)]
-    if len(queries) > 1:
-        parser.error("only one of --args, --nodes, --find-node, --files, --dump-params and --ros-args can be given")
+    if sum(bool(getattr(options, name)) for name in _EXCLUSIVE) > 1:
+        parser.error("only one of --nodes, --find-node, --args and --ros-args can be given")
     if not words and not options.core:
         parser.error("you must specify at least one input file")
     if options.core and words:
@@ -52,18 +54,38 @@ def main(argv: list[str]) -> int:
     resources = make_resources()
     try:
         files = find_files(words, resources, parser)
+        if options.check:
+            return _check(files, arguments, resources)
+        if any(getattr(options, name) for name in _QUERIES):
+            return _answer(files, arguments, resources, options)
         plan = _load(files, arguments, resources, options)
-        if plan is None:
-            return 0
-        if queries:
-            return _answer(plan, options, words)
+        check_machines(plan)
         return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
     except Error as error:
         print_exception(error)
         return 1
 
 
-_QUERIES = ("node_args", "node_list", "find_node", "file_list", "dump_params", "ros_args")
+_EXCLUSIVE = ("node_list", "find_node", "node_args", "ros_args")
+_QUERIES = (*_EXCLUSIVE, "dump_params", "file_list", "graph", "tree")
+
+
+def parse_arguments(argv: list[str]) -> dict[str, str]:
+    """Return the ``name:=value`` words of a command line (X03).
+
+    A name without a value, and ``_name``, which is a parameter of a node, say nothing; what has a second ``:=`` is
+    reported and says nothing either.
+    """
+    arguments: dict[str, str] = {}
+    for word in argv:
+        if not _ARGUMENT.fullmatch(word):
+            continue
+        name, value, *more = (part.strip() for part in word.split(":="))
+        if more:
+            print(f"ERROR: Invalid remapping argument '{word}'", file=sys.stderr)
+        elif value and (not name.startswith("_") or name.startswith("__") or name == "_"):
+            arguments[name] = value
+    return arguments
 
 
 def make_parser(prog: str) -> OptionParser:
@@ -126,6 +148,22 @@ def make_parser(prog: str) -> OptionParser:
         action="store_true",
         help="Display command-line arguments for this launch file",
     )
+    add(
+        "--check",
+        dest="check",
+        default=False,
+        action="store_true",
+        help="Start nothing: load everything, look for all packages and executables, print every problem found; "
+        "exit code 1 if there is one",
+    )
+    add(
+        "--graph",
+        dest="graph",
+        default=False,
+        action="store_true",
+        help="Print files, nodes and machines as a graph for Graphviz's dot",
+    )
+    add("--tree", dest="tree", default=False, action="store_true", help="Print files and nodes as a tree")
     add(
         "--disable-title",
         dest="disable_title",
@@ -215,22 +253,23 @@ def find_files(words: list[str], resources: Resources, parser: OptionParser) -> 
     """
     if words.count(STDIN) > 1:
         parser.error("Only a single instance of the dash ('-') may be specified.")
-    if len(words) == 2 and STDIN not in words:
+    if len(words) > 1 and words[0] != STDIN:
         found = _in_package(words[0], words[1], resources)
         if found:
-            return [found]
-        if not os.path.isfile(words[0]):
-            package, file = words
+            words = [found, *words[2:]]
+        elif not os.path.isfile(words[0]):
+            package, file = words[:2]
             hint = "" if _is_package(package, resources) else f": there is no package [{package}]"
+            hint += did_you_mean(package, resources.packages.list()) if hint else ""
             raise LaunchError(
                 f"[{file}] is neither a launch file in package [{package}] nor is [{package}] a launch file name{hint}"
             )
     if len(words) == 1 and words[0] != STDIN and not os.path.isfile(words[0]):
         own = _own_file(words[0])
         if own is None:
-            raise LaunchError(f"[{words[0]}] is not a launch file name")
+            raise LaunchError(f"[{words[0]}] is not a launch file name{resources.near_file(words[0])}")
         return [own]
-    missing = [word for word in words if word != STDIN and not os.path.isfile(word)]
+    missing = [word for word in words if word != STDIN and not os.path.exists(word)]
     if missing:
         parser.error(f"The following input files do not exist: {', '.join(missing)}")
     return words
@@ -264,56 +303,82 @@ def _own_file(name: str) -> str | None:
     return str(found[0]) if found else None
 
 
-def _load(files: list[str], arguments: dict[str, str], resources: Resources, options: Values) -> Plan | None:
-    try:
-        plan = load_plan(files, arguments, resources)
-    except Error as error:
-        if not options.dump_params:
-            raise
-        print(f"Unable to load file {files[0] if files else ''}: {error}", file=sys.stderr)
-        return None
+def _load(files: list[str], arguments: dict[str, str], resources: Resources, options: Values) -> Plan:
+    plan = load_plan(files, arguments, resources)
     if options.verbose:
         for file in absolute_files(plan.files):
             print(f"... loaded [{file}]")
     return plan
 
 
-def _answer(plan: Plan, options: Values, files: list[str]) -> int:
+def _check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
+    problems: list[LaunchError] = []
+    plan = load_plan(files, arguments, resources, problems=problems)
+    texts = [*map(str, problems), *plan.warnings, *map(str, missing_parts(plan, resources.packages))]
+    for text in texts:
+        print(text)
+    if not texts:
+        print(f"no problems: {len(plan.files)} files, {len(plan.nodes)} nodes, {len(plan.params)} parameters")
+    return 1 if texts else 0
+
+
+def _answer(files: list[str], arguments: dict[str, str], resources: Resources, options: Values) -> int:
     """Print what one of the pure queries asked for (X06); no master is needed."""
-    if options.dump_params:
-        print(report.dump_params(plan))
-    elif options.node_list:
-        print("\n".join(node.full_name for node in [*plan.nodes, *plan.tests]))
-    elif options.file_list:
-        print("\n".join(absolute_files(plan.files)))
-    elif options.ros_args:
-        print(report.ros_args(plan))
+    only_args = options.ros_args and not (options.dump_params or options.file_list)
+    try:
+        plan = load_plan(files, arguments, resources, only_args=only_args)
+    except Error as error:
+        # What follows would be no parameters at all, yet scripts are used to this one not failing (X04).
+        if not options.dump_params or options.node_args or options.find_node:
+            raise
+        print(f"Unable to load file {', '.join(files)}: {error}", file=sys.stderr)
+        return 0
+    if options.node_args:
+        node = _find_node(plan, options.node_args, files, resources)
+        executable = locate(node.package, node.type, resources.packages)
+        print(report.node_args(node, node_words(node, executable), resources.environ))
     elif options.find_node:
-        node = plan.find_node(options.find_node)
-        if node is None:
-            name = "/" + options.find_node.strip("/")
-            advice = "Run \n\troslaunch --nodes <files>\nto see list of node names."
-            print(f"ERROR: cannot find node named [{name}]. {advice}", file=sys.stderr)
-            return 1
-        print(node.file)
+        try:
+            print(_find_node(plan, options.find_node, files, resources).file)
+        except LookupError as error:  # scripts are used to this one not failing
+            print(f"ERROR: {error}\nRun \n\troslaunch --nodes <files>\nto see list of node names.", file=sys.stderr)
     else:
-        return _print_node_args(plan, options.node_args, files)
+        print(_text(plan, options))
     return 0
 
 
-def _print_node_args(plan: Plan, wanted: str, files: list[str]) -> int:
-    node = plan.find_node(wanted)
-    if node is None:
-        print(
-            f"ERROR: Cannot find node named [/{wanted.strip('/')}] in [{', '.join(files)}].\nNode names are:",
-            file=sys.stderr,
+def _text(plan: Plan, options: Values) -> str:
+    if options.dump_params:
+        return report.dump_params(plan)
+    if options.file_list:
+        return "\n".join(absolute_files(plan.files))
+    if options.ros_args:
+        return report.ros_args(plan)
+    if options.graph:
+        return drawing.dot(plan)
+    if options.tree:
+        return drawing.tree(plan)
+    return "\n".join(node.full_name for node in [*plan.nodes, *plan.tests])
+
+
+class _NoNodeError(LaunchError, LookupError):
+    """There is no node of that name."""
+
+
+def _find_node(plan: Plan, name: str, files: list[str], resources: Resources) -> NodePlan:
+    # Nodes may have names that are not legal, so this is not the usual way to resolve one.
+    full_name = canonicalize_name(ns_join("/" + resources.environ.get("ROS_NAMESPACE", ""), name))
+    found = [node for node in [*plan.nodes, *plan.tests] if node.full_name == full_name]
+    if not found:
+        names = [node.full_name for node in [*plan.nodes, *plan.tests]]
+        rows = "\n".join(f" * {other}" for other in names)
+        raise _NoNodeError(
+            f"Cannot find node named [{full_name}] in [{', '.join(files)}]{did_you_mean(full_name, names)}.\n"
+            f"Node names are:\n{rows}"
         )
-        for other in plan.nodes:
-            print(f" * {other.full_name}", file=sys.stderr)
-        return 1
-    executable = locate(node.package, node.type, PackageIndex(os.environ))
-    print(report.node_args(node, node_words(node, executable), os.environ))
-    return 0
+    if len(found) > 1:
+        raise LaunchError(f"multiple nodes named [{full_name}] in [{', '.join(files)}]: give them different names")
+    return found[0]
 
 
 def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> int:

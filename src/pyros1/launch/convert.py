@@ -15,7 +15,7 @@ def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each 
 
     Args:
         text: the text, substitutions done.
-        kind: ``auto``, ``str``, ``string``, ``int``, ``double``, ``bool``, ``boolean`` or ``yaml``.
+        kind: in small letters; ``auto``, ``str``, ``string``, ``int``, ``double``, ``bool``, ``boolean`` or ``yaml``.
 
     Returns:
         The value.
@@ -23,7 +23,6 @@ def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each 
     Raises:
         LaunchError: the text is no such value, or there is no such type.
     """
-    kind = kind.lower().strip()
     if kind in ("str", "string"):
         return text
     stripped = text.strip()
@@ -36,9 +35,12 @@ def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each 
             return False
         raise LaunchError(f"{text} is not a '{kind}' type")
     if kind == "yaml":
-        from pyros1.values import load_yaml  # noqa: PLC0415 - rarely used
+        from pyros1.values import YamlError, load_yaml  # noqa: PLC0415 - rarely used
 
-        return load_yaml(text)
+        try:
+            return load_yaml(text)
+        except YamlError as error:
+            raise LaunchError(f"cannot convert to type [yaml]: {error}") from error
     try:
         if kind == "int":
             return int(stripped)
@@ -57,8 +59,8 @@ def _automatic(text: str, stripped: str) -> Any:
             return int(stripped)
     except ValueError:
         pass
-    if stripped.lower() in ("true", "false"):
-        return stripped.lower() == "true"
+    if text.lower() in ("true", "false"):  # not stripped: what a command or a file says ends in a newline
+        return text.lower() == "true"
     return text
 
 
@@ -72,7 +74,7 @@ def convert_bool(text: str, attribute: str) -> bool:
     Raises:
         LaunchError: it is neither.
     """
-    lowered = text.lower().strip()
+    lowered = text.lower()
     if lowered not in ("true", "false"):
         raise LaunchError(f"invalid boolean value for [{attribute}]: {text!r}; it must be true or false")
     return lowered == "true"

@@ -6,6 +6,7 @@ XML with one ``<launch>`` at its root.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.parsers.expat import ExpatError
 
@@ -38,6 +39,11 @@ class Element:
     children: list[Element] = field(default_factory=list)
     text: str = ""
 
+    @property
+    def place(self) -> str:
+        """File and line, ``main.launch:7``."""
+        return f"{self.file}:{self.line}"
+
     def error(self, message: str) -> LaunchError:
         """Return an error that names this tag's file and line."""
         return LaunchError(message, self.file, self.line)
@@ -57,6 +63,7 @@ class _TreeBuilder:
         expat.ProcessingInstructionHandler = None
         expat.buffer_text = True
         expat.ordered_attributes = True
+        expat.namespace_prefixes = True
         expat.StartElementHandler = self._start
         expat.EndElementHandler = self._end
         expat.CharacterDataHandler = self._characters
@@ -64,8 +71,10 @@ class _TreeBuilder:
 
     def _start(self, tag: str, attributes: list[str]) -> None:
         pairs = dict(zip(attributes[::2], attributes[1::2], strict=True))
-        # With namespaces on, expat writes "uri}name"; launch files have none, but a prefix must not lose its tag.
-        element = Element(tag.rpartition("}")[2], pairs, self._file, self._expat.CurrentLineNumber)
+        # With namespaces on, expat writes "uri}name" or "uri}name}prefix"; launch files know names as written only.
+        _, *names = tag.split("}") if "}" in tag else ("", tag)
+        name = ":".join(reversed(names))
+        element = Element(name, pairs, self._file, self._expat.CurrentLineNumber)
         if len(self._stack) >= _MAX_DEPTH:
             raise element.error("Invalid roslaunch XML syntax: tags are nested too deeply")
         if self._stack:
@@ -91,10 +100,10 @@ def parse_document(data: str | bytes, file: str) -> Element:
         file: its path, for messages.
 
     Returns:
-        The ``<launch>`` element.
+        The ``<launch>`` element, which need not be the root (X07).
 
     Raises:
-        LaunchError: not well-formed XML (X07), or a root other than ``<launch>``.
+        LaunchError: not well-formed XML, or there is no ``<launch>`` or more than one.
     """
     builder = _TreeBuilder(file)
     try:
@@ -105,6 +114,16 @@ def parse_document(data: str | bytes, file: str) -> Element:
         raise LaunchError(f"Invalid roslaunch XML syntax: refused: {error}", file) from error
     except (ValueError, LookupError) as error:  # an unknown encoding, NUL characters
         raise LaunchError(f"Invalid roslaunch XML syntax: {error}", file) from error
-    if builder.root is None or builder.root.tag != "launch":
-        raise LaunchError("Invalid roslaunch XML syntax: no root <launch> tag", file)
-    return builder.root
+    found = [] if builder.root is None else [tag for tag in _all(builder.root) if tag.tag == "launch"]
+    if not found:
+        line = None if builder.root is None else builder.root.line
+        raise LaunchError("Invalid roslaunch XML syntax: no root <launch> tag", file, line)
+    if len(found) > 1:
+        raise found[1].error("Invalid roslaunch XML syntax: there can be only one <launch> tag")
+    return found[0]
+
+
+def _all(element: Element) -> Iterator[Element]:
+    yield element
+    for child in element.children:
+        yield from _all(child)

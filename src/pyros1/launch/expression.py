@@ -8,11 +8,13 @@ from __future__ import annotations
 import ast
 import functools
 import math
+import re
+import string
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from pyros1.errors import LaunchError
-from pyros1.expressions import ExpressionError, Interpreter, bounded, require, size
+from pyros1.expressions import MAX_ITEMS, ExpressionError, Interpreter, bounded, require, size
 
 # Those left out take very long for arguments that are soon written.
 _MATH = {
@@ -44,13 +46,52 @@ def _replace(text: str, old: str, new: str, count: int = -1) -> str:
     return text.replace(old, new, count)
 
 
+def _formatted(value: Any, conversion: str | None, spec: str) -> str:
+    """One field of a format text; widths are measured before anything gets as wide."""
+    for number in re.findall(r"\d+", spec):
+        require(int(number) if len(number) < 10 else MAX_ITEMS + 1)
+    if conversion in ("r", "a"):
+        value = repr(value) if conversion == "r" else ascii(value)
+    elif conversion == "s":
+        value = str(value)
+    return format(value, spec)
+
+
+def _format(template: str, *arguments: Any, **keywords: Any) -> str:
+    """str.format(), but a field is a number or a name: nothing inside of values can be reached."""
+    parts: list[str] = []
+    automatic = 0
+    for literal, field, spec, conversion in string.Formatter().parse(template):
+        parts.append(literal)
+        if field is None:
+            continue
+        if "{" in (spec or ""):
+            raise ExpressionError("fields inside of fields are not possible here")
+        if not field:
+            field, automatic = str(automatic), automatic + 1  # noqa: PLW2901 - numbers itself
+        if field.isdecimal():
+            value = arguments[int(field)]
+        elif field.isidentifier():
+            value = keywords[field]
+        else:
+            raise ExpressionError(f"{{{field}}} is not possible here: only numbers and names are")
+        parts.append(_formatted(value, conversion, spec or ""))
+        require(sum(map(len, parts)))
+    return "".join(parts)
+
+
+def _padder(method: Callable[..., str]) -> Callable[..., str]:
+    def pad(text: str, width: int, *fill: str) -> str:
+        require(width)
+        return method(text, width, *fill)
+
+    return pad
+
+
 _BUILTINS: dict[str, Any] = {
-    "list": list,
-    "dict": dict,
     "map": _map,
-    "str": str,
-    "float": float,
-    "int": int,
+    **{kind.__name__: kind for kind in (bool, dict, float, int, list, set, str, tuple)},
+    **{function.__name__: function for function in (abs, all, any, len, max, min, round, sorted, sum)},
     "true": True,
     "false": False,
     **_MATH,
@@ -72,7 +113,12 @@ _METHODS: dict[type, frozenset[str]] = {
     dict: _DICT_METHODS,
 }
 # Those that make much out of little.
-_MEASURED: dict[str, Callable[..., str]] = {"join": _join, "replace": _replace}
+_MEASURED: dict[str, Callable[..., str]] = {
+    "join": _join,
+    "replace": _replace,
+    "format": _format,
+    **{name: _padder(getattr(str, name)) for name in ("center", "ljust", "rjust", "zfill")},
+}
 
 
 def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> str:
@@ -81,7 +127,7 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
     Args:
         text: the expression.
         variables: the launch arguments by name, typed.
-        functions: ``arg``, ``env``, ``find``, ...; they win over variables and builtins of the same name.
+        functions: ``arg``, ``env``, ``find``, ...; they and the builtins win over variables of the same name.
 
     Returns:
         The result as a string.
@@ -92,14 +138,23 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
     if "__" in text:
         raise LaunchError("$(eval ...) may not contain double-underscore expressions")
     try:
-        return str(_Eval(text).evaluate({**_BUILTINS, **variables, **functions}))
+        return str(_Eval(text).evaluate({**variables, **_BUILTINS, **functions}))
     except (ExpressionError, RecursionError) as error:
         raise LaunchError(f"cannot evaluate $(eval {text}): {error}") from error
 
 
 class _Eval(Interpreter):
-    nodes = Interpreter.nodes | {ast.Attribute, ast.Call, ast.Dict}
+    nodes = Interpreter.nodes | {ast.Attribute, ast.Call, ast.Dict, ast.JoinedStr, ast.FormattedValue}
     formatting = True
+
+    def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
+        if isinstance(node, ast.JoinedStr):
+            return bounded("".join(self.value(part, names) for part in node.values))
+        if isinstance(node, ast.FormattedValue):
+            spec = self.value(node.format_spec, names) if node.format_spec else ""
+            conversion = chr(node.conversion) if node.conversion > 0 else None
+            return _formatted(self.value(node.value, names), conversion, spec)
+        return super().value(node, names)
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         if name == "math":

@@ -5,21 +5,23 @@ One method per tag. Each gets the element and the scope it stands in, and writes
 
 from __future__ import annotations
 
-import difflib
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from pyros1.errors import Error, LaunchError
 from pyros1.launch.convert import convert_bool, convert_condition
 from pyros1.launch.document import Element, parse_document
+from pyros1.launch.machines import SETTINGS, read_machine
 from pyros1.launch.nodes import NodeReader
 from pyros1.launch.params import ParamReader
-from pyros1.launch.plan import ArgPlan, MachinePlan, Plan
+from pyros1.launch.plan import ArgPlan, IncludePlan, Plan
 from pyros1.launch.resources import Resources
 from pyros1.launch.scope import Scope, ScopeSubstituter
 from pyros1.launch.substitution import substitute
+from pyros1.launch.suggest import did_you_mean
 
 STDIN = "-"
+_Handlers = dict[str, Callable[[Element, Scope], None]]
 _MAX_INCLUDES = 100
 _NODE_ATTRIBUTES = (
     "pkg",
@@ -32,91 +34,127 @@ _NODE_ATTRIBUTES = (
     "required",
     "ns",
     "clear_params",
+    "wait-for",
+    "wait-timeout",
 )
-_TEST_ATTRIBUTES = ("pkg", "type", "name", "test-name", "args", "machine", "ns", "clear_params", "cwd", "launch-prefix")
+_TEST_ATTRIBUTES = (*_NODE_ATTRIBUTES, "test-name", "cwd", "launch-prefix")
 ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "launch": ("deprecated",),
     "arg": ("name", "value", "default", "doc"),
     "include": ("file", "ns", "clear_params", "pass_all_args"),
-    "group": ("ns", "clear_params"),
+    "group": ("ns", "clear_params", "wait-for", "wait-timeout"),
     "node": (*_NODE_ATTRIBUTES, "output", "cwd", "launch-prefix"),
     "test": (*_TEST_ATTRIBUTES, "time-limit", "retry"),
     "param": ("name", "value", "textfile", "binfile", "command", "type"),
     "rosparam": ("command", "file", "param", "ns", "subst_value"),
     "remap": ("from", "to"),
     "env": ("name", "value"),
-    "machine": ("name", "address", "env-loader", "ssh-port", "user", "password", "default", "timeout"),
+    "machine": ("name", "address", *SETTINGS),
 }
 """The attributes of each tag, besides if and unless."""
 
 
-def load_plan(files: Sequence[str], arguments: dict[str, str], resources: Resources) -> Plan:
+def load_plan(
+    files: Sequence[str],
+    arguments: Mapping[str, str],
+    resources: Resources,
+    *,
+    only_args: bool = False,
+    problems: list[LaunchError] | None = None,
+) -> Plan:
     """Read launch files into one plan (X02, X03).
 
     Args:
         files: paths; ``-`` is standard input.
-        arguments: ``name:=value`` of the command line; names that no file declares are ignored.
+        arguments: ``name:=value`` of the command line; each file gets them all. ``__ns`` is the namespace of
+            everything, otherwise it is that of ``ROS_NAMESPACE``.
         resources: where files, packages and the environment come from.
+        only_args: read nothing but the ``<arg>`` tags at the top level of the files, which need not have values.
+        problems: takes every error, and reading goes on behind the tag that has it; None to raise the first one.
 
     Returns:
         The plan.
 
     Raises:
-        LaunchError: a file cannot be used; the text names file and line.
+        LaunchError: a file cannot be used; the text names file and line, and how it came to be included.
     """
-    loader = _Loader(resources)
+    loader = _Loader(resources, only_args, problems)
     for file in files:
         loader.top_level(file, arguments)
+    loader.report_unused(arguments)
     return loader.plan
 
 
 class _Loader:
-    def __init__(self, resources: Resources) -> None:
+    def __init__(self, resources: Resources, only_args: bool, problems: list[LaunchError] | None) -> None:
         self.plan = Plan()
         self._resources = resources
+        self._only_args = only_args
+        self._problems = problems
         self._depth = 0
+        self._known_args: set[str] = set()
         self._params = ParamReader(self.plan)
         self._nodes = NodeReader(self.plan, self._params, self.attribute, self.children)
-        self._tags: dict[str, Callable[[Element, Scope], None]] = {
+        self._tags: _Handlers = {
             "arg": self._arg,
             "include": self._include,
             "group": self._group,
             "node": self._nodes.node,
             "test": self._nodes.test,
-            "param": self._param,
-            "rosparam": self._rosparam,
+            "param": lambda element, scope: self._params.param(element, scope, self.attribute),
+            "rosparam": lambda element, scope: self._params.rosparam(element, scope, self.attribute),
             "remap": self._remap,
             "env": self._env,
             "machine": self._machine,
         }
 
-    def top_level(self, file: str, arguments: dict[str, str]) -> None:
+    def top_level(self, file: str, arguments: Mapping[str, str]) -> None:
         """Read a file named by the user."""
-        data: str | bytes = self._resources.stdin() if file == STDIN else self._read(file)
         name = "<stdin>" if file == STDIN else file
-        root = parse_document(data, name)
+        try:
+            root = parse_document(self._resources.stdin() if file == STDIN else self._read(file), name)
+        except LaunchError as error:
+            self._report(error)
+            return
         self.plan.files.append(name)
-        self._launch(root, Scope(self._resources, name, given=dict(arguments)))
+        self.plan.args.clear()  # those of the last file are the ones to document
+        scope = Scope(self._resources, name, args=dict(arguments), known_args=self._known_args)
+        namespace = arguments.get("__ns") or self._resources.environ.get("ROS_NAMESPACE")
+        self._launch(root, scope.child("/" + namespace) if namespace else scope)
+
+    def report_unused(self, arguments: Mapping[str, str]) -> None:
+        """Warn of arguments that no file knows: they may be misspelt."""
+        if not self._only_args:
+            for name in arguments:
+                if name not in self._known_args and not name.startswith("__"):
+                    self.plan.warnings.append(f"unused arg '{name}'{did_you_mean(name, self._known_args)}")
+
+    def _report(self, error: LaunchError) -> None:
+        if self._problems is None:
+            raise error
+        self._problems.append(error)
 
     def _read(self, file: str) -> bytes:
         try:
             return self._resources.read_bytes(file)
         except OSError as error:
-            raise LaunchError(f"cannot read [{file}]: {error.strerror}") from error
+            raise LaunchError(f"cannot read [{file}]: {error.strerror}{self._resources.near_file(file)}") from error
 
     def _launch(self, root: Element, scope: Scope) -> None:
         self._check_attributes(root, scope)
-        if "deprecated" in root.attributes:
-            text = self.attribute(root, scope, "deprecated")
-            self.plan.warnings.append(f"[{scope.file}] DEPRECATED: {text}")
+        if root.attributes.get("deprecated"):  # nothing is substituted in it
+            self.plan.warnings.append(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
         self.children(root, scope, self._tags)
 
     # What all tags share -------------------------------------------------------------------------------------------
 
-    def children(self, parent: Element, scope: Scope, tags: dict[str, Callable[[Element, Scope], None]]) -> None:
+    def children(self, parent: Element, scope: Scope, tags: _Handlers) -> None:
         """Handle the tags inside `parent`; those not in `tags` only warn (X56)."""
         for element in parent.children:
-            handler = tags.get(element.tag)
+            # Tags inside of <node> and <include> may be written in capitals.
+            handler = tags.get(element.tag if tags is self._tags else element.tag.lower())
+            if self._only_args and element.tag != "arg":
+                continue
             if handler is None:
                 self._unknown_tag(element, parent, tags)
                 continue
@@ -124,23 +162,20 @@ class _Loader:
                 if self._applies(element, scope):
                     self._check_attributes(element, scope)
                     handler(element, scope)
-            except LaunchError as error:
-                if error.line is not None:
-                    raise
-                raise element.error(str(error)) from error
             except Error as error:
-                raise element.error(str(error)) from error
+                if isinstance(error, LaunchError) and error.line is not None:
+                    self._report(error)
+                else:
+                    self._report(element.error(str(error)))
 
-    def _unknown_tag(
-        self, element: Element, parent: Element, tags: dict[str, Callable[[Element, Scope], None]]
-    ) -> None:
+    def _unknown_tag(self, element: Element, parent: Element, tags: _Handlers) -> None:
         if element.tag == "master" and parent.tag == "launch":
             self.plan.warnings.append("ignoring defunct <master /> tag")
             return
         text = f"unrecognized tag {element.tag}"
         if parent.tag != "launch":
-            text = f"[{element.file}] unrecognized '{element.tag}' child tag in the parent tag element: <{parent.tag}>"
-        self.plan.warnings.append(text + _did_you_mean(element.tag, tags))
+            text = f"unrecognized '{element.tag}' child tag in the parent tag element: <{parent.tag}>"
+        self.plan.warnings.append(f"[{element.place}] {text}{did_you_mean(element.tag, tags)}")
 
     def _applies(self, element: Element, scope: Scope) -> bool:
         if "if" in element.attributes and "unless" in element.attributes:
@@ -152,11 +187,12 @@ class _Loader:
         return True
 
     def _check_attributes(self, element: Element, scope: Scope) -> None:
-        known = ATTRIBUTES[element.tag]
+        tag = element.tag.lower()
+        known = ATTRIBUTES[tag]
         for name in element.attributes:
-            if name not in known and name not in ("if", "unless"):
+            if name not in known and name not in ("if", "unless") and not name.startswith("xmlns"):
                 self.plan.warnings.append(
-                    f"[{scope.file}] unknown <{element.tag}> attribute '{name}'" + _did_you_mean(name, known)
+                    f"[{element.place}] unknown <{tag}> attribute '{name}'{did_you_mean(name, known)}"
                 )
 
     def attribute(self, element: Element, scope: Scope, name: str) -> str | None:
@@ -164,50 +200,44 @@ class _Loader:
         raw = element.attributes.get(name)
         return None if raw is None else substitute(raw, ScopeSubstituter(scope))
 
-    def _flag(self, element: Element, scope: Scope, name: str) -> bool:
-        text = self.attribute(element, scope, name)
-        return text is not None and convert_bool(text, name)
-
     # Tags ----------------------------------------------------------------------------------------------------------
 
     def _arg(self, element: Element, scope: Scope) -> None:
-        name = self.attribute(element, scope, "name")
-        if not name:
-            raise LaunchError("Invalid <arg> tag: it needs a 'name'")
-        if "value" in element.attributes and "default" in element.attributes:
-            raise LaunchError("Invalid <arg> tag: it must have one and only one of value/default")
-        value = self.attribute(element, scope, "value")
-        try:
-            scope.declare(name, value, lambda: self.attribute(element, scope, "default"))
-        except LaunchError as error:
-            if error.line is not None:
-                raise
-            raise element.error(f"Invalid <arg> tag: {error}") from error
-        if value is None and not scope.included:
-            self._document(element, scope, name)
+        name, value, default = self._declare(element, scope, scope)
+        if not value and not scope.included:
+            self.plan.args[name] = ArgPlan(name, default, self.attribute(element, scope, "doc"))
 
-    def _document(self, element: Element, scope: Scope, name: str) -> None:
-        """Note an argument of a top-level file for ``--ros-args``."""
+    def _declare(self, element: Element, scope: Scope, target: Scope) -> tuple[str, str | None, str | None]:
+        """Read an ``<arg>`` in `scope` and declare it in `target`; return its name, value and default."""
         try:
-            default = self.attribute(element, scope, "default")
-        except LaunchError:  # it was given, so its default need not be good for anything
-            default = element.attributes["default"]
-        self.plan.args[name] = ArgPlan(name, default, element.attributes.get("doc"))
+            name = self.attribute(element, scope, "name")
+            if not name:
+                raise LaunchError("it needs a 'name'")
+            if "value" in element.attributes and "default" in element.attributes:
+                raise LaunchError("it must have one and only one of value/default")
+            value, default = self.attribute(element, scope, "value"), self.attribute(element, scope, "default")
+            target.declare(name, value, default)
+        except LaunchError as error:
+            raise element.error(f"Invalid <arg> tag: {error}") from error
+        return name, value, default
 
     def _group(self, element: Element, scope: Scope) -> None:
         inner = scope.child(self._namespace(element, scope))
         self._clear(element, scope, inner)
+        inner.wait_for = f"{scope.wait_for} {self.attribute(element, scope, 'wait-for') or ''}".strip()
+        inner.wait_timeout = self.attribute(element, scope, "wait-timeout") or scope.wait_timeout
         self.children(element, inner, self._tags)
         scope.default_machine = inner.default_machine
 
     def _namespace(self, element: Element, scope: Scope) -> str | None:
         namespace = self.attribute(element, scope, "ns")
-        if namespace is not None and not namespace.strip():
+        if namespace == "":
             raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
         return namespace
 
     def _clear(self, element: Element, scope: Scope, inner: Scope) -> None:
-        if self._flag(element, scope, "clear_params"):
+        text = self.attribute(element, scope, "clear_params")
+        if text and convert_bool(text, "clear_params"):
             if "ns" not in element.attributes:
                 raise LaunchError("'ns' attribute must be set in order to use 'clear_params'")
             self.plan.clear_params.append(inner.namespace)
@@ -216,92 +246,82 @@ class _Loader:
         file = self.attribute(element, scope, "file")
         if not file:
             raise LaunchError("<include> tag is missing required attribute: 'file'")
-        pass_all = self._flag(element, scope, "pass_all_args")
+        pass_all_text = self.attribute(element, scope, "pass_all_args")
+        pass_all = pass_all_text is not None and convert_bool(pass_all_text, "pass_all_args")
         inner = scope.child(self._namespace(element, scope))
         self._clear(element, scope, inner)
-        # <arg> tags in here may only name values; they are checked against what the file declares once it is read.
-        inner.given = dict(scope.args) if pass_all else {}
-        inner.declared = set()
-        self.children(element, inner, {"arg": self._given_arg, "env": self._env})
-        given = inner.given
+        given = self._given(element, inner, inner.child(args=dict(scope.args) if pass_all else {}, pass_all=pass_all))
+        included = given.child(
+            file=file,
+            included=True,
+            args=dict(given.args),
+            declared=set(),
+            pass_all=pass_all,
+            anonymous={},
+            # As it has always been: what an included file sets for all its nodes is also set for those behind the
+            # <include>, but only if something had been set for all nodes before.
+            private_params=scope.private_params or [],
+        )
         if self._depth >= _MAX_INCLUDES:
             raise LaunchError(f"includes are nested more than {_MAX_INCLUDES} deep: does [{file}] include itself?")
-        content = self._read(file)
-        included = inner.child(file=file, included=True, args={}, declared=set(), given=given, pass_all=pass_all)
-        root = parse_document(content, file)
+        root = parse_document(self._read(file), file)
         self.plan.files.append(file)
+        self.plan.includes.append(IncludePlan(scope.file, element.line, file))
         self._depth += 1
-        self._launch(root, included)
-        self._depth -= 1
-        if not pass_all:
-            unused = sorted(set(given) - included.declared)
-            if unused:
-                raise LaunchError(f"unused args [{', '.join(unused)}] for include of [{file}]")
+        before = len(self._problems or [])
+        try:
+            self._launch(root, included)
+        except LaunchError as error:
+            _add_includer(error, element)
+            raise
+        finally:
+            self._depth -= 1
+        for problem in (self._problems or [])[before:]:
+            _add_includer(problem, element)
+        scope.default_machine = included.default_machine
+        unused = [] if pass_all else [name for name in given.args if name not in included.declared]
+        if unused:
+            hint = did_you_mean(unused[0], included.declared) if len(unused) == 1 else ""
+            raise LaunchError(f"unused args [{', '.join(unused)}] for include of [{file}]{hint}")
 
-    def _given_arg(self, element: Element, inner: Scope) -> None:
-        name = self.attribute(element, inner, "name")
-        if not name:
-            raise LaunchError("Invalid <arg> tag: it needs a 'name'")
-        value = self.attribute(element, inner, "value")
-        if value is None:
-            # A default means the value here, too: there is nobody who could override it.
-            value = self.attribute(element, inner, "default")
-        if value is None:
+    def _given(self, element: Element, scope: Scope, given: Scope) -> Scope:
+        """Read the tags inside an ``<include>`` into `given`: arguments with values, and the environment."""
+        given.declared = set(given.args)
+        self.children(
+            element,
+            scope,
+            {
+                "arg": lambda child, at: self._give(child, at, given),
+                "env": lambda child, at: self._set_env(child, at, given),
+            },
+        )
+        return given
+
+    def _give(self, element: Element, scope: Scope, given: Scope) -> None:
+        name, *_ = self._declare(element, scope, given)
+        if name not in given.args:
             raise LaunchError(f"Invalid <arg> tag: arg '{name}' of an <include> needs a 'value'")
-        if name in inner.declared:
-            raise LaunchError(f"Invalid <arg> tag: arg '{name}' has already been declared")
-        inner.declared.add(name)
-        inner.given[name] = value
 
     def _remap(self, element: Element, scope: Scope) -> None:
-        old, new = self.attribute(element, scope, "from"), self.attribute(element, scope, "to")
-        if not old or not new or not old.strip() or not new.strip():
-            raise LaunchError("<remap> tag is missing required from/to attributes")
-        scope.remappings.pop(old.strip(), None)
-        scope.remappings[old.strip()] = new.strip()
+        scope.remap(self.attribute(element, scope, "from"), self.attribute(element, scope, "to"))
 
     def _env(self, element: Element, scope: Scope) -> None:
-        name, value = self.attribute(element, scope, "name"), self.attribute(element, scope, "value")
-        if not name or value is None:
-            raise LaunchError("<env> tag is missing required name/value attributes")
-        if "=" in name or "\0" in name + value:
-            raise LaunchError(f"an environment variable cannot be called or contain this: {name!r}")
-        scope.env[name] = value
+        self._set_env(element, scope, scope)
 
-    def _param(self, element: Element, scope: Scope) -> None:
-        self._params.param(element, scope, self.attribute)
-
-    def _rosparam(self, element: Element, scope: Scope) -> None:
-        self._params.rosparam(element, scope, self.attribute)
+    def _set_env(self, element: Element, scope: Scope, target: Scope) -> None:
+        target.set_env(self.attribute(element, scope, "name"), self.attribute(element, scope, "value"))
 
     def _machine(self, element: Element, scope: Scope) -> None:
-        name, address = self.attribute(element, scope, "name"), self.attribute(element, scope, "address")
-        for key, value in (("name", name), ("address", address)):
-            if not value:
-                raise LaunchError(f"<machine> tag is missing required attribute: '{key}'")
-        for key in element.attributes:
-            if key.startswith("ros-"):
-                raise LaunchError(f"<machine> tag cannot have a '{key}' attribute; use 'env-loader' instead")
-        default = (self.attribute(element, scope, "default") or "false").lower()
-        if default not in ("true", "false", "never"):
-            raise LaunchError(f"machine default must be true, false or never, not {default!r}")
-        settings = tuple(
-            (key, self.attribute(element, scope, key) or "")
-            for key in ATTRIBUTES["machine"]
-            if key in element.attributes and key not in ("name", "address")
-        )
-        machine = MachinePlan(name or "", address or "", settings)
-        if self.plan.machines.setdefault(machine.name, machine) != machine:
-            raise LaunchError(f"machine [{name}] has already been declared with other attributes")
-        if default == "true":
-            scope.default_machine = name
+        default = read_machine(element, lambda name: self.attribute(element, scope, name), self.plan)
+        self.children(element, scope, {})
+        if default is not None:
+            scope.default_machine = default
 
 
-def _did_you_mean(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, list(known), 1, 0.75)
-    return f" (did you mean '{close[0]}'?)" if close else ""
+def _add_includer(error: LaunchError, include: Element) -> None:
+    error.args = (f"{error}\n  included at {include.place}",)
 
 
 def absolute_files(files: Sequence[str]) -> list[str]:
-    """Return the paths as ``--files`` prints them: absolute, in the order read, each once."""
-    return list(dict.fromkeys(os.path.abspath(file) for file in files if file != "<stdin>"))
+    """Return the paths as ``--files`` prints them: absolute, in the order read, each spelling once."""
+    return [os.path.abspath(file) for file in dict.fromkeys(files) if file != "<stdin>"]

@@ -7,15 +7,16 @@ from collections.abc import Callable
 from typing import Literal
 
 from pyros1.errors import LaunchError
+from pyros1.launch.conditions import parse_conditions, parse_seconds
 from pyros1.launch.convert import convert_bool
 from pyros1.launch.document import Element
 from pyros1.launch.params import Attribute, ParamReader
-from pyros1.launch.plan import NodePlan, Plan
+from pyros1.launch.plan import NodePlan, Plan, TestPlan
 from pyros1.launch.scope import Scope
-from pyros1.names import is_legal_base_name, ns_join
+from pyros1.names import is_legal_base_name
 
 Children = Callable[[Element, Scope, dict[str, Callable[[Element, Scope], None]]], None]
-_NOT_ON_TEST = ("respawn", "respawn_delay", "output", "required")
+_NOT_ON_TEST = ("respawn", "respawn_delay", "output")
 
 
 class NodeReader:
@@ -37,7 +38,7 @@ class NodeReader:
 
     def node(self, element: Element, scope: Scope) -> None:
         """Handle a ``<node>``."""
-        self._invalid(element, lambda: self._read(element, scope, self._plan.nodes))
+        self._invalid(element, lambda: self._plan.nodes.append(self._read(element, scope)))
 
     def test(self, element: Element, scope: Scope) -> None:
         """Handle a ``<test>``: it is kept for testing, and its parameters are set."""
@@ -46,7 +47,7 @@ class NodeReader:
                 raise LaunchError(f"Invalid <node> tag: <test> tags cannot have '{name}' attribute.")
         if "test-name" not in element.attributes:
             raise LaunchError("<test> tag is missing required attribute: 'test-name'")
-        self._invalid(element, lambda: self._read(element, scope, self._plan.tests))
+        self._invalid(element, lambda: self._plan.tests.append(self._read_test(element, scope)))
 
     @staticmethod
     def _invalid(element: Element, read: Callable[[], None]) -> None:
@@ -57,43 +58,55 @@ class NodeReader:
                 raise
             raise element.error(f"Invalid <node> tag: {error}") from error
 
-    def _read(self, element: Element, scope: Scope, nodes: list[NodePlan]) -> None:
+    def _read_test(self, element: Element, scope: Scope) -> TestPlan:
+        node = self._read(element, scope)
+        name = (self._attribute(element, scope, "test-name") or "").strip()
+        if not name:
+            raise LaunchError("'test-name' must be non-empty")
+        limit, retry = self._attribute(element, scope, "time-limit"), self._attribute(element, scope, "retry")
+        test = TestPlan(**vars(node), test_name=name)
+        if limit:
+            test.time_limit = parse_seconds(limit, "time-limit")
+            if not test.time_limit:
+                raise LaunchError("'time-limit' must be more than 0")
+        if retry:
+            try:
+                test.retry = max(0, int(retry))
+            except ValueError as error:
+                raise LaunchError(f"'retry' must be a whole number, not {retry!r}") from error
+        return test
+
+    def _read(self, element: Element, scope: Scope) -> NodePlan:
         def text(name: str) -> str | None:
             return self._attribute(element, scope, name)
 
         def flag(name: str) -> bool:
             value = text(name)
-            return bool(value) and convert_bool(value or "", name)
+            return value is not None and convert_bool(value, name)
 
         key = "test-name" if element.tag == "test" and "name" not in element.attributes else "name"
         for required in (key, "pkg", "type"):
             if required not in element.attributes:
                 raise LaunchError(f"<node> tag is missing required attribute: '{required}'")
-        name = (text(key) or "").strip()
+        name = text(key) or (text("test-name") if element.tag == "test" else "") or ""
         if "/" in name:
             raise LaunchError("node name cannot contain a namespace.")
+        if not name:
+            raise LaunchError("name must be non-empty.")
         if not is_legal_base_name(name):
-            raise LaunchError(f"not a legal node name: {name!r}")
+            self._plan.warnings.append(
+                f"[{element.place}] illegal <node> name '{name}': this will likely cause problems with other ROS tools"
+            )
+        if "ns" in element.attributes and not text("ns"):
+            raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
         inner = scope.child(text("ns"))
-        full_name = ns_join(inner.namespace, name)
-        for private_name, value in scope.private_params:
-            self._params.add(f"{full_name}/{private_name}", value)
-        if flag("clear_params"):
-            self._plan.clear_params.append(full_name + "/")
-        self._children(
-            element,
-            inner,
-            {
-                "param": lambda child, at: self._params.param(child, at, self._attribute, full_name),
-                "rosparam": lambda child, at: self._params.rosparam(child, at, self._attribute, full_name),
-                "remap": self._remap,
-                "env": self._env,
-            },
-        )
-        package, kind = (text("pkg") or "").strip(), (text("type") or "").strip()
-        if not package:
+        if element.attributes.get("clear_params") and flag("clear_params"):
+            self._plan.clear_params.append(inner.child(name).namespace)
+        self._read_inside(element, inner, name)
+        package, kind = text("pkg") or "", text("type") or ""
+        if not package.strip():
             raise LaunchError("package must be non-empty.")
-        if not kind:
+        if not kind.strip():
             raise LaunchError("type must be non-empty.")
         plan = NodePlan(
             package=package,
@@ -109,64 +122,67 @@ class NodeReader:
             respawn=flag("respawn"),
             respawn_delay=self._delay(text("respawn_delay")),
             required=flag("required"),
-            machine=self._machine(text("machine"), scope),
+            machine=text("machine") or scope.default_machine,
             file=element.file,
             line=element.line,
         )
+        wait_for = f"{scope.wait_for} {text('wait-for') or ''}"
+        plan.wait_for = list(dict.fromkeys(parse_conditions(wait_for, inner.namespace, name)))
+        wait_timeout = text("wait-timeout") or scope.wait_timeout
+        if wait_timeout:
+            plan.wait_timeout = parse_seconds(wait_timeout, "wait-timeout")
         if plan.respawn and plan.required:
             raise LaunchError("respawn and required cannot both be set to true.")
-        self._check_unique(plan, element)
-        nodes.append(plan)
+        if element.tag == "node":  # tests run one at a time
+            self._check_unique(plan, element)
+        return plan
 
-    def _remap(self, element: Element, scope: Scope) -> None:
-        old, new = self._attribute(element, scope, "from"), self._attribute(element, scope, "to")
-        if not old or not new:
-            raise LaunchError("<remap> tag is missing required from/to attributes")
-        scope.remappings.pop(old.strip(), None)
-        scope.remappings[old.strip()] = new.strip()
+    def _read_inside(self, element: Element, scope: Scope, name: str) -> None:
+        def text(child: Element, name: str) -> str | None:
+            return self._attribute(child, scope, name)
 
-    def _env(self, element: Element, scope: Scope) -> None:
-        name, value = self._attribute(element, scope, "name"), self._attribute(element, scope, "value")
-        if not name or value is None:
-            raise LaunchError("<env> tag is missing required name/value attributes")
-        scope.env[name] = value
+        own = scope.child(name, private_params=[])
+        self._children(
+            element,
+            scope,
+            {
+                "param": lambda child, _: self._params.param(child, own, self._attribute, private=True),
+                "rosparam": lambda child, _: self._params.rosparam(child, own, self._attribute),
+                "remap": lambda child, _: scope.remap(text(child, "from"), text(child, "to")),
+                "env": lambda child, _: scope.set_env(text(child, "name"), text(child, "value")),
+            },
+        )
+        # The parameters of the surroundings come after <rosparam> tags inside and before <param> tags inside.
+        for private_name, value in [*scope.private_params, *own.private_params]:
+            self._params.add(own.namespace + private_name, value)
 
     def _check_unique(self, plan: NodePlan, element: Element) -> None:
-        place = f"{element.file}:{element.line}"
-        first = self._places.setdefault(plan.full_name, place)
+        first = self._places.setdefault(plan.full_name, place := element.place)
         if first is not place:
             raise LaunchError(
                 f"roslaunch file contains multiple nodes named [{plan.full_name}].\n"
                 f"The other one is at {first}. Give them different names; $(anon id) makes a name unique."
             )
 
-    def _machine(self, name: str | None, scope: Scope) -> str | None:
-        if not name:
-            return scope.default_machine
-        if name not in self._plan.machines:
-            self._plan.warnings.append(f"unknown machine [{name}]: its nodes are started on this one")
-            return None
-        return name
-
     @staticmethod
     def _cwd(text: str | None) -> Literal["ros_home", "node"]:
-        if not text or text.strip().lower() in ("ros_home", "ros-root"):
+        if text in (None, "ros_home", "ROS_HOME"):
             return "ros_home"
-        if text.strip().lower() == "node":
+        if text == "node":
             return "node"
         raise LaunchError("cwd must be one of 'ROS_HOME', 'node'.")
 
     @staticmethod
     def _output(text: str | None) -> Literal["log", "screen"]:
-        if not text or text.strip() == "log":
+        if text in (None, "log"):
             return "log"
-        if text.strip() == "screen":
+        if text == "screen":
             return "screen"
         raise LaunchError("output must be one of 'log', 'screen'.")
 
     @staticmethod
     def _delay(text: str | None) -> float:
-        if not text:
+        if text is None:
             return 0.0
         try:
             delay = float(text)

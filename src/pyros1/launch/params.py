@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, Literal
 
 from pyros1.errors import LaunchError
 from pyros1.launch.convert import convert_bool, convert_value
@@ -13,7 +12,7 @@ from pyros1.launch.document import Element
 from pyros1.launch.plan import ParamFileAction, Plan
 from pyros1.launch.scope import Scope, ScopeSubstituter
 from pyros1.launch.substitution import substitute
-from pyros1.names import is_global, is_private
+from pyros1.names import canonicalize_name, is_private, ns_join
 
 Attribute = Callable[[Element, Scope, str], "str | None"]
 _SOURCES = ("value", "textfile", "binfile", "command")
@@ -29,14 +28,14 @@ class ParamReader:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
 
-    def param(self, element: Element, scope: Scope, attribute: Attribute, node: str | None = None) -> None:
+    def param(self, element: Element, scope: Scope, attribute: Attribute, *, private: bool = False) -> None:
         """Handle a ``<param>``.
 
         Args:
             element: the tag.
             scope: where it stands.
             attribute: reads attributes.
-            node: full name of the node it stands in, None outside of one.
+            private: it stands in a node tag, where all names are private.
         """
         name = attribute(element, scope, "name")
         if not name or not name.strip():
@@ -48,27 +47,21 @@ class ParamReader:
             if error.line is not None or str(error).startswith("<param>"):
                 raise
             raise LaunchError(f"Invalid <param> tag: {error}") from error
-        self.set(name, value, scope, node)
-
-    def set(self, name: str, value: Any, scope: Scope, node: str | None) -> None:
-        """Add a parameter that is called `name` in `scope`, or inside `node`."""
-        if node is not None:  # everything inside a node tag is private to the node
-            self.add(f"{node}/{name.lstrip('~/')}", value)
-        elif is_private(name):
-            scope.private_params.append((name[1:], value))
+        if private or is_private(name):  # nodes that come later in the scope get it
+            scope.private_params.append((name.removeprefix("~"), value))
         else:
-            self.add(scope.resolve_param(name), value)
+            self.add(ns_join(scope.namespace, name), value)
 
     def _value(self, element: Element, scope: Scope, attribute: Attribute, name: str) -> Any:
         given = [source for source in _SOURCES if source in element.attributes]
         if len(given) != 1:
             raise LaunchError("<param> tag must have one and only one of value/textfile/binfile.")
         text = attribute(element, scope, given[0]) or ""
-        kind = attribute(element, scope, "type") or "auto"
+        kind = (element.attributes.get("type") or "auto").lower().strip()  # nothing is substituted in it
         if given[0] == "value":
             return convert_value(text.strip(), kind)
         if given[0] == "textfile":
-            return scope.resources.read_text(text)
+            return convert_value(scope.resources.read_text(text), kind)
         if given[0] == "binfile":
             try:
                 return scope.resources.read_bytes(text)
@@ -85,64 +78,55 @@ class ParamReader:
         except LaunchError as error:
             raise LaunchError(f"Cannot load command parameter [{name}]: {error}") from error
 
-    def rosparam(self, element: Element, scope: Scope, attribute: Attribute, node: str | None = None) -> None:
+    def rosparam(self, element: Element, scope: Scope, attribute: Attribute) -> None:
         """Handle a ``<rosparam>``; the arguments are those of `param`."""
         command = attribute(element, scope, "command") or "load"
         file = attribute(element, scope, "file")
-        name = (attribute(element, scope, "param") or "").strip()
-        namespace = (attribute(element, scope, "ns") or "").strip()
-        full = _join(namespace, name)
+        inner = ns_join(attribute(element, scope, "ns") or "", attribute(element, scope, "param") or "")
+        name = ns_join(scope.namespace, inner) if inner else scope.namespace
         if command == "load":
-            self._load(element, scope, attribute, file, full, node)
+            self._load(element, scope, attribute, file, name, needs_dict=not inner)
         elif command in ("dump", "delete"):
             if command == "delete" and file is not None:
                 raise LaunchError("error loading <rosparam> tag: file attribute is not allowed for delete")
             if command == "dump" and not file:
                 raise LaunchError("error loading <rosparam> tag: file attribute is required for dump")
-            if command == "delete" and not full:
-                raise LaunchError("error loading <rosparam> tag: delete needs a param or ns")
-            target = f"{node}/{full.lstrip('~/')}" if node else scope.resolve_param(full.lstrip("~"))
-            self._plan.actions.append(ParamFileAction("dump" if command == "dump" else "delete", target, file or ""))
+            action: Literal["dump", "delete"] = "dump" if command == "dump" else "delete"
+            self._plan.actions.append(ParamFileAction(action, canonicalize_name(name), file or ""))
         else:
             raise LaunchError("error loading <rosparam> tag: command must be 'load', 'dump', or 'delete'")
 
     def _load(
-        self, element: Element, scope: Scope, attribute: Attribute, file: str | None, name: str, node: str | None
+        self, element: Element, scope: Scope, attribute: Attribute, file: str | None, name: str, *, needs_dict: bool
     ) -> None:
-        from pyros1.values import YamlError, load_all_yaml  # noqa: PLC0415 - many files need no YAML
+        from pyros1.values import YamlError, load_yaml  # noqa: PLC0415 - many files need no YAML
 
         where, first_line = element.file, element.line
         text = element.text
         if file is not None:
             where, first_line = file, 1
-            if not os.path.isabs(file) and not file.strip():
-                raise LaunchError("error loading <rosparam> tag: file attribute is empty")
             try:
-                text = scope.resources.read_bytes(file).decode("utf-8")
-            except FileNotFoundError as error:
-                raise LaunchError(f"error loading <rosparam> tag: file does not exist [{file}]") from error
-            except (OSError, UnicodeDecodeError) as error:
-                raise LaunchError(f"error loading <rosparam> tag: cannot read [{file}]: {error}") from error
+                text = scope.resources.read_text(file)
+            except LaunchError as error:
+                raise LaunchError(f"error loading <rosparam> tag: {error}") from error
         subst = attribute(element, scope, "subst_value")
         if subst is not None and convert_bool(subst, "subst_value"):
             text = substitute(text, ScopeSubstituter(scope))
-        if not text.strip():
-            return
         try:
-            documents = load_all_yaml(_dedent(text))
+            value = load_yaml(_dedent(text)) if text.strip() else None
         except YamlError as error:
             line = first_line if error.line is None else first_line + error.line - 1
             raise LaunchError(f"error loading <rosparam> tag: {_without_place(error)}", where, line) from error
-        for value in documents:
-            if not isinstance(value, dict) and not name:
-                raise LaunchError(
-                    "error loading <rosparam> tag: 'param' attribute must be set for non-dictionary values"
-                )
-            for key, leaf in _leaves(name, value):
-                self.set(key, leaf, scope, node)
+        if value is None:  # nothing, or what says so, sets nothing
+            return
+        if needs_dict and not isinstance(value, dict):
+            raise LaunchError("error loading <rosparam> tag: 'param' attribute must be set for non-dictionary values")
+        for key, leaf in _leaves(name, value):
+            self.add(key, leaf)
 
     def add(self, name: str, value: Any) -> None:
         """Add a parameter under its full name, warning when it hides another one (X76)."""
+        name = canonicalize_name(name)
         params = self._plan.params
         parent = name.rpartition("/")[0]
         while parent:
@@ -150,12 +134,6 @@ class ParamReader:
                 self._plan.warnings.append(f"parameter [{name}] conflicts with parent parameter [{parent}]")
             parent = parent.rpartition("/")[0]
         params[name] = value
-
-
-def _join(namespace: str, name: str) -> str:
-    if not namespace or is_global(name) or is_private(name):
-        return name or namespace
-    return f"{namespace.rstrip('/')}/{name}" if name else namespace
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
@@ -166,7 +144,7 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     for key, item in value.items():
         if not isinstance(key, str):
             raise LaunchError(f"error loading <rosparam> tag: parameter names must be strings, not {key!r}")
-        yield from _leaves(f"{name.rstrip('/')}/{key}" if name else key, item)
+        yield from _leaves(ns_join(name, key), item)
 
 
 def _without_place(error: Exception) -> str:

@@ -92,6 +92,21 @@ class MachinePlan:
 
 
 @dataclass(frozen=True)
+class IncludePlan:
+    """An ``<include>``.
+
+    Attributes:
+        file: the file it stands in.
+        line: line there.
+        included: the file that it names.
+    """
+
+    file: str
+    line: int
+    included: str
+
+
+@dataclass(frozen=True)
 class ParamFileAction:
     """A ``rosparam`` dump or delete, done before parameters are set.
 
@@ -133,6 +148,7 @@ class Plan:
         actions: rosparam dumps and deletes.
         machines: by name.
         files: the files that were read, in order.
+        includes: which file included which, in order.
         args: arguments declared in the top-level files, in order.
         warnings: for a person to read.
     """
@@ -144,10 +160,11 @@ class Plan:
     actions: list[ParamFileAction] = field(default_factory=list)
     machines: dict[str, MachinePlan] = field(default_factory=dict)
     files: list[str] = field(default_factory=list)
+    includes: list[IncludePlan] = field(default_factory=list)
     args: dict[str, ArgPlan] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
     def find_node(self, name: str) -> NodePlan | None:
-        """Return the node of that name; a name without a leading slash is taken as global."""
+        """Return the node or test of that name; a name without a leading slash is taken as global."""
         wanted = "/" + name.strip("/")
-        return next((node for node in self.nodes if node.full_name == wanted), None)
+        return next((node for node in [*self.nodes, *self.tests] if node.full_name == wanted), None)

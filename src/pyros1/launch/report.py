@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pyros1.launch.plan import NodePlan, Plan
-from pyros1.net.hosts import DEFAULT_MASTER_URI
+from pyros1.net.hosts import DEFAULT_MASTER_URI, is_local
 
 _LONGEST_VALUE = 20
 
@@ -22,10 +22,11 @@ def summary(plan: Plan, extra_params: dict[str, Any] | None = None) -> str:
     if plan.clear_params:
         lines += ["", "CLEAR PARAMETERS", *(f" * {name}" for name in sorted(plan.clear_params))]
     params = {**(extra_params or {}), **plan.params}
-    lines += ["", "PARAMETERS", *(f" * {name}: {_short(params[name])}" for name in sorted(params))]
-    remote = [machine for machine in plan.machines.values() if any(node.machine == machine.name for node in plan.nodes)]
-    if remote and len(plan.machines) > 1:
-        lines += ["", "MACHINES", *(f" * {machine.name}" for machine in sorted(remote, key=lambda item: item.name))]
+    if params:
+        lines += ["", "PARAMETERS", *sorted(f" * {name}: {_short(value)}" for name, value in params.items())]
+    used = {plan.machines[node.machine] for node in plan.nodes if node.machine in plan.machines}
+    if any(not is_local(machine.address) for machine in used):
+        lines += ["", "MACHINES", *(f" * {name}" for name in sorted(plan.machines))]
     lines += ["", "NODES"]
     by_namespace: dict[str, list[NodePlan]] = {}
     for node in plan.nodes:
@@ -37,11 +38,13 @@ def summary(plan: Plan, extra_params: dict[str, Any] | None = None) -> str:
 
 
 def _short(value: Any) -> str:
-    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-    text = text.strip()
-    if not text.isprintable():
-        text = "<...>"
-    return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
+    text = value.decode("latin-1") if isinstance(value, bytes) else str(value)
+    if len(text) > _LONGEST_VALUE:
+        text = text[: _LONGEST_VALUE - 3] + "..."
+    if text.isascii() and text.isprintable():
+        return text
+    text = text.rstrip()
+    return text if text.isascii() and text.isprintable() else "<...>"
 
 
 def dump_params(plan: Plan) -> str:
@@ -53,8 +56,8 @@ def dump_params(plan: Plan) -> str:
 
 def ros_args(plan: Plan) -> str:
     """Return the documentation of the arguments (``--ros-args``)."""
-    required = [arg for arg in plan.args.values() if arg.default is None]
-    optional = [arg for arg in plan.args.values() if arg.default is not None]
+    required = [arg for arg in plan.args.values() if not arg.default]
+    optional = [arg for arg in plan.args.values() if arg.default]
     lines: list[str] = []
     if required:
         lines += ["Required Arguments:", *sorted(f"  {arg.name}: {arg.doc or 'undocumented'}" for arg in required)]
@@ -78,4 +81,5 @@ def node_args(node: NodePlan, words: list[str], environ: Mapping[str, str]) -> s
     if node.namespace.strip("/"):
         env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
     env.update(node.env)
-    return " ".join([*(f'{name}="{value}"' for name, value in env.items()), *words])
+    changed = (f'{name}="{value}"' for name, value in env.items() if environ.get(name) != value)
+    return " ".join([*changed, *words])

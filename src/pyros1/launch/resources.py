@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.launch.suggest import did_you_mean
+
+_Names = list[str]
+_Paths = list[Path]
 
 
 class PackageFinder(Protocol):
@@ -17,10 +21,13 @@ class PackageFinder(Protocol):
     def find(self, name: str) -> Path:
         """Return the package's folder; raises PackageNotFoundError."""
 
-    def find_resource(self, package: str, filename: str) -> list[Path]:
+    def list(self) -> _Names:
+        """Return the names of all packages."""
+
+    def find_resource(self, package: str, filename: str) -> _Paths:
         """Return the files of that name below the package."""
 
-    def find_executable(self, package: str, name: str) -> list[Path]:
+    def find_executable(self, package: str, name: str) -> _Paths:
         """Return the executables of that name in the package."""
 
 
@@ -52,7 +59,6 @@ class Resources:
     run_command: Callable[[list[str]], str] = _no_commands
     unique: Callable[[], str] = lambda: "0"
     stdin: Callable[[], str] = lambda: ""
-    _text_cache: dict[str, str] = field(default_factory=dict)
 
     def read_text(self, path: str) -> str:
         """Return a file as text.
@@ -61,13 +67,25 @@ class Resources:
             LaunchError: it cannot be read, or is not UTF-8.
         """
         try:
-            return self.read_bytes(path).decode("utf-8")
+            text = self.read_bytes(path).decode("utf-8")
         except (OSError, UnicodeDecodeError) as error:
             reason = error.strerror if isinstance(error, OSError) else str(error)
             raise LaunchError(f"cannot read [{path}]: {reason}") from error
+        return text.replace("\r\n", "\n").replace("\r", "\n")
+
+    def near_file(self, path: str) -> str:
+        """Return a hint at a file beside `path` with a similar name, empty if there is none."""
+        try:
+            return did_you_mean(os.path.basename(path), os.listdir(os.path.dirname(path) or "."))
+        except OSError:
+            return ""
 
     def find(self, package: str, path: str = "") -> str:
-        """Return what ``$(find package)path`` means: an executable in ``lib/<package>``, else a path in the package.
+        """Return what ``$(find package)path`` means (X70).
+
+        An executable of that base name in ``lib/<package>`` of an install or devel space comes first, then an
+        executable in the package's folder, then a file or folder in ``share/<package>`` of such a space; what is
+        nowhere is a path in the package's folder.
 
         Raises:
             LaunchError: no such package.
@@ -75,10 +93,17 @@ class Resources:
         try:
             folder = self.packages.find(package)
         except PackageNotFoundError as error:
-            raise LaunchError(str(error)) from error
-        name = path.lstrip("/\\")
-        if name and folder.parent.name == "share":
-            candidate = folder.parent.parent / "lib" / package / name
+            raise LaunchError(f"{error}{did_you_mean(package, self.packages.list())}") from error
+        name = path.replace("\\", "/").removeprefix("/")
+        if not name:
+            return str(folder)
+        spaces = [Path(part) for part in self.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if part]
+        if folder.parent.name == "share":
+            spaces.append(folder.parent.parent)
+        libraries = [space / "lib" / package for space in spaces]
+        in_folder = folder / name
+        for candidate in [*(library / os.path.basename(name) for library in libraries), in_folder]:
             if candidate.is_file() and os.access(candidate, os.X_OK):
                 return str(candidate)
-        return str(folder) + path
+        shared = (space / "share" / package / name for space in spaces)
+        return next((str(candidate) for candidate in shared if candidate.exists()), os.path.join(folder, name))

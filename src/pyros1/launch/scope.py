@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pyros1.errors import LaunchError
 from pyros1.launch.resources import Resources
-from pyros1.names import is_global, is_private, ns_join
+from pyros1.launch.suggest import did_you_mean
+from pyros1.names import canonicalize_name, is_legal_name, is_private, ns_join
 
 
 @dataclass
@@ -21,15 +21,17 @@ class Scope:
         file: the current file.
         included: whether the file was included by another one.
         namespace: with a slash at the end.
-        args: arguments that have a value.
+        args: arguments that have a value: given by the command line or the including tag, or declared here.
         declared: names of all ``<arg>`` tags seen in this file.
-        given: values that override defaults here: the command line's, or the including tag's.
-        pass_all: given by pass_all_args: everything may be overridden, and nothing need be declared.
+        pass_all: given by pass_all_args: ``<arg>`` tags may set again what has a value.
+        known_args: names of all arguments that any file declared or asked for; one set for all scopes.
         remappings: ``from`` to ``to``.
         env: variables to set.
         private_params: ``~name`` parameters for all later nodes.
         default_machine: machine that nodes get when they name none.
-        anonymous: what ``$(anon x)`` has given so far, None before the first.
+        wait_for: the ``wait-for`` of the groups around.
+        wait_timeout: the ``wait-timeout`` of the innermost group that has one.
+        anonymous: what ``$(anon x)`` has given so far.
     """
 
     resources: Resources
@@ -38,13 +40,15 @@ class Scope:
     namespace: str = "/"
     args: dict[str, str] = field(default_factory=dict)
     declared: set[str] = field(default_factory=set)
-    given: dict[str, str] = field(default_factory=dict)
     pass_all: bool = False
+    known_args: set[str] = field(default_factory=set)
     remappings: dict[str, str] = field(default_factory=dict)
     env: dict[str, str] = field(default_factory=dict)
     private_params: list[tuple[str, Any]] = field(default_factory=list)
     default_machine: str | None = None
-    anonymous: dict[str, str] | None = None
+    wait_for: str = ""
+    wait_timeout: str = ""
+    anonymous: dict[str, str] = field(default_factory=dict)
 
     def child(self, namespace: str | None = None, **changes: Any) -> Scope:
         """Return a copy for a group or an include.
@@ -55,47 +59,68 @@ class Scope:
         """
         inner = self.namespace
         if namespace is not None:
-            inner = namespace if is_global(namespace) else ns_join(self.namespace, namespace)
-            inner = inner.rstrip("/") + "/"
+            inner = ns_join(self.namespace, namespace)
+            if is_private(inner):
+                raise LaunchError(f"a namespace cannot be private: {namespace}")
+            inner = canonicalize_name(inner).rstrip("/") + "/"
         copies: dict[str, Any] = {
             "args": dict(self.args),
             "declared": set(self.declared),
             "remappings": dict(self.remappings),
             "env": dict(self.env),
             "private_params": list(self.private_params),
+            "anonymous": dict(self.anonymous),
+            "pass_all": False,
         }
         return replace(self, **{**copies, "namespace": inner, **changes})
 
-    def resolve_param(self, name: str) -> str:
-        """Return the full name of a parameter that is not private to a node."""
-        if is_private(name):
-            raise LaunchError(f"a private name cannot be resolved here: {name}")
-        return name if is_global(name) else self.namespace + name
-
-    def declare(self, name: str, value: str | None, default: Callable[[], str | None]) -> None:
+    def declare(self, name: str, value: str | None, default: str | None) -> None:
         """Take an ``<arg>`` tag into account (X57).
 
         Args:
             name: the argument.
             value: its fixed value, None without one.
-            default: gives its default (None without one); called only if it is needed.
+            default: its default, None without one.
 
         Raises:
             LaunchError: declared twice in a file, or a fixed value is to be overridden.
         """
-        if name in self.declared:
+        if name in self.declared and not self.pass_all:
             raise LaunchError(f"arg '{name}' has already been declared")
         self.declared.add(name)
+        self.known_args.add(name)
         if value is not None:
-            if name in self.given and not self.pass_all:
+            if name in self.args and not self.pass_all:
                 raise LaunchError(f"cannot override arg '{name}', which has already been set")
             self.args[name] = value
-        elif name in self.given:
-            self.args[name] = self.given[name]
-        else:
-            text = default()
-            if text is not None:
-                self.args[name] = text
+        elif default is not None:
+            self.args.setdefault(name, default)
+
+    def remap(self, old: str | None, new: str | None) -> None:
+        """Take a ``<remap>`` tag into account: what it says about a name replaces what was said before (X67).
+
+        Raises:
+            LaunchError: an attribute is missing or not a legal name.
+        """
+        if not old or not new:
+            raise LaunchError("<remap> tag is missing required from/to attributes")
+        for side, name in (("from", old), ("to", new)):
+            if not is_legal_name(canonicalize_name(name)):
+                raise LaunchError(f"remap {side} [{name}] is not a valid ROS name")
+        self.remappings.pop(canonicalize_name(old), None)
+        self.remappings[canonicalize_name(old)] = canonicalize_name(new)
+
+    def set_env(self, name: str | None, value: str | None) -> None:
+        """Take an ``<env>`` tag into account (X68).
+
+        Raises:
+            LaunchError: an attribute is missing, or no environment can hold it.
+        """
+        if not name or value is None:
+            raise LaunchError("<env> tag is missing required name/value attributes")
+        if "=" in name or "\0" in name + value:
+            raise LaunchError(f"an environment variable cannot be called or contain this: {name!r}")
+        self.env[name] = value
 
     # Substituter ---------------------------------------------------------------------------------------------------
 
@@ -132,8 +157,6 @@ class ScopeSubstituter:
     def anon(self, identifier: str) -> str:
         """Return the unique name of an identifier."""
         known = self._scope.anonymous
-        if known is None:
-            known = self._scope.anonymous = {}
         if identifier not in known:
             unique = f"{identifier}_{self._scope.resources.unique()}"
             known[identifier] = unique.replace(".", "_").replace("-", "_").replace(":", "_")
@@ -141,11 +164,12 @@ class ScopeSubstituter:
 
     def arg(self, name: str) -> str:
         """Return an argument's value; LaunchError naming the file when it has none (X58)."""
+        self._scope.known_args.add(name)
         value = self._scope.args.get(name)
         if value is None:
-            if self._scope.included:
-                raise LaunchError(f"included file [{self._scope.file}] requires the '{name}' arg to be set")
-            raise LaunchError(f"[{self._scope.file}] requires the '{name}' arg to be set")
+            what = "included file " if self._scope.included else ""
+            hint = "" if name in self._scope.declared else did_you_mean(name, self._scope.args)
+            raise LaunchError(f"{what}[{self._scope.file}] requires the '{name}' arg to be set{hint}")
         return value
 
     def dirname(self) -> str:

@@ -12,9 +12,9 @@ from typing import Any, Protocol
 
 from pyros1.errors import LaunchError
 from pyros1.launch.convert import convert_value
+from pyros1.launch.suggest import did_you_mean
 
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
-_PATH_AFTER_FIND = re.compile(r"[/\\][^\s$]*")
 
 
 class Substituter(Protocol):
@@ -27,7 +27,7 @@ class Substituter(Protocol):
         """Return an environment variable, or `default` when it is not set."""
 
     def find(self, package: str, path: str) -> str:
-        """Return `path` (empty or beginning with a slash) below a package."""
+        """Return `path` (what follows up to the next space, may be empty) below a package."""
 
     def anon(self, identifier: str) -> str:
         """Return a unique name, the same for the same identifier."""
@@ -73,13 +73,15 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
             return "".join(parts)
         parts.append(text[position:start])
         end = text.find(")", start)
-        if end < 0:  # not closed: ordinary text
-            parts.append(text[start:])
-            return "".join(parts)
-        inner = text[start + 2 : end]
+        position = end + 1 if end >= 0 else len(text)
+        inner = text[start + 2 : end] if end >= 0 else text[start + 2 :]
         if "$" in inner:
-            raise LaunchError(f"Dollar signs '$' cannot be inside of substitution args [{text[start : end + 1]}]")
-        position = end + 1
+            raise LaunchError(f"Dollar signs '$' cannot be inside of substitution args [{text[start:position]}]")
+        if "(" in inner:
+            raise LaunchError(f"Invalid left parenthesis '(' in substitution args [{text[start:position]}]")
+        if end < 0 or not inner:  # not closed, or nothing inside: ordinary text
+            parts.append(text[start:position])
+            continue
         words = inner.split()
         command = words[0] if words else ""
         if command not in _COMMANDS:
@@ -88,10 +90,9 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
             parts.append(text[start:position])
         elif command == "find":
             _need(words, 1)
-            match = _PATH_AFTER_FIND.match(text, position)
-            path = match.group() if match else ""
-            parts.append(source.find(words[1], path))
-            position += len(path)
+            # All up to the next space is the path, even what does not look like one; it may hold more of $(find).
+            path, space, rest = text[position:].partition(" ")
+            text, position = source.find(words[1], path) + space + rest, 0
         else:
             parts.append(_value(command, words, source))
 
@@ -99,7 +100,8 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
 def _unknown(inner: str) -> str:
     if inner.split()[:1] == ["eval"]:
         return f"$(eval ...) must be the whole value: $({inner})"
-    return f"Unknown substitution command [{inner}]. Valid commands are {list(_COMMANDS)}"
+    hint = "".join(did_you_mean(word, _COMMANDS) for word in inner.split(maxsplit=1)[:1])
+    return f"Unknown substitution command [{inner}]. Valid commands are {list(_COMMANDS)}{hint}"
 
 
 def _need(words: list[str], count: int) -> None:
@@ -134,4 +136,5 @@ def _evaluate(expression: str, source: Substituter) -> str:
         "anon": lambda name: source.anon(str(name)),
         "dirname": source.dirname,
     }
-    return evaluate(expression, {name: _typed(value) for name, value in source.args().items()}, functions)
+    known = source.args().keys() & set(re.findall(r"\w+", expression))
+    return evaluate(expression, {name: _typed(source.arg(name)) for name in known}, functions)

@@ -1,0 +1,87 @@
+"""A plan as a picture: which file brings which files and nodes, as a tree of text and as a graph for Graphviz."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+
+from pyros1.launch.plan import NodePlan, Plan
+
+
+def tree(plan: Plan) -> str:
+    """Return files and nodes as an indented tree, in the order of the files."""
+    return "\n".join(line for top in _top_files(plan) for line in _branch(plan, top, "", ()))
+
+
+def _top_files(plan: Plan) -> list[str]:
+    included = {include.included for include in plan.includes}
+    return list(dict.fromkeys(file for file in plan.files if file not in included))
+
+
+def _branch(plan: Plan, file: str, indent: str, above: tuple[str, ...]) -> Iterator[str]:
+    """Yield the lines of a file and what is below it; a file that comes twice is drawn twice, its nodes once."""
+    yield _short(file)
+    rows: list[tuple[int, str | NodePlan]] = [(node.line, node) for node in _nodes(plan) if node.file == file]
+    includes = dict.fromkeys((include.line, include.included) for include in plan.includes if include.file == file)
+    rows += [(line, included) for line, included in includes if included not in above]
+    rows.sort(key=lambda row: row[0])
+    for number, (_, item) in enumerate(rows):
+        last = number == len(rows) - 1
+        lead, deeper = (indent + "└── ", indent + "    ") if last else (indent + "├── ", indent + "│   ")
+        if isinstance(item, NodePlan):
+            yield lead + _describe(item)
+        else:
+            first, *others = _branch(plan, item, deeper, (*above, file))
+            yield lead + first
+            yield from others
+
+
+def dot(plan: Plan) -> str:
+    """Return files, nodes and machines in Graphviz's language: boxes, ellipses and clusters.
+
+    Arrows lead from a file to the files it includes and to its nodes. A dashed one leads from a node to what it
+    waits for.
+    """
+    lines = ["digraph launch {", "  rankdir=LR;"]
+    lines += [f"  {_quote(file)} [shape=box, label={_quote(_short(file))}];" for file in dict.fromkeys(plan.files)]
+    machines: dict[str | None, list[str]] = {}
+    for node in _nodes(plan):
+        label = f"{node.full_name}\\n{node.package}/{node.type}"
+        text = f"{_quote(node.full_name)} [label={_quote(label)}];"
+        machines.setdefault(node.machine, []).append(text)
+    for number, (machine, texts) in enumerate(machines.items()):
+        if machine is None:
+            lines += [f"  {text}" for text in texts]
+        else:
+            lines += [f"  subgraph cluster_{number} {{", f"    label={_quote(machine)};"]
+            lines += [*(f"    {text}" for text in texts), "  }"]
+    edges = [(include.file, include.included, "") for include in plan.includes]
+    edges += [(node.file, node.full_name, "") for node in _nodes(plan)]
+    for node in _nodes(plan):
+        for condition in node.wait_for:
+            target = condition.name if condition.kind == "node" else str(condition)
+            edges.append((node.full_name, target, " [style=dashed]"))
+    lines += [f"  {_quote(start)} -> {_quote(end)}{style};" for start, end, style in dict.fromkeys(edges)]
+    return "\n".join([*lines, "}"])
+
+
+def _nodes(plan: Plan) -> list[NodePlan]:
+    return [*plan.nodes, *plan.tests]
+
+
+def _describe(node: NodePlan) -> str:
+    notes = [name for name in ("required", "respawn") if getattr(node, name)]
+    notes += [f"on {node.machine}"] if node.machine else []
+    notes += [f"after {' '.join(map(str, node.wait_for))}"] if node.wait_for else []
+    return f"{node.full_name} ({node.package}/{node.type})" + (f" [{', '.join(notes)}]" if notes else "")
+
+
+def _short(file: str) -> str:
+    relative = os.path.relpath(file)
+    return file if relative.startswith("..") else relative
+
+
+def _quote(text: str) -> str:
+    # Graphviz reads \" and \n as JSON does; everything else may stand as it is.
+    return json.dumps(text, ensure_ascii=False).replace("\\\\n", "\\n")
