@@ -112,7 +112,7 @@ def process() -> Iterator[Row]:
     steps = {kind: Together((Program(kind, "within", "type=Float64 queue=1000"),)) for kind in COLUMNS}
     yield Row("process", "Float64 within one process", "messages/s", "rate", steps, at_least(rospy=1))
     steps = {kind: Together((Program(kind, "within", "type=Image size=1000000 queue=10"),)) for kind in COLUMNS}
-    yield Row("process", "Image 1 MB within one process", "messages/s", "rate", steps, at_least(roscpp=1))
+    yield Row("process", "Image 1 MB within one process", "messages/s", "rate", steps, at_least(rospy=1))
     many = Program(ROSCPP, "many", "count=200")
     steps = {kind: Together((many, Program(kind, "idle", "count=200"))) for kind in COLUMNS}
     yield Row("process", "200 idle links: memory of a link", "kB", "rss", steps, less=True)

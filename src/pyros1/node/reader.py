@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from pyros1.node.callbacks import CallbackQueue
     from pyros1.node.readers import Readers
 
-FLOWING = 0.002
-"""Messages that come faster than every so many seconds flow: a thread of their own costs less than sharing one."""
+FLOWING = 0.02
+"""Messages that come faster than every so many seconds flow: a thread of their own delivers them sooner."""
 FRESH = 0.001
 DRAIN_TIME = 0.02
 """Longest time, in seconds, spent on draining sockets before callbacks go on: a flood must not starve them."""
@@ -83,6 +83,7 @@ class Reader:
         self._on_arrival = on_arrival
         self._callbacks = callbacks
         self._links: dict[int, InLink] = {}
+        self._new: deque[InLink] = deque()
         self._readable: deque[int] = deque()
         self._jobs: deque[Callable[[], None]] = deque()
         self._local: deque[tuple[Source, Item]] = deque()
@@ -98,7 +99,10 @@ class Reader:
 
     def add(self, link: InLink) -> None:
         """Start to receive from a link."""
-        self.submit(lambda: self._add(link))
+        self._new.append(link)
+        self._wake()
+        if self._closed:
+            self.close()
 
     def submit(self, job: Callable[[], None]) -> None:
         """Run a job between messages."""
@@ -158,7 +162,7 @@ class Reader:
         if fd is not None:
             self._readable.append(fd)
         self._woken = False
-        while self._readable or self._jobs or self._local or self._closed:
+        while self._new or self._readable or self._jobs or self._local or self._closed:
             if not self._ownership.acquire(blocking=False):
                 return  # the owner sees what is there when it has ended
             self._owner = threading.get_ident()
@@ -171,7 +175,9 @@ class Reader:
                 return
 
     def _work(self) -> None:
-        while not self._closed and (self._readable or self._jobs or self._local):
+        while not self._closed and (self._new or self._readable or self._jobs or self._local):
+            while self._new:
+                self._add(self._new.popleft())
             while self._readable:
                 self._receive_from(self._readable.popleft())
             while self._jobs:
@@ -189,7 +195,7 @@ class Reader:
         flowing = now - link.last_time < FLOWING
         link.last_time = now
         self._receive(link)
-        if flowing and len(self._links) == 1 and not self._has_local:
+        if flowing and link.patient and len(self._links) == 1 and not self._has_local:
             self._stay_with(link)
         if self._links.get(fd) is link:
             self._readers.rearm(fd)
@@ -197,6 +203,8 @@ class Reader:
     def _dispose(self) -> None:
         for link in list(self._links.values()):
             self.drop(link)
+        while self._new:
+            self._new.popleft().sock.close()
         self._jobs.clear()
         with self._room:
             self._room.notify_all()
@@ -221,7 +229,7 @@ class Reader:
 
     def _stay_with(self, link: InLink) -> None:
         """While messages flow on the only link, wait in its receive: one system call less for each."""
-        while link.patient and not (self._closed or self._jobs or self._local) and self._receive(link, wait=True):
+        while not (self._closed or self._new or self._jobs or self._local) and self._receive(link, wait=True):
             pass
 
     def _receive(self, link: InLink, wait: bool = False) -> bool:

@@ -1,9 +1,9 @@
 """The threads that receive for a node's subscriptions.
 
-All idle subscriptions share them: two wait for whatever comes first. A thread that gets something stays with that
-subscription while messages flow, and runs its callbacks; when no thread is left that waits, another one is started. So
-there are as many threads as subscriptions are busy at the same time, and two more: a node with hundreds of idle links
-has two, and the callbacks of different topics never wait for each other.
+All quiet subscriptions share them: two wait for whatever comes first. A thread that gets something runs the callbacks,
+and stays with that subscription while messages flow, faster than 50 in a second; when no thread is left that waits,
+another one is started. So there are as many threads as subscriptions are busy at the same time, and two more: a node
+with hundreds of idle links has two, and the callbacks of different topics never wait for each other.
 """
 
 from __future__ import annotations
