@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyros1.errors import LaunchError
+from pyros1.errors import Error, LaunchError
 from pyros1.net.hosts import LocalAddress
 
 if TYPE_CHECKING:
@@ -63,6 +63,8 @@ class Core:
         self._environ.pop("ROS_NAMESPACE", None)
         self._uri = uri
         self._rosout: Node | None = None
+        self._starting: threading.Thread | None = None
+        self._rosout_error: Error | None = None
 
     def start_master(self) -> None:
         """Start to serve.
@@ -80,7 +82,29 @@ class Core:
             raise LaunchError(f"cannot start a master at {self._uri}: {why}") from error
 
     def start_rosout(self) -> None:
-        """Start the rosout node."""
+        """Start the rosout node, in a thread: the launch need not wait until its libraries are imported."""
+        self._starting = threading.Thread(target=self._start_rosout, name="start rosout", daemon=True)
+        self._starting.start()
+
+    def await_rosout(self) -> None:
+        """Wait until the rosout node runs.
+
+        Raises:
+            Error: it could not be started.
+        """
+        if self._starting is not None:
+            self._starting.join()
+            self._starting = None
+        if self._rosout_error is not None:
+            raise self._rosout_error
+
+    def _start_rosout(self) -> None:
+        try:
+            self._make_rosout()
+        except Error as error:
+            self._rosout_error = error
+
+    def _make_rosout(self) -> None:
         from pyros1.node.node import Node  # noqa: PLC0415 - only if no master runs yet
         from pyros1.node.rosout import RosoutAggregator  # noqa: PLC0415 - only if no master runs yet
 
@@ -100,6 +124,8 @@ class Core:
 
     def stop_rosout(self) -> None:
         """End the rosout node."""
+        if self._starting is not None:
+            self._starting.join()
         if self._rosout is not None:
             self._rosout.shutdown("the core is shutting down")
             self._rosout = None

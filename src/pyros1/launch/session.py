@@ -224,6 +224,8 @@ class Session:
         self._set_run_id(run_id, running)
         if self._core is not None:
             self._core.start_rosout()
+            if not self.plan.nodes:
+                self._core.await_rosout()
             self.console.bold(f"process[rosout-1]: started with pid [{os.getpid()}]")
             self.console.line("started core service [/rosout]")
         run.counter = 1 if self._core is not None else 0
@@ -234,6 +236,8 @@ class Session:
                 return
             if not (self.options.local and self._starter.is_remote(node)):
                 self._starter.start(node)
+        if self._core is not None:
+            self._core.await_rosout()
 
     def _start_master(self, folder: Path) -> None:
         self.console.line("auto-starting new master")
