@@ -11,16 +11,15 @@ from optparse import OptionParser, Values
 from pathlib import Path
 from typing import NoReturn
 
+from pyros1.cli.launch_queries import answer, check
 from pyros1.errors import Error, LaunchError, PackageNotFoundError
-from pyros1.launch import drawing, report
-from pyros1.launch.check import check_machines, missing_parts
-from pyros1.launch.command_line import OWN_PACKAGES, locate, node_words
+from pyros1.launch.check import check_machines
+from pyros1.launch.command_line import OWN_PACKAGES
 from pyros1.launch.loader import STDIN, absolute_files, load_plan
-from pyros1.launch.plan import NodePlan, Plan
+from pyros1.launch.places import package_index
+from pyros1.launch.plan import Plan
 from pyros1.launch.resources import Resources
 from pyros1.launch.suggest import did_you_mean
-from pyros1.msgs.packages import PackageIndex
-from pyros1.names import canonicalize_name, ns_join
 
 USAGE = """usage: %prog [options] [package] <filename> [arg_name:=value...]
        %prog [options] <filename> [<filename>...] [arg_name:=value...]
@@ -55,9 +54,9 @@ def main(argv: list[str]) -> int:
     try:
         files = find_files(words, resources, parser)
         if options.check:
-            return _check(files, arguments, resources)
+            return check(files, arguments, resources)
         if any(getattr(options, name) for name in _QUERIES):
-            return _answer(files, arguments, resources, options)
+            return answer(files, arguments, resources, options)
         plan = _load(files, arguments, resources, options)
         check_machines(plan)
         return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
@@ -224,7 +223,7 @@ def make_parser(prog: str) -> OptionParser:
 def make_resources() -> Resources:
     """Return the real world for `load_plan`."""
     return Resources(
-        packages=PackageIndex(os.environ),
+        packages=package_index(os.environ),
         environ=os.environ,
         run_command=_run_command,
         unique=lambda: f"{socket.gethostname()}_{os.getpid()}_{random.randrange(10**18)}",
@@ -233,10 +232,16 @@ def make_resources() -> Resources:
 
 
 def _run_command(words: list[str]) -> str:
-    import subprocess  # noqa: PLC0415 - rarely needed when only a question is asked
+    # Rarely needed when only a question is asked.
+    import subprocess  # noqa: PLC0415
 
+    from pyros1.launch.command_line import own_python_environment  # noqa: PLC0415
+    from pyros1.launch.xacro_tool import xacro_words  # noqa: PLC0415
+
+    command = xacro_words(words)
+    env = {**os.environ, **own_python_environment(os.environ)} if command is not words else None
     try:
-        done = subprocess.run(words, stdout=subprocess.PIPE, check=False, timeout=_COMMAND_TIMEOUT_S)
+        done = subprocess.run(command, env=env, stdout=subprocess.PIPE, check=False, timeout=_COMMAND_TIMEOUT_S)
     except FileNotFoundError as error:
         raise LaunchError(f"no such command [{words}].") from error
     except (OSError, subprocess.TimeoutExpired) as error:
@@ -309,76 +314,6 @@ def _load(files: list[str], arguments: dict[str, str], resources: Resources, opt
         for file in absolute_files(plan.files):
             print(f"... loaded [{file}]")
     return plan
-
-
-def _check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
-    problems: list[LaunchError] = []
-    plan = load_plan(files, arguments, resources, problems=problems)
-    texts = [*map(str, problems), *plan.warnings, *map(str, missing_parts(plan, resources.packages))]
-    for text in texts:
-        print(text)
-    if not texts:
-        print(f"no problems: {len(plan.files)} files, {len(plan.nodes)} nodes, {len(plan.params)} parameters")
-    return 1 if texts else 0
-
-
-def _answer(files: list[str], arguments: dict[str, str], resources: Resources, options: Values) -> int:
-    """Print what one of the pure queries asked for (X06); no master is needed."""
-    only_args = options.ros_args and not (options.dump_params or options.file_list)
-    try:
-        plan = load_plan(files, arguments, resources, only_args=only_args)
-    except Error as error:
-        # What follows would be no parameters at all, yet scripts are used to this one not failing (X04).
-        if not options.dump_params or options.node_args or options.find_node:
-            raise
-        print(f"Unable to load file {', '.join(files)}: {error}", file=sys.stderr)
-        return 0
-    if options.node_args:
-        node = _find_node(plan, options.node_args, files, resources)
-        executable = locate(node.package, node.type, resources.packages)
-        print(report.node_args(node, node_words(node, executable), resources.environ))
-    elif options.find_node:
-        try:
-            print(_find_node(plan, options.find_node, files, resources).file)
-        except LookupError as error:  # scripts are used to this one not failing
-            print(f"ERROR: {error}\nRun \n\troslaunch --nodes <files>\nto see list of node names.", file=sys.stderr)
-    else:
-        print(_text(plan, options))
-    return 0
-
-
-def _text(plan: Plan, options: Values) -> str:
-    if options.dump_params:
-        return report.dump_params(plan)
-    if options.file_list:
-        return "\n".join(absolute_files(plan.files))
-    if options.ros_args:
-        return report.ros_args(plan)
-    if options.graph:
-        return drawing.dot(plan)
-    if options.tree:
-        return drawing.tree(plan)
-    return "\n".join(node.full_name for node in [*plan.nodes, *plan.tests])
-
-
-class _NoNodeError(LaunchError, LookupError):
-    """There is no node of that name."""
-
-
-def _find_node(plan: Plan, name: str, files: list[str], resources: Resources) -> NodePlan:
-    # Nodes may have names that are not legal, so this is not the usual way to resolve one.
-    full_name = canonicalize_name(ns_join("/" + resources.environ.get("ROS_NAMESPACE", ""), name))
-    found = [node for node in [*plan.nodes, *plan.tests] if node.full_name == full_name]
-    if not found:
-        names = [node.full_name for node in [*plan.nodes, *plan.tests]]
-        rows = "\n".join(f" * {other}" for other in names)
-        raise _NoNodeError(
-            f"Cannot find node named [{full_name}] in [{', '.join(files)}]{did_you_mean(full_name, names)}.\n"
-            f"Node names are:\n{rows}"
-        )
-    if len(found) > 1:
-        raise LaunchError(f"multiple nodes named [{full_name}] in [{', '.join(files)}]: give them different names")
-    return found[0]
 
 
 def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> int:

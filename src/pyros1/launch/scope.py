@@ -168,7 +168,8 @@ class ScopeSubstituter:
         value = self._scope.args.get(name)
         if value is None:
             what = "included file " if self._scope.included else ""
-            hint = "" if name in self._scope.declared else did_you_mean(name, self._scope.args)
+            declared = self._scope.declared
+            hint = "" if name in declared else did_you_mean(name, declared) or did_you_mean(name, self._scope.args)
             raise LaunchError(f"{what}[{self._scope.file}] requires the '{name}' arg to be set{hint}")
         return value
 

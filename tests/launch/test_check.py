@@ -1,0 +1,95 @@
+"""All problems of a set of launch files at once, and what is missing on this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.launch.check import check_machines, missing_parts
+from pyros1.launch.loader import load_plan
+from pyros1.launch.plan import MachinePlan, NodePlan, Plan
+from pyros1.launch.resources import Resources
+
+_Paths = list[Path]
+_Names = list[str]
+
+
+class Packages:
+    def find(self, name: str) -> Path:
+        if name != "robot":
+            raise PackageNotFoundError(f"package [{name}] not found")
+        return Path("/ws/robot")
+
+    def list(self) -> _Names:
+        return ["robot"]
+
+    def find_resource(self, package: str, filename: str) -> _Paths:
+        return []
+
+    def find_executable(self, package: str, name: str) -> _Paths:
+        return [self.find(package) / name] if name == "run" else []
+
+
+FILES = {
+    "main.launch": """<launch>
+  <arg name="speed" default="1"/>
+  <param name="a" value="$(arg spede)"/>
+  <param name="b" value="$(find robt)"/>
+  <include file="part.launch"><arg name="spede" value="2"/></include>
+  <nod/>
+</launch>""",
+    "part.launch": """<launch>
+  <arg name="speed" default="1"/>
+  <node pkg="robot" type="run"/>
+  <param name="c" value="$(finde robot)"/>
+</launch>""",
+}
+
+
+def test_every_problem_is_found_with_its_place_and_a_hint() -> None:
+    problems: list[LaunchError] = []
+    resources = Resources(Packages(), {}, read_bytes=lambda name: FILES[name].encode())
+    plan = load_plan(["main.launch"], {"sped": "3"}, resources, problems=problems)
+    texts = [str(problem) for problem in problems]
+    assert len(texts) == 5
+    assert texts[0].startswith("main.launch:3: ") and texts[0].endswith("(did you mean 'speed'?)")
+    assert texts[1].startswith("main.launch:4: ") and texts[1].endswith("(did you mean 'robot'?)")
+    assert texts[2].startswith("part.launch:3: ") and texts[2].endswith("\n  included at main.launch:5")
+    assert texts[3].startswith("part.launch:4: ") and "(did you mean 'find'?)" in texts[3]
+    assert texts[4] == "main.launch:5: unused args [spede] for include of [part.launch] (did you mean 'speed'?)"
+    assert plan.warnings == [
+        "[main.launch:6] unrecognized tag nod (did you mean 'node'?)",
+        "unused arg 'sped' (did you mean 'speed'?)",
+    ]
+
+
+def test_the_first_problem_is_raised_with_the_chain_of_includes() -> None:
+    files = {
+        "a": '<launch>\n<include file="b"/></launch>',
+        "b": '<launch>\n\n<include file="c"/></launch>',
+        "c": "<launch><env/></launch>",
+    }
+    resources = Resources(Packages(), {}, read_bytes=lambda name: files[name].encode())
+    with pytest.raises(LaunchError, match=r"^c:1: .*\n  included at b:3\n  included at a:2$"):
+        load_plan(["a"], {}, resources)
+
+
+def test_missing_parts() -> None:
+    nodes = [
+        NodePlan("robot", "run", "fine"),
+        NodePlan("nope", "run", "no_package", file="f", line=1),
+        NodePlan("robot", "walk", "no_type", file="f", line=2),
+        NodePlan("robot", "run", "no_machine", machine="arrm", file="f", line=3),
+        NodePlan("nope", "nope", "elsewhere", machine="arm"),
+    ]
+    plan = Plan(nodes=nodes, machines={"arm": MachinePlan("arm", "192.0.2.1")})
+    texts = [str(error) for error in missing_parts(plan, Packages())]
+    assert texts[0] == "f:3: node [/no_machine]: unknown machine [arrm] (did you mean 'arm'?)"
+    assert texts[1] == "f:1: node [/no_package]: package [nope] not found"
+    assert texts[2].startswith("f:2: node [/no_type]: Cannot locate node of type [walk] in package [robot]")
+    assert len(texts) == 3
+    with pytest.raises(LaunchError, match="unknown machine"):
+        check_machines(plan)
+    check_machines(Plan())

@@ -1,0 +1,48 @@
+"""A plan as a tree and as a graph."""
+
+from __future__ import annotations
+
+from pyros1.launch.conditions import Condition
+from pyros1.launch.drawing import dot, tree
+from pyros1.launch.plan import IncludePlan, NodePlan, Plan
+
+PLAN = Plan(
+    nodes=[
+        NodePlan("p", "t", "a", file="m", line=2, required=True),
+        NodePlan("p", "t", "b", "/g/", file="i", line=1, machine="arm"),
+        NodePlan("p", "t", "c", file="m", line=9, wait_for=[Condition("node", "/a"), Condition("topic", "/x")]),
+    ],
+    files=["m", "i"],
+    includes=[IncludePlan("m", 5, "i")],
+)
+
+
+def test_tree() -> None:
+    assert tree(PLAN).splitlines() == [
+        "m",
+        "├── /a (p/t) [required]",
+        "├── i",
+        "│   └── /g/b (p/t) [on arm]",
+        "└── /c (p/t) [after node:/a topic:/x]",
+    ]
+    assert tree(Plan()) == ""
+
+
+def test_dot() -> None:
+    text = dot(PLAN)
+    assert text.startswith("digraph launch {\n") and text.endswith("\n}")
+    for line in (
+        '  "m" [shape=box, label="m"];',
+        '  "/a" [label="/a\\np/t"];',
+        '    label="arm";',
+        '    "/g/b" [label="/g/b\\np/t"];',
+        '  "m" -> "i";',
+        '  "i" -> "/g/b";',
+        '  "/c" -> "/a" [style=dashed];',
+        '  "/c" -> "topic:/x" [style=dashed];',
+    ):
+        assert line in text.splitlines(), text
+
+
+def test_a_file_that_includes_itself_is_drawn_once() -> None:
+    assert tree(Plan(files=["m", "i"], includes=[IncludePlan("m", 1, "i"), IncludePlan("i", 1, "m")])) == ""
