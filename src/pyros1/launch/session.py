@@ -191,7 +191,7 @@ class Session:
             raise LaunchError(f"not a usable run id: {run_id!r}")
         try:
             folder = make_run_folder(self.environ, run_id)
-            log = folder / f"roslaunch-{socket.gethostname()}-{os.getpid()}.log"
+            log = _log_file(folder)
             self._log = log.open("a", encoding="utf-8", errors="replace")
         except OSError as error:
             raise LaunchError(f"cannot write log files: {error.strerror}: {error.filename}") from error
@@ -207,7 +207,7 @@ class Session:
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
             self.console.line(f"ros_comm version {CORE_PARAMS['/rosversion'].strip()}")
-        run = Run(self._uri, run_id, folder)
+        run = Run(self._uri, run_id, folder, _log_file(folder))
         self._starter = Starter(
             self.plan, self.options, self.packages, self.environ, self.console, self._supervisor, run
         )
@@ -341,3 +341,7 @@ class Session:
             pass
         except ParameterNotSetError:
             pass
+
+
+def _log_file(folder: Path) -> Path:
+    return folder / f"roslaunch-{socket.gethostname()}-{os.getpid()}.log"

@@ -28,12 +28,14 @@ class Run:
         master_uri: of the master.
         run_id: of the master.
         folder: where log files go.
+        log: the launcher's own one.
         counter: the number that the last process's label had.
     """
 
     master_uri: str
     run_id: str
     folder: Path
+    log: Path
     counter: int = 0
 
 
@@ -150,12 +152,14 @@ class Starter:
             home.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise LaunchError(f"cannot make the nodes' folder {home}: {error.strerror}; set ROS_HOME") from error
+        # Stock's logging leaves this behind in its own environment, from where nodes get it.
+        environ = {**self.environ, "ROS_LOG_FILENAME": str(self.run.log)}
         log_base = self.run.folder / label.replace("/", "-")
         return ProcessSpec(
             label=label,
             node=node.full_name,
             words=[*node_words(node, executable), f"__log:={log_base}.log"],
-            env=node_environment(node, executable, self.environ, self.run.master_uri),
+            env=node_environment(node, executable, environ, self.run.master_uri),
             cwd=str(executable.parent) if node.cwd == "node" else str(home),
             log_base=str(log_base),
             to_screen=self._to_screen(node),
