@@ -79,7 +79,7 @@ def test_the_first_problem_is_raised_with_the_chain_of_includes() -> None:
 def test_missing_parts() -> None:
     nodes = [
         NodePlan("robot", "run", "fine"),
-        NodePlan("nope", "run", "no_package", file="f", line=1),
+        NodePlan("robt", "run", "no_package", file="f", line=1),
         NodePlan("robot", "walk", "no_type", file="f", line=2),
         NodePlan("robot", "run", "no_machine", machine="arrm", file="f", line=3),
         NodePlan("nope", "nope", "elsewhere", machine="arm"),
@@ -87,7 +87,7 @@ def test_missing_parts() -> None:
     plan = Plan(nodes=nodes, machines={"arm": MachinePlan("arm", "192.0.2.1")})
     texts = [str(error) for error in missing_parts(plan, Packages())]
     assert texts[0] == "f:3: node [/no_machine]: unknown machine [arrm] (did you mean 'arm'?)"
-    assert texts[1] == "f:1: node [/no_package]: package [nope] not found"
+    assert texts[1] == "f:1: node [/no_package]: package [robt] not found (did you mean 'robot'?)"
     assert texts[2].startswith("f:2: node [/no_type]: Cannot locate node of type [walk] in package [robot]")
     assert len(texts) == 3
     with pytest.raises(LaunchError, match="unknown machine"):

@@ -39,7 +39,7 @@ def missing_parts(plan: Plan, packages: PackageFinder) -> Iterator[LaunchError]:
         try:
             locate(node.package, node.type, packages)
         except LaunchError as error:
-            yield _error(node, str(error))
+            yield _error(node, f"{error}{did_you_mean(node.package, packages.list())}")
 
 
 def _error(node: NodePlan, text: str) -> LaunchError:

@@ -10,8 +10,12 @@ from pyros1.launch.plan import NodePlan, Plan
 
 
 def tree(plan: Plan) -> str:
-    """Return files and nodes as an indented tree, in the order of the files."""
-    return "\n".join(line for top in _top_files(plan) for line in _branch(plan, top, "", ()))
+    """Return files and nodes as an indented tree, in the order of the files.
+
+    What is below a file is shown where it comes first, with the nodes of all its includes.
+    """
+    drawn: set[str] = set()
+    return "\n".join(line for top in _top_files(plan) for line in _branch(plan, top, "", drawn))
 
 
 def _top_files(plan: Plan) -> list[str]:
@@ -19,12 +23,15 @@ def _top_files(plan: Plan) -> list[str]:
     return list(dict.fromkeys(file for file in plan.files if file not in included))
 
 
-def _branch(plan: Plan, file: str, indent: str, above: tuple[str, ...]) -> Iterator[str]:
-    """Yield the lines of a file and what is below it; a file that comes twice is drawn twice, its nodes once."""
+def _branch(plan: Plan, file: str, indent: str, drawn: set[str]) -> Iterator[str]:
+    if file in drawn:
+        yield f"{_short(file)} (see above)"
+        return
+    drawn.add(file)
     yield _short(file)
     rows: list[tuple[int, str | NodePlan]] = [(node.line, node) for node in _nodes(plan) if node.file == file]
     includes = dict.fromkeys((include.line, include.included) for include in plan.includes if include.file == file)
-    rows += [(line, included) for line, included in includes if included not in above]
+    rows += includes
     rows.sort(key=lambda row: row[0])
     for number, (_, item) in enumerate(rows):
         last = number == len(rows) - 1
@@ -32,7 +39,7 @@ def _branch(plan: Plan, file: str, indent: str, above: tuple[str, ...]) -> Itera
         if isinstance(item, NodePlan):
             yield lead + _describe(item)
         else:
-            first, *others = _branch(plan, item, deeper, (*above, file))
+            first, *others = _branch(plan, item, deeper, drawn)
             yield lead + first
             yield from others
 
