@@ -176,16 +176,19 @@ class Reader:
 
     def _work(self) -> None:
         while not self._closed and (self._new or self._readable or self._jobs or self._local):
+            self._run_jobs()
             while self._new:
                 self._add(self._new.popleft())
-            while self._readable:
+            while self._readable and not self._jobs:
                 self._receive_from(self._readable.popleft())
-            while self._jobs:
-                self._jobs.popleft()()
             if self._local:
                 self._take_local()
         if self._closed:
             self._dispose()
+
+    def _run_jobs(self) -> None:
+        while self._jobs:
+            self._jobs.popleft()()
 
     def _receive_from(self, fd: int) -> None:
         link = self._links.get(fd)
@@ -235,6 +238,8 @@ class Reader:
     def _receive(self, link: InLink, wait: bool = False) -> bool:
         """Receive once and deliver; return whether there may be more."""
         frames = self._receive_frames(link, wait)
+        if self._jobs:  # they are older than what was waited for: a new subscriber must get it
+            self._run_jobs()
         if frames is None:
             return False
         if frames.__class__ is SplitBody:

@@ -50,6 +50,9 @@ class Subscription:
         self._lock = threading.Lock()
         self._closed = False
         self._direct: tuple[Subscriber[Any], ...] = ()
+        # Those of both that have got what came before them, and get what comes from now on.
+        self._active: tuple[Subscriber[Any], ...] = ()
+        self._active_direct: tuple[Subscriber[Any], ...] = ()
         self.reader = Reader(
             context.readers, self._deliver, self._deliver_item, self._lost, self._arrived, context.callbacks
         )
@@ -76,15 +79,26 @@ class Subscription:
             else:
                 self.subscribers = (*self.subscribers, subscriber)
             self._set_limit()
-        self.reader.submit(lambda: self._replay(subscriber))
+        self.reader.submit(lambda: self._activate(subscriber))
 
     def remove(self, subscriber: Subscriber[Any]) -> bool:
         """Remove a subscriber; return whether any is left."""
         with self._lock:
             self.subscribers = tuple(other for other in self.subscribers if other is not subscriber)
             self._direct = tuple(other for other in self._direct if other is not subscriber)
+            self._active = tuple(other for other in self._active if other is not subscriber)
+            self._active_direct = tuple(other for other in self._active_direct if other is not subscriber)
             self._set_limit()
         return bool(self.subscribers or self._direct)
+
+    def _activate(self, subscriber: Subscriber[Any]) -> None:
+        """Hand over the latched messages, then let all that come later be delivered. By the reader's owner."""
+        self._replay(subscriber)
+        with self._lock:
+            if subscriber in self.subscribers:
+                self._active = (*self._active, subscriber)
+            elif subscriber in self._direct:
+                self._active_direct = (*self._active_direct, subscriber)
 
     def _set_limit(self) -> None:
         """The links are shared, so the most patient subscriber decides how much may wait."""
@@ -182,19 +196,19 @@ class Subscription:
         """A node that spins has received a message: serve those who do not wait for the spinning; say if others do."""
         if source.header.get("latching") == "1":
             self._arrived_latched[id(source)] = (source, item)
-        if self._direct:
-            self._call(self._direct, source, item)
+        if self._active_direct:
+            self._call(self._active_direct, source, item)
         return bool(self.subscribers)
 
     def _deliver(self, source: Source, data: bytes, start: int, end: int) -> None:
-        message = self._call(self.subscribers, source, data, start, end)
+        message = self._call(self._active, source, data, start, end)
         if source.header.get("latching") == "1":
             self._latched[id(source)] = (source, data[start:end])
         if end - start >= LARGE and message is not None:
             _learn(source, message, end - start)
 
     def _deliver_item(self, source: Source, item: Item) -> None:
-        message = self._call(self.subscribers, source, item)
+        message = self._call(self._active, source, item)
         if source.header.get("latching") == "1":
             self._latched[id(source)] = (source, item)
         if isinstance(item, bytes) and len(item) >= LARGE and message is not None:
