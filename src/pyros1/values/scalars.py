@@ -110,7 +110,7 @@ def _timestamp(text: str) -> datetime.date | datetime.datetime:
 
 def _degrees(text: str) -> float:
     inner = text[4:-1] if _DEGREES.fullmatch(text) else text
-    return math.radians(float(inner))
+    return float(inner) * math.pi / 180.0  # not math.radians, which differs from stock in the last digit
 
 
 def _radians(text: str) -> float:
