@@ -62,7 +62,7 @@ class Poller:
         return BELL
 
     def wake(self) -> None:
-        """Make one `wait` return BELL, now or the next time; if very many are under way already, one of these does."""
+        """Make a `wait` return BELL, now or the next time. Of very many calls at once some may be lost, never all."""
         with contextlib.suppress(OSError):
             self._button.send(b"\0")
 

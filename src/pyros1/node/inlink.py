@@ -45,6 +45,7 @@ class InLink:
         header: the publisher's connection header.
         uri: the publisher's slave API.
         messages, bytes_received: so far.
+        connected: whether the link is up.
         patient: `receive` can wait for PATIENCE seconds; else it never waits.
         last_time: when the socket was last found readable, in `perf_counter` seconds.
         expected: the shape of large frames, as learnt from the last one; None: all goes through the buffer.
@@ -60,6 +61,7 @@ class InLink:
         self.buffer = FrameBuffer(first=first)
         self.messages = 0
         self.bytes_received = len(first)
+        self.connected = True
         self.patient = _make_patient(sock)
         self.last_time = 0.0
         self.expected: Expected | None = None
@@ -96,8 +98,9 @@ class InLink:
             tail: of what follows the array in bytes.
             counted: whether the array's own length stands before it.
         """
-        if self.patient and _ALL:
-            self.expected = Expected(size - tail - array + 4, tail, max(TRUSTED, 2 * array), counted)
+        begin = size - tail - array + 4
+        if self.patient and _ALL and begin >= 4:
+            self.expected = Expected(begin, tail, max(TRUSTED, 2 * array), counted)
 
     def _receive_large(self, expected: Expected, flags: int) -> int | SplitBody:
         """Receive a frame of the expected shape; whatever else comes goes to the buffer.

@@ -9,7 +9,8 @@ Rules:
   object that the callback gets.
 * With a bounded queue, callbacks that fall more than FRESH seconds behind see fresh data: what has arrived is drained
   from the sockets, still encoded, and only the newest `limit` frames of it are decoded and delivered.
-* Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides.
+* Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides. (What waits for
+  `spin` is bounded always, see UNBOUNDED_LIMIT.)
 * While messages flow on an only link the owner waits in its receive, for PATIENCE seconds at most; all else that may
   happen then waits as long.
 * A message that cannot be decoded, or a callback that raises, is logged and costs nothing but itself.
@@ -17,7 +18,6 @@ Rules:
 
 from __future__ import annotations
 
-import contextlib
 import threading
 import time
 from collections import deque
@@ -51,6 +51,9 @@ class Source(Protocol):
     """Where frames come from: a link to a publisher."""
 
     header: dict[str, str]
+
+    @property
+    def connected(self) -> bool: ...
 
 
 class Reader:
@@ -88,6 +91,7 @@ class Reader:
         self._jobs: deque[Callable[[], None]] = deque()
         self._local: deque[tuple[Source, Item]] = deque()
         self._spinning: deque[tuple[Source, Item]] = deque()
+        self._queues = threading.Lock()  # of both: taking one out and dropping one must not mix
         self._room = threading.Condition()
         self._ownership = threading.Lock()
         self._owner = 0  # the owner's thread
@@ -128,9 +132,9 @@ class Reader:
         most = own if own is not None else limit
         if most and len(local) >= most and self._owner != threading.get_ident():
             time.sleep(0)  # let the owner take them, if all that it waits for is the interpreter's lock
-        local.append((source, item))
-        if most and len(local) > most:
-            with contextlib.suppress(IndexError):
+        with self._queues:
+            local.append((source, item))
+            if most and len(local) > most:
                 local.popleft()
                 self.dropped += 1
         self._wake()
@@ -197,11 +201,13 @@ class Reader:
         now = perf_counter()
         flowing = now - link.last_time < FLOWING
         link.last_time = now
-        self._receive(link)
-        if flowing and link.patient and len(self._links) == 1 and not self._has_local:
-            self._stay_with(link)
-        if self._links.get(fd) is link:
-            self._readers.rearm(fd)
+        try:
+            self._receive(link)
+            if flowing and link.patient and len(self._links) == 1 and not self._has_local:
+                self._stay_with(link)
+        finally:  # a link that is neither lost nor waited for would be deaf for ever
+            if self._links.get(fd) is link:
+                self._readers.rearm(fd)
 
     def _dispose(self) -> None:
         for link in list(self._links.values()):
@@ -213,15 +219,20 @@ class Reader:
             self._room.notify_all()
 
     def _add(self, link: InLink) -> None:
-        self._links[link.fd] = link
-        self._readers.register(link.fd, self)
-        frames = self._split(link, 0)  # what came together with the header
+        frames = self._open(link)
         if frames:
             self._take(link, frames)
+
+    def _open(self, link: InLink) -> list[tuple[int, int]]:
+        """Wait for a new link; return what came together with its header."""
+        self._links[link.fd] = link
+        self._readers.register(link.fd, self)
+        return self._split(link, 0)
 
     def drop(self, link: InLink) -> None:
         """Close a link, without reporting it as lost. By the owner only."""
         if self._links.pop(link.fd, None) is not None:
+            link.connected = False
             self._readers.unregister(link.fd)
             link.sock.close()
 
@@ -303,36 +314,57 @@ class Reader:
 
     def _catch_up(self, rest: list[tuple[Source, Item]]) -> None:
         """Deliver the newest frames while callbacks are slower than messages."""
-        limit = self.limit or 1
-        waiting: deque[tuple[Source, Item]] = deque(rest, maxlen=limit)
+        waiting: deque[tuple[Source, Item]] = deque(rest, maxlen=self.limit or 1)
+        rounds = 0
         while not self._closed:
-            until = perf_counter() + DRAIN_TIME
-            for link in list(self._links.values()):
+            self._run_jobs()
+            while self._new:
+                link = self._new.popleft()
+                self._gather(waiting, link, self._open(link))
+            links = deque(self._links.values())
+            links.rotate(rounds)  # so that each publisher is once the last one, which leaves the most
+            rounds += 1
+            for link in links:
+                until = perf_counter() + DRAIN_TIME / len(links)
                 while perf_counter() < until and (frames := self._receive_frames(link)) is not None:
-                    came = 1 if isinstance(frames, SplitBody) else len(frames)
-                    self.dropped += max(0, len(waiting) + came - limit)
-                    if isinstance(frames, SplitBody):
-                        waiting.append((link, frames))
-                    else:
-                        data = link.buffer.data
-                        waiting.extend((link, bytes(data[start:end])) for start, end in frames[-limit:])
+                    self._gather(waiting, link, frames)
+            for _ in range(len(self._local)):
+                self._put(waiting, self._next_of(self._local))
             if not waiting:
                 return
             behind = perf_counter() + FRESH
             while waiting and perf_counter() < behind:
                 self._deliver_item(*waiting.popleft())
 
+    def _gather(
+        self, waiting: deque[tuple[Source, Item]], link: InLink, frames: list[tuple[int, int]] | SplitBody
+    ) -> None:
+        if isinstance(frames, SplitBody):
+            self._put(waiting, (link, frames))
+        elif frames:
+            data, most = link.buffer.data, waiting.maxlen or 1
+            self.dropped += max(0, len(frames) - most)
+            for start, end in frames[-most:]:
+                self._put(waiting, (link, bytes(data[start:end])))
+
+    def _put(self, waiting: deque[tuple[Source, Item]], entry: tuple[Source, Item] | None) -> None:
+        if entry is not None:
+            self.dropped += len(waiting) == waiting.maxlen
+            waiting.append(entry)
+
+    def _next_of(self, queue: deque[tuple[Source, Item]]) -> tuple[Source, Item] | None:
+        with self._queues:
+            return queue.popleft() if queue else None
+
     def _take_local(self) -> None:
-        local = self._local
-        for _ in range(len(local)):
-            try:
-                source, item = local.popleft()
-            except IndexError:
+        for _ in range(len(self._local)):
+            entry = self._next_of(self._local)
+            if entry is None:
                 break
             if self._callbacks is not None:
-                self._queue_for_spin(source, item)
+                self._queue_for_spin(*entry)
             else:
-                self._deliver_item(source, item)
+                self._deliver_item(*entry)
         with self._room:
             self._room.notify_all()
 
@@ -342,9 +374,9 @@ class Reader:
         if not self._on_arrival(source, item):
             return
         limit = UNBOUNDED_LIMIT if self.limit is None else self.limit
-        self._spinning.append((source, item))
-        if limit and len(self._spinning) > limit:
-            with contextlib.suppress(IndexError):
+        with self._queues:
+            self._spinning.append((source, item))
+            if limit and len(self._spinning) > limit:
                 self._spinning.popleft()
                 self.dropped += 1
                 return  # the queue holds a callback for each waiting frame already
@@ -353,8 +385,6 @@ class Reader:
 
     def deliver_next(self) -> None:
         """Run the callbacks for the oldest waiting frame, in the thread that spins."""
-        try:
-            source, item = self._spinning.popleft()
-        except IndexError:
-            return
-        self._deliver_item(source, item)
+        entry = self._next_of(self._spinning)
+        if entry is not None:
+            self._deliver_item(*entry)

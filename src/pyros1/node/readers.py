@@ -38,7 +38,7 @@ class Readers:
         on_error: called with an exception that a channel did not handle.
     """
 
-    def __init__(self, name: str, on_error: Callable[[Exception], None]) -> None:
+    def __init__(self, name: str, on_error: Callable[[BaseException], None]) -> None:
         self._name = name
         self._on_error = on_error
         self._poller = Poller()
@@ -112,10 +112,11 @@ class Readers:
                 self._keep_one_waiting()
             try:
                 self._run(fd)
-            except Exception as error:  # noqa: BLE001  a fault of ours; the other subscriptions must go on
+            except BaseException as error:  # noqa: BLE001  a fault of ours; the other subscriptions must go on
                 self._on_error(error)
-            with self._lock:
-                self._waiting += 1
+            finally:
+                with self._lock:
+                    self._waiting += 1
         with self._lock:
             self._waiting -= 1
             self._threads.discard(threading.current_thread())
@@ -132,4 +133,6 @@ class Readers:
             channel = self._woken.popleft()
         except IndexError:
             return  # another thread was quicker
+        if self._woken:
+            self._poller.wake()  # so many at once that not each could ring
         channel.run(None)

@@ -111,6 +111,11 @@ class Subscriber(Generic[_M]):
             self._callback(message)
         except NodeShutdownError:
             pass  # the callback waited for something when the node was told to stop
+        except SystemExit as error:
+            if self._subscription.context.callbacks is not None and not self.direct:
+                raise  # it runs in the program's own thread
+            text = f"callback of {self.name}: sys.exit() ends a program only from its main thread; call node.shutdown()"
+            self._subscription.context.log.exception(text, error)
         except Exception as error:
             self._subscription.context.log.exception(f"bad callback of {self.name}: {self._callback!r}", error)
 

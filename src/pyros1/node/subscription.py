@@ -92,13 +92,15 @@ class Subscription:
         return bool(self.subscribers or self._direct)
 
     def _activate(self, subscriber: Subscriber[Any]) -> None:
-        """Hand over the latched messages, then let all that come later be delivered. By the reader's owner."""
-        self._replay(subscriber)
+        """Hand over the latched messages, and let all that come from now on be delivered. By the reader's owner."""
         with self._lock:
+            early = subscriber.direct and self.context.callbacks is not None
+            latched = list((self._arrived_latched if early else self._latched).values())
             if subscriber in self.subscribers:
                 self._active = (*self._active, subscriber)
             elif subscriber in self._direct:
                 self._active_direct = (*self._active_direct, subscriber)
+        self._replay(subscriber, latched)
 
     def _set_limit(self) -> None:
         """The links are shared, so the most patient subscriber decides how much may wait."""
@@ -194,36 +196,38 @@ class Subscription:
 
     def _arrived(self, source: Source, item: Item) -> bool:
         """A node that spins has received a message: serve those who do not wait for the spinning; say if others do."""
-        if source.header.get("latching") == "1":
+        if source.header.get("latching") == "1" and source.connected:
             self._arrived_latched[id(source)] = (source, item)
         if self._active_direct:
             self._call(self._active_direct, source, item)
         return bool(self.subscribers)
 
     def _deliver(self, source: Source, data: bytes, start: int, end: int) -> None:
-        message = self._call(self._active, source, data, start, end)
+        active = self._active
         if source.header.get("latching") == "1":
-            self._latched[id(source)] = (source, data[start:end])
-        if end - start >= LARGE and message is not None:
-            _learn(source, message, end - start)
+            active = self._keep(source, data[start:end])
+        self._call(active, source, data, start, end)
 
     def _deliver_item(self, source: Source, item: Item) -> None:
-        message = self._call(self._active, source, item)
+        active = self._active
         if source.header.get("latching") == "1":
-            self._latched[id(source)] = (source, item)
-        if isinstance(item, bytes) and len(item) >= LARGE and message is not None:
-            _learn(source, message, len(item))
+            active = self._keep(source, item)
+        self._call(active, source, item)
+
+    def _keep(self, source: Source, item: Item) -> tuple[Subscriber[Any], ...]:
+        """Keep a latched message for those who subscribe later; return who gets it now."""
+        with self._lock:
+            if source.connected:  # not what waited here when its publisher went
+                self._latched[id(source)] = (source, item)
+            return self._active
 
     def _call(
         self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Any, start: int = 0, end: int = -1
-    ) -> Any:
+    ) -> None:
         """Run the callbacks.
 
         Args:
             data: a frame's body at ``start`` to ``end``; or an item, if ``end`` is -1.
-
-        Returns:
-            The message of the last subscriber.
         """
         header = source.header
         message = made_by = None
@@ -238,12 +242,14 @@ class Subscription:
                     continue
                 message._connection_header = header
                 made_by = subscriber.decode
+                if end - start >= LARGE:
+                    _learn(source, message, end - start)
+                elif end < 0 and isinstance(data, bytes) and len(data) >= LARGE:
+                    _learn(source, message, len(data))
             subscriber.call(message)
-        return message
 
-    def _replay(self, subscriber: Subscriber[Any]) -> None:
-        early = subscriber.direct and self.context.callbacks is not None
-        for source, item in list((self._arrived_latched if early else self._latched).values()):
+    def _replay(self, subscriber: Subscriber[Any], latched: list[tuple[Source, Item]]) -> None:
+        for source, item in latched:
             try:
                 message = subscriber.take(item)
             except MessageError:
@@ -254,13 +260,13 @@ class Subscription:
             else:
                 subscriber.call(message)
 
-    def close(self) -> None:
-        """End all links and the thread."""
+    def close(self, timeout: float = 5.0) -> None:
+        """End all links; wait for a running callback at most ``timeout`` seconds."""
         self._closed = True
         self.context.loop.call_soon(self._stop_connectors)
         for link in self._local_links:
             link.close()
-        self.reader.close()
+        self.reader.close(timeout)
         with self._lock:
             self._in_links = ()
         self._changed()
