@@ -12,7 +12,7 @@ from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray
 
 from pyros1.net.loop import Loop
-from pyros1.node.link import SubscriberLink
+from pyros1.node.link import SubscriberLink, WaitingLink
 
 IMAGE_SIZE = 1 << 20
 
@@ -131,11 +131,11 @@ def blocked(make_node: Any, raw_peer: Any, in_thread: Any) -> Any:
             publisher.publish(Image(height=number, data=bytes(IMAGE_SIZE)))
             sent.append(number)
 
-    def watch(wait: Any = link._drain_blocking) -> None:
+    def watch(until: float, drain: Any = link._drain) -> None:
         full.set()
-        wait()
+        drain(until)
 
-    link._drain_blocking = watch
+    link._drain = watch
     thread = in_thread(flood)
     assert full.wait(10)
     yield talker, peer, thread, sent
@@ -185,7 +185,8 @@ def linked(loop: Any) -> Any:
     links: list[Any] = []
 
     def make(queue_size: int | None) -> Any:
-        link = SubscriberLink(loop, near, {"callerid": "/far"}, b"", queue_size, lambda _: closed.set())
+        link_class = WaitingLink if queue_size is None else SubscriberLink
+        link = link_class(loop, near, {"callerid": "/far"}, b"", queue_size, lambda _: closed.set())
         links.append(link)
         return link, far, closed
 

@@ -9,6 +9,8 @@
 * *blocked*: the socket is full. Messages gather in the queue (the oldest are dropped whole); the loop sends when the
   socket takes more, and a publisher in a tight loop tries as well, because it seldom lets the loop thread run.
 * *closed*.
+
+The lock is never held while a socket is waited for: the loop takes it too.
 """
 
 from __future__ import annotations
@@ -19,7 +21,9 @@ import selectors
 import socket
 import threading
 from collections.abc import Callable
+from math import inf
 from time import perf_counter
+from typing import Any
 
 from pyros1.net.loop import Loop
 from pyros1.wire.outqueue import Frame, OutQueue, frame_size
@@ -41,7 +45,7 @@ class SubscriberLink:
         sock: connected and past the handshake; owned by the link from now on.
         header: the subscriber's connection header.
         greeting: our connection header, encoded; goes out first.
-        queue_size: most waiting messages; 0 for no limit; None makes `send` block until all is written.
+        queue_size: most waiting messages; 0 or None for no limit.
         on_closed: called once, on the loop, when the link is gone.
 
     Attributes:
@@ -70,7 +74,6 @@ class SubscriberLink:
         self._lock = threading.Lock()
         self._queue = OutQueue(queue_size)
         self._batch = 0 if queue_size is None else BATCH if queue_size == 0 else min(BATCH, queue_size // 2)
-        self._blocking = queue_size is None
         self._idle = True
         self._blocked = False
         self._closed = False
@@ -95,7 +98,7 @@ class SubscriberLink:
         return not self._closed
 
     def send(self, frame: Frame) -> None:
-        """Send a frame, or queue it. Never waits, unless the link was made with ``queue_size`` None."""
+        """Send a frame, or queue it. Never waits."""
         with self._lock:
             if self._closed:
                 return
@@ -120,6 +123,8 @@ class SubscriberLink:
                 self._last = now
                 self._flush()
 
+    offer = send
+
     def _send_now(self, frame: Frame) -> None:
         try:
             sent = self._sock.send(frame) if isinstance(frame, bytes) else self._sock.sendmsg(frame)
@@ -136,16 +141,7 @@ class SubscriberLink:
         else:
             self._queue.push(frame)
         self._idle = False
-        if self._blocking:
-            self._drain_blocking()
-        else:
-            self._block()
-
-    def _drain_blocking(self) -> None:
-        """Wait for the subscriber, as rospy does without a queue size; a closed link ends the wait."""
-        while len(self._queue) and not self._closed:
-            _wait_writable(self._sock)
-            self._flush()
+        self._block()
 
     def _flush(self) -> None:
         """Send what waits, as much as the socket takes. Lock held."""
@@ -191,7 +187,7 @@ class SubscriberLink:
                 self._arm()
 
     def _block(self) -> None:
-        if not self._blocked and not self._blocking:
+        if not self._blocked:
             self._blocked = True
             self._loop.call_soon(self._want_writable)
 
@@ -230,7 +226,7 @@ class SubscriberLink:
 
     def close(self) -> None:
         """Close the link; what still waits is lost. Any thread."""
-        with contextlib.suppress(OSError):  # wakes a blocking send, which holds the lock
+        with contextlib.suppress(OSError):  # wakes a thread that waits for the socket
             self._sock.shutdown(socket.SHUT_RDWR)
         with self._lock:
             if not self._closed:
@@ -242,16 +238,20 @@ class SubscriberLink:
         Args:
             until: `perf_counter` time after which what is left is given up.
         """
-        if self._blocking:  # nothing waits, or a publisher waits with our lock, which only closing ends
-            self.close()
-            return
-        with self._lock:
-            while not self._closed and len(self._queue):
-                self._flush()
-                if not len(self._queue) or perf_counter() > until:
-                    break
-                _wait_writable(self._sock)
+        self._drain(until)
         self.close()
+
+    def _drain(self, until: float) -> None:
+        """Send what waits, in this thread, until a `perf_counter` time; a closed link ends the wait."""
+        while True:
+            with self._lock:
+                if not self._closed:
+                    self._flush()
+                if self._closed or not len(self._queue):
+                    return
+            if perf_counter() > until:
+                return
+            _wait_writable(self._sock)
 
     def _dispose(self) -> None:
         with contextlib.suppress(KeyError, ValueError, OSError):
@@ -260,13 +260,42 @@ class SubscriberLink:
         self._on_closed(self)
 
 
+class WaitingLink(SubscriberLink):
+    """A link whose `send` waits until all is written, as rospy does without a queue size; `offer` never waits."""
+
+    def __init__(self, *args: Any) -> None:
+        self._turn = threading.Lock()  # publishing threads wait for each other; the loop never takes it
+        self._draining = False
+        super().__init__(*args)
+
+    def send(self, frame: Frame) -> None:
+        """Send a frame after all that waits; return when it is written or the link closed."""
+        with self._turn:
+            self._draining = True
+            try:
+                self.offer(frame)
+                if len(self._queue):
+                    self._drain(inf)
+            finally:
+                self._draining = False
+                if len(self._queue):  # interrupted: the loop sends the rest
+                    with self._lock:
+                        self._block()
+
+    def _block(self) -> None:
+        if not self._draining:  # else a publisher waits for the socket already: the loop need not wake up
+            super()._block()
+
+
 def _wait_writable(sock: socket.socket) -> None:
-    if hasattr(select, "poll"):
-        poller = select.poll()
-        poller.register(sock, select.POLLOUT)
-        poller.poll(100)
-    else:
-        select.select([], [sock], [], 0.1)
+    """Wait a little for room in a socket, which the loop may close meanwhile."""
+    with contextlib.suppress(OSError, ValueError):
+        if hasattr(select, "poll"):
+            poller = select.poll()
+            poller.register(sock, select.POLLOUT)
+            poller.poll(100)
+        else:
+            select.select([], [sock], [], 0.1)
 
 
 def _address_text(sock: socket.socket) -> str:

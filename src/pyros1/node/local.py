@@ -73,13 +73,20 @@ class LocalLink:
             self._subscription.reader.push_local(self, message, self._limit)
 
     def send(self, frame: Frame) -> None:
-        """Hand over what is encoded already."""
+        """Hand over what is encoded already; waits as `hand_over`."""
+        self._push(frame, self._limit)
+
+    def offer(self, frame: Frame) -> None:
+        """Hand over what is encoded already, without waiting: for the loop."""
+        self._push(frame, self._limit or 0)
+
+    def _push(self, frame: Frame, limit: int | None) -> None:
         if not self._open:
             return
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         self.messages += 1
         self.bytes_sent += len(data)
-        self._subscription.reader.push_local(self, data[4:], self._limit)
+        self._subscription.reader.push_local(self, data[4:], limit)
 
     def close(self) -> None:
         """End the link; what was handed over is still delivered."""

@@ -16,7 +16,7 @@ from pyros1.errors import NodeError, SerializationError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.node.context import wait_for_links
 from pyros1.node.keepalive import keep_alive
-from pyros1.node.link import SubscriberLink
+from pyros1.node.link import SubscriberLink, WaitingLink
 from pyros1.node.local import LocalLink
 from pyros1.wire.handshake import ANY, Refusal, TopicType, answer_subscriber, is_true
 from pyros1.wire.header import encode_header
@@ -47,6 +47,7 @@ class Link(Protocol):
     @property
     def connected(self) -> bool: ...
     def send(self, frame: Frame) -> None: ...
+    def offer(self, frame: Frame) -> None: ...
     def close(self) -> None: ...
     def finish(self, until: float) -> None: ...
 
@@ -141,7 +142,8 @@ class Publication:
         if is_true(header.get("tcp_nodelay")):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         greeting = encode_header(answer)
-        self._add(SubscriberLink(self.context.loop, sock, header, greeting, self.queue_size, self._remove))
+        link_class = WaitingLink if self.queue_size is None else SubscriberLink
+        self._add(link_class(self.context.loop, sock, header, greeting, self.queue_size, self._remove))
 
     def connect_local(self, subscription: Subscription, uri: str, header: dict[str, str]) -> LocalLink:
         """Link a subscription of the same process, without a socket.
@@ -159,17 +161,24 @@ class Publication:
         return link
 
     def _answer(self, header: dict[str, str]) -> dict[str, str]:
+        if self._closed:
+            raise self._gone()
         return answer_subscriber(header, self.context.name, self.topic, self.type, self.latch, self.headers)
 
     def _add(self, link: Link) -> None:
         with self._lock:
-            if self._closed:
-                link.close()
-                raise Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
-            if self._latched is not None:
-                link.send(self._latched)
-            self._set_links((*self.links, link))
+            closed = self._closed
+            if not closed:
+                if self._latched is not None:
+                    link.offer(self._latched)
+                self._set_links((*self.links, link))
+        if closed:
+            link.close()  # calls _remove, which takes the lock
+            raise self._gone()
         self._changed()
+
+    def _gone(self) -> Refusal:
+        return Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
 
     def _remove(self, link: Link) -> None:
         with self._lock:
@@ -185,12 +194,17 @@ class Publication:
         for callback in tuple(self.on_change):
             callback()
 
-    def close(self) -> None:
-        """End all links; what still waits is sent first, as far as subscribers take it within FAREWELL seconds."""
+    def close(self, until: float | None = None) -> None:
+        """End all links; what still waits is sent first, as far as subscribers take it in time.
+
+        Args:
+            until: `perf_counter` time when they must have it; None: in FAREWELL seconds.
+        """
         with self._lock:
             self._closed = True
             links, self._latched = self.links, None
-        until = perf_counter() + FAREWELL
+        if until is None:
+            until = perf_counter() + FAREWELL
         for link in links:
             link.finish(until)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import NodeError, WaitTimeoutError
-from pyros1.node.publisher import Publication, Publisher
+from pyros1.node.publisher import FAREWELL, Publication, Publisher
 from pyros1.node.subscriber import Subscriber, array_view
 from pyros1.node.subscription import Subscription
 
@@ -173,6 +173,8 @@ class Topics:
         for subscription in self.subscriptions.values():
             subscription.close()
         self._context.close_readers()
-        for publication in self._context.publications.values():
-            publication.close()
-        self._context.publications = {}
+        with self._lock:  # no new subscriber finds a publication that is about to close
+            publications, self._context.publications = self._context.publications, {}
+        until = time.perf_counter() + FAREWELL  # one deadline for all: a stuck subscriber may have many topics
+        for publication in publications.values():
+            publication.close(until)

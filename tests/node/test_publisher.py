@@ -1,0 +1,124 @@
+"""publisher: new links and the end of a publication hold nobody up."""
+
+from __future__ import annotations
+
+import threading
+from math import inf
+from typing import Any
+
+import pytest
+from pyros1.msgs.sensor_msgs.msg import Image
+from pyros1.msgs.std_msgs.msg import Float64
+
+from pyros1.node.local import UNBOUNDED_LIMIT
+from pyros1.node.publisher import Publication
+from pyros1.wire.handshake import Refusal
+
+BIG = 20_000_000
+
+
+def over_tcp(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+
+
+def greet(peer: Any, type: Any, topic: str = "/t") -> Any:
+    peer.greet(topic=topic, md5sum=type._md5sum, type=type._type, callerid="/raw")
+    assert "error" not in peer.answer()
+    return peer
+
+
+def test_a_latched_message_for_a_stuck_subscriber_does_not_stop_the_loop(
+    make_node: Any, raw_peer: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over_tcp(monkeypatch)
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Image, queue_size=None, latch=True)
+    publisher.publish(Image(height=1, data=bytes(BIG)))
+    peer = greet(raw_peer(talker, receive_buffer=4096), Image)
+    assert publisher.wait_for_subscribers(timeout=5)
+    talker._context.loop.run(lambda: None, timeout=5)
+    publishing = in_thread(publisher.publish, Image(height=2))  # waits for the latched one to go, and stays behind it
+    heights = [Image._decode(body, 0, len(body)).height for body in (peer.frame(), peer.frame())]
+    assert heights == [1, 2]
+    publishing.join()
+
+
+def test_a_latched_message_does_not_wait_for_room_within_the_process(make_node: Any, in_thread: Any) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    entered, go_on = threading.Event(), threading.Event()
+
+    def stuck(_: Any) -> None:
+        entered.set()
+        go_on.wait(20)
+
+    listener.subscribe("t", Float64, stuck)
+    full = talker.advertise("t", Float64, queue_size=0)
+    assert full.wait_for_subscribers(timeout=5)
+    full.publish(0.0)
+    assert entered.wait(5)
+    for _ in range(2 * UNBOUNDED_LIMIT):
+        full.publish(0.0)
+    try:
+        other = make_node("other").advertise("t", Float64, queue_size=None, latch=True)
+        in_thread(other.publish, 1.0)
+        assert other.wait_for_subscribers(timeout=5)
+        listener._context.loop.run(lambda: None, timeout=5)
+    finally:
+        go_on.set()
+
+
+def test_a_closed_publication_refuses_links(make_node: Any) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    publication = talker.advertise("t", Float64)._publication
+    publication.close()
+    listener.subscribe("t", Float64, print)
+    listener._context.loop.run(lambda: None, timeout=5)
+    ended: list[Any] = []
+
+    class Late:
+        def close(self) -> None:
+            publication._remove(self)  # as links do
+            ended.append(self)
+
+    with pytest.raises(Refusal, match="no longer a publisher"):
+        publication._add(Late())
+    assert len(ended) == 1 and publication.links == ()
+
+
+def test_all_topics_of_a_node_end_by_one_deadline(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    talker = make_node("talker")
+    for number in range(3):
+        talker.advertise(f"t{number}", Float64)
+    deadlines: list[Any] = []
+    close = Publication.close
+
+    def watch(publication: Publication, until: float | None = None) -> None:
+        deadlines.append(until)
+        assert publication.topic not in talker._context.publications
+        close(publication, until)
+
+    monkeypatch.setattr(Publication, "close", watch)
+    talker.shutdown()
+    assert len(deadlines) >= 3 and len(set(deadlines)) == 1 and deadlines[0] is not None
+
+
+def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(
+    make_node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over_tcp(monkeypatch)
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Image, queue_size=10)
+    greet(raw_peer(talker, receive_buffer=4096), Image)
+    assert publisher.wait_for_subscribers(timeout=5)
+    publisher.publish(Image(data=bytes(BIG)))
+    link = publisher._publication.links[0]
+    locked: list[bool] = []
+
+    def wait(_: Any) -> None:
+        locked.append(link._lock.locked())
+        talker._context.loop.run(link._linger_over, timeout=5)
+        link.close()
+
+    monkeypatch.setattr("pyros1.node.link._wait_writable", wait)
+    link.finish(inf)
+    assert locked == [False] and not link.connected
