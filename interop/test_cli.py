@@ -122,6 +122,8 @@ _VARYING = [
     (re.compile(r"time=[0-9.]+ms"), "time=Nms"),
     (re.compile(r"average: [0-9.]+ms"), "average: Nms"),
     (re.compile(r"^\d{18,19},", re.M), "STAMP,"),
+    # Stock says so where rosdep is installed but was never set up.
+    (re.compile(r"^the rosdep view is empty: .*\n", re.M), ""),
     # A latching rospy publisher counts on with each late subscriber.
     (re.compile(r"seq: +\d+"), "seq: N"),
     (re.compile(r"^(\w+),\d+,(\d+,)?(?=base|map|1\.0)", re.M), r"\1,N,\2"),

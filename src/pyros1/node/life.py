@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import atexit
+import os
+import signal
 import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -37,6 +39,7 @@ class Life:
         self._closing_thread: int | None = None
         self._done = threading.Event()
         self._signals = SignalHandlers(self._on_signal)
+        self._pid = os.getpid()  # a process forked from this one has copies of our sockets, but not the node
 
     @property
     def signalled(self) -> bool:
@@ -45,9 +48,13 @@ class Life:
 
     def watch(self, signals: bool) -> None:
         """End the node at the interpreter's exit and, if wanted, on SIGINT and SIGTERM."""
-        atexit.register(self.end)
+        atexit.register(self._end_at_exit)
         if signals:
             self._signals.install()
+
+    def _end_at_exit(self) -> None:
+        if os.getpid() == self._pid:
+            self.end()
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
         """Call ``hook`` at the end, or now if that has come."""
@@ -87,12 +94,16 @@ class Life:
                     context.log.exception(f"bad shutdown hook {hook!r}", error)
         finally:  # also when a hook ends the program
             self._close()
-            atexit.unregister(self.end)
+            atexit.unregister(self._end_at_exit)
 
     def request(self, reason: str) -> None:
         """End the node soon: for the loop, which must not wait for it."""
         threading.Thread(target=self.end, args=(reason,), name=f"{self._context.name}:shutdown").start()
 
     def _on_signal(self, number: int) -> None:
+        if os.getpid() != self._pid:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+            return
         # In a signal handler no lock may be taken: whoever was interrupted could hold it. The loop does the rest.
         self._context.loop.call_soon(self.request, f"signal {number}")

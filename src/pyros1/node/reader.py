@@ -8,7 +8,7 @@ Rules:
 * What one system call brought is decoded together, while callbacks keep up. A large byte array is received into the
   object that the callback gets.
 * With a bounded queue, callbacks that fall more than FRESH seconds behind see fresh data: what has arrived is drained
-  from the sockets, still encoded, and only the newest `limit` frames of it are decoded and delivered.
+  from the sockets, still encoded, and only the newest `limit` frames of each publisher are decoded and delivered.
 * Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides. (What waits for
   `spin` is bounded always, see UNBOUNDED_LIMIT.)
 * While messages flow on an only link the owner waits in its receive, for PATIENCE seconds at most; all else that may
@@ -313,44 +313,51 @@ class Reader:
             self._catch_up([])
 
     def _catch_up(self, rest: list[tuple[Source, Item]]) -> None:
-        """Deliver the newest frames while callbacks are slower than messages."""
-        waiting: deque[tuple[Source, Item]] = deque(rest, maxlen=self.limit or 1)
-        rounds = 0
+        """Deliver the newest messages of each publisher in turn, while callbacks are slower than messages."""
+        waiting: dict[Source, deque[Item]] = {}
+        for source, item in rest:
+            self._put(waiting, source, item)
         while not self._closed:
             self._run_jobs()
             while self._new:
                 link = self._new.popleft()
                 self._gather(waiting, link, self._open(link))
-            links = deque(self._links.values())
-            links.rotate(rounds)  # so that each publisher is once the last one, which leaves the most
-            rounds += 1
-            for link in links:
-                until = perf_counter() + DRAIN_TIME / len(links)
+            for link in list(self._links.values()):
+                until = perf_counter() + DRAIN_TIME / (len(self._links) or 1)
                 while perf_counter() < until and (frames := self._receive_frames(link)) is not None:
                     self._gather(waiting, link, frames)
             for _ in range(len(self._local)):
-                self._put(waiting, self._next_of(self._local))
+                entry = self._next_of(self._local)
+                if entry is not None:
+                    self._put(waiting, *entry)
             if not waiting:
                 return
             behind = perf_counter() + FRESH
             while waiting and perf_counter() < behind:
-                self._deliver_item(*waiting.popleft())
+                source = next(iter(waiting))
+                items = waiting.pop(source)
+                item = items.popleft()
+                if items:
+                    waiting[source] = items  # behind the others now
+                self._deliver_item(source, item)
 
     def _gather(
-        self, waiting: deque[tuple[Source, Item]], link: InLink, frames: list[tuple[int, int]] | SplitBody
+        self, waiting: dict[Source, deque[Item]], link: InLink, frames: list[tuple[int, int]] | SplitBody
     ) -> None:
         if isinstance(frames, SplitBody):
-            self._put(waiting, (link, frames))
+            self._put(waiting, link, frames)
         elif frames:
-            data, most = link.buffer.data, waiting.maxlen or 1
+            data, most = link.buffer.data, self.limit or 1
             self.dropped += max(0, len(frames) - most)
             for start, end in frames[-most:]:
-                self._put(waiting, (link, bytes(data[start:end])))
+                self._put(waiting, link, bytes(data[start:end]))
 
-    def _put(self, waiting: deque[tuple[Source, Item]], entry: tuple[Source, Item] | None) -> None:
-        if entry is not None:
-            self.dropped += len(waiting) == waiting.maxlen
-            waiting.append(entry)
+    def _put(self, waiting: dict[Source, deque[Item]], source: Source, item: Item) -> None:
+        items = waiting.get(source)
+        if items is None:
+            items = waiting[source] = deque(maxlen=self.limit or 1)
+        self.dropped += len(items) == items.maxlen
+        items.append(item)
 
     def _next_of(self, queue: deque[tuple[Source, Item]]) -> tuple[Source, Item] | None:
         with self._queues:
