@@ -111,3 +111,25 @@ def test_a_publisher_that_went_leaves_no_latched_message(make_node: Any, transpo
     listener.subscribe("t", Float64, late)
     subscription.reader.submit(done.set)
     assert done.wait(5) and late.items == []
+
+
+def test_a_node_with_callbacks_that_do_not_return_ends_in_time(
+    make_node: Any, transport: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.topics.LONGEST_CALLBACK", 0.2)
+    talker, listener = make_node("talker"), make_node("listener")
+    entered, go_on = threading.Barrier(6, timeout=10), threading.Event()
+
+    def heard(_: Any) -> None:
+        entered.wait()
+        go_on.wait()
+
+    publishers = [talker.advertise(f"t{i}", Float64, queue_size=1) for i in range(5)]
+    for i, publisher in enumerate(publishers):
+        listener.subscribe(f"t{i}", Float64, heard)
+        assert publisher.wait_for_subscribers(timeout=5)
+        publisher.publish(1)
+    entered.wait()
+    listener.shutdown()  # returns although no callback has
+    assert not listener.ok() and not go_on.is_set()
+    go_on.set()

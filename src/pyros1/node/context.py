@@ -51,10 +51,10 @@ class Context:
         """Made with the first subscription."""
         return Readers(self.name, lambda error: self.log.exception("a subscription failed", error))
 
-    def close_readers(self) -> None:
-        """End the threads, if there are any."""
+    def close_readers(self, timeout: float) -> None:
+        """End the threads, if there are any; wait for them at most ``timeout`` seconds."""
         if "readers" in self.__dict__:
-            self.readers.close()
+            self.readers.close(timeout)
 
     def pause(self, seconds: float) -> None:
         """Wait in wall time.

@@ -146,6 +146,10 @@ class Reader:
             while len(self._local) >= UNBOUNDED_LIMIT and not self._closed:
                 self._room.wait(0.1)
 
+    def stop(self) -> None:
+        """Deliver nothing more; `close` is still to be called."""
+        self._closed = True
+
     def close(self, timeout: float = 5.0) -> None:
         """Close all links; wait for a running callback at most ``timeout`` seconds."""
         self._closed = True

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 from pyros1.net.poller import BELL, Poller
@@ -72,7 +73,8 @@ class Readers:
         self._begin()
 
     def close(self, timeout: float = 5.0) -> None:
-        """End the threads; wait for each at most ``timeout`` seconds."""
+        """End the threads; wait for them at most ``timeout`` seconds."""
+        until = perf_counter() + timeout
         with self._lock:
             self._closed = True
             threads = [thread for thread in self._threads if thread is not threading.current_thread()]
@@ -81,7 +83,7 @@ class Readers:
         for _ in threads:
             self._poller.wake()
         for thread in threads:
-            thread.join(timeout)
+            thread.join(max(0.0, until - perf_counter()))
 
     def _begin(self) -> None:
         if not self._threads:

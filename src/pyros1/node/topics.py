@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from pyros1.wire.handshake import TopicType
 
 
+LONGEST_CALLBACK = 5.0
+"""Seconds that running callbacks have when the node ends."""
+
+
 class Topics:
     """Publications and subscriptions by full name.
 
@@ -170,9 +174,12 @@ class Topics:
 
     def close(self) -> None:
         """End all links and reader threads."""
+        until = time.perf_counter() + LONGEST_CALLBACK  # one deadline for all: many callbacks may not return
         for subscription in self.subscriptions.values():
-            subscription.close()
-        self._context.close_readers()
+            subscription.reader.stop()
+        for subscription in self.subscriptions.values():
+            subscription.close(max(0.0, until - time.perf_counter()))
+        self._context.close_readers(max(0.1, until - time.perf_counter()))
         with self._lock:  # no new subscriber finds a publication that is about to close
             publications, self._context.publications = self._context.publications, {}
         until = time.perf_counter() + FAREWELL  # one deadline for all: a stuck subscriber may have many topics
