@@ -29,7 +29,7 @@ from pyros1.net.loop import Loop
 from pyros1.wire.outqueue import Frame, OutQueue, frame_size
 
 HOT_GAP = 30e-6
-RUN_UP = 8
+RUN_UP = 100
 BATCH = 128
 WINDOW = 100e-6
 LINGER = 0.0005
