@@ -40,7 +40,7 @@ class Workers:
             self._jobs.append(job)
             thread = threading.Thread(target=self._run, name=f"{self._name}-{len(self._threads)}", daemon=True)
             self._threads.add(thread)
-        thread.start()
+            thread.start()  # with the lock: who closes must not find a thread that cannot be joined yet
         return True
 
     def _run(self) -> None:
