@@ -334,3 +334,42 @@ def test_the_master_ends_a_node_of_another_process_m34(program: Any, make_node: 
     code, out, err = child.end()
     assert (code, out) == (0, "hook\nleft\n")
     assert "shutdown request: [/looper] Reason: new node registered with same name" in err
+
+
+FORKING = """
+import os, signal, sys
+import pyros1
+
+node = pyros1.Node("parent", argv=[])
+child = os.fork()
+if not child:
+    sys.exit(0)
+assert os.waitpid(child, 0)[1] == 0
+ready, tell = os.pipe()
+child = os.fork()
+if not child:
+    os.write(tell, b"x")
+    while True:
+        signal.pause()
+os.read(ready, 1)
+os.kill(child, signal.SIGTERM)
+assert os.WTERMSIG(os.waitpid(child, 0)[1]) == signal.SIGTERM
+assert node.ok()
+publisher = node.advertise("t", "std_msgs/Float64", latch=True)
+publisher.publish(7)
+assert publisher.wait_for_subscribers(timeout=10)
+node.spin()
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_processes_forked_from_a_node_leave_it_alone(make_node: Any, collect: Any) -> None:
+    listener, got = make_node("listener"), collect()
+    listener.subscribe("/t", "std_msgs/Float64", got)
+    environ = {**os.environ, **listener._context.environ, "PYTHONPATH": SRC}
+    with subprocess.Popen([sys.executable, "-c", FORKING], env=environ) as program:
+        try:
+            got.wait(1)
+        finally:
+            program.terminate()
+    assert got.data == [7]

@@ -30,6 +30,7 @@ SSH_VARIABLE = "PYROS1_SSH"
 """Environment variable with the command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
 
 _OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
+# The agent's own text goes through the pipe, so that nothing has to be installed there: this runs that text, no other.
 _BOOT = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
 _HEARTBEAT = 5.0
 _CONNECT_TIMEOUT = "10"
