@@ -122,3 +122,21 @@ def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(
     monkeypatch.setattr("pyros1.node.link._wait_writable", wait)
     link.finish(inf)
     assert locked == [False] and not link.connected
+
+
+def test_sequence_numbers_of_several_threads_run_forward(
+    make_node: Any, transport: str, collect: Any, in_thread: Any
+) -> None:
+    talker, got = make_node("talker"), collect()
+    make_node("listener").subscribe("t", Image, lambda message: got(message.header.seq))
+    publisher = talker.advertise("t", Image, queue_size=0)
+    assert publisher.wait_for_subscribers(timeout=5)
+
+    def flood() -> None:
+        for _ in range(500):
+            publisher.publish(Image())
+
+    for thread in [in_thread(flood) for _ in range(4)]:
+        thread.join()
+    got.wait(2000)
+    assert got.items == list(range(1, 2001))

@@ -17,7 +17,10 @@ def reader_threads(name: str) -> list[threading.Thread]:
     return [thread for thread in threading.enumerate() if thread.name.startswith(f"/{name}:reader")]
 
 
-def test_idle_subscriptions_share_two_threads(make_node: Any, transport: str, collect: Any) -> None:
+def test_idle_subscriptions_share_two_threads(
+    make_node: Any, transport: str, collect: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(readers, "REST", 0.01)
     talker, listener, got = make_node("talker"), make_node("listener"), collect()
     count = 60
     publishers = [talker.advertise(f"t{i}", Float64, queue_size=1) for i in range(count)]
@@ -29,7 +32,9 @@ def test_idle_subscriptions_share_two_threads(make_node: Any, transport: str, co
         publisher.publish(i)
         got.wait(i + 1)
     assert got.data == list(range(count))
-    assert len(reader_threads("listener")) <= readers.SPARE + 2
+    for thread in reader_threads("listener")[readers.SPARE + 1 :]:  # on a busy machine one may have been started
+        thread.join(10)
+    assert len(reader_threads("listener")) <= readers.SPARE + 1
 
 
 def test_as_many_callbacks_as_topics_run_at_once(make_node: Any, transport: str) -> None:

@@ -68,3 +68,15 @@ def test_bytes_that_were_received_elsewhere_are_fed() -> None:
     buffer.feed(whole[50:])
     [(start, end)] = buffer.received(len(whole) - 50)
     assert buffer.data[start:end] == body
+
+
+def test_memory_for_large_frames_is_given_up_when_they_stop_to_come() -> None:
+    large, small = bytes(1 << 20), b"small"
+    buffer = FrameBuffer()
+    for _ in range(3):
+        assert feed(buffer, len(large).to_bytes(4, "little") + large) == [large]
+        assert feed(buffer, len(small).to_bytes(4, "little") + small) == [small]
+        assert len(buffer.data) >= len(large)
+    for _ in range(1000):
+        assert feed(buffer, len(small).to_bytes(4, "little") + small) == [small]
+    assert len(buffer.data) <= 1 << 16

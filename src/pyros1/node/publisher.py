@@ -91,15 +91,26 @@ class Publication:
         self._seq = itertools.count(1)  # from 1, as rospy (T22)
         self._latched: Frame | None = None
         self._lock = threading.Lock()
+        self._order = threading.RLock()  # a signal handler may publish, too
         self._closed = False
-
-    def publish(self, message: Any) -> None:
+        self.publish: Callable[[Any], None] = self._publish_numbered if message_class._has_header else self._publish
         """Send a message to all links; see Publisher.publish."""
+
+    def _publish_numbered(self, message: Any) -> None:
+        if not (self.links or self.latch):
+            return
+        if self.queue_size is None:  # publishing may wait, and a callback that it waits for may publish
+            message.header.seq = next(self._seq)
+            self._publish(message)
+            return
+        with self._order:  # what several threads publish leaves in the order of its numbers
+            message.header.seq = next(self._seq)
+            self._publish(message)
+
+    def _publish(self, message: Any) -> None:
         remote, local, latch = self._remote, self._local, self.latch
         if not (remote or local or latch):
             return
-        if message._has_header:
-            message.header.seq = next(self._seq)
         try:
             cls = message.__class__
             copy = cls._copy(message) if local and not latch else None

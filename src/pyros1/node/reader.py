@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Protocol
 from pyros1.errors import ProtocolError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.large import SplitBody
+from pyros1.node.backlog import Backlog
 from pyros1.node.inlink import InLink
 from pyros1.node.local import UNBOUNDED_LIMIT
 
@@ -39,6 +40,13 @@ if TYPE_CHECKING:
 FLOWING = 0.02
 """Messages that come faster than every so many seconds flow: a thread of their own delivers them sooner."""
 FRESH = 0.001
+FLOOD = 30e-6
+FEW = 16
+LITTLE = 65536
+"""Messages that come faster than every FLOOD seconds, FEW with each receive and of LITTLE bytes, FLOOD_RUN_UP times."""
+FLOOD_RUN_UP = 100
+GATHER = 200e-6
+"""Seconds for which a flood is left alone."""
 DRAIN_TIME = 0.02
 """Longest time, in seconds, spent on draining sockets before callbacks go on: a flood must not starve them."""
 
@@ -246,9 +254,22 @@ class Reader:
             self._on_lost(link, reason)
 
     def _stay_with(self, link: InLink) -> None:
-        """While messages flow on the only link, wait in its receive: one system call less for each."""
+        """While messages flow on the only link, wait in its receive: one system call less for each.
+
+        A publisher that sends each message of a flood by itself wakes this thread for each, which costs the publisher
+        more than the sending. So a flood is let gather for a moment.
+        """
+        few, messages, size, last = 0, link.messages, link.bytes_received, perf_counter()
         while not (self._closed or self._new or self._jobs or self._local) and self._receive(link, wait=True):
-            pass
+            now = perf_counter()
+            count, messages = link.messages - messages, link.messages
+            if now - last > count * FLOOD or link.bytes_received - size > LITTLE:
+                few = 0
+            elif count <= FEW:
+                few += 1
+                if few > FLOOD_RUN_UP:
+                    time.sleep(GATHER)
+            size, last = link.bytes_received, now
 
     def _receive(self, link: InLink, wait: bool = False) -> bool:
         """Receive once and deliver; return whether there may be more."""
@@ -318,50 +339,29 @@ class Reader:
 
     def _catch_up(self, rest: list[tuple[Source, Item]]) -> None:
         """Deliver the newest messages of each publisher in turn, while callbacks are slower than messages."""
-        waiting: dict[Source, deque[Item]] = {}
+        backlog: Backlog[Source, Item] = Backlog(self.limit or 1)
         for source, item in rest:
-            self._put(waiting, source, item)
+            backlog.put(source, item)
         while not self._closed:
             self._run_jobs()
             while self._new:
                 link = self._new.popleft()
-                self._gather(waiting, link, self._open(link))
+                backlog.put_frames(link, self._open(link))
             for link in list(self._links.values()):
                 until = perf_counter() + DRAIN_TIME / (len(self._links) or 1)
                 while perf_counter() < until and (frames := self._receive_frames(link)) is not None:
-                    self._gather(waiting, link, frames)
+                    backlog.put_frames(link, frames)
             for _ in range(len(self._local)):
                 entry = self._next_of(self._local)
                 if entry is not None:
-                    self._put(waiting, *entry)
-            if not waiting:
+                    backlog.put(*entry)
+            self.dropped += backlog.dropped
+            backlog.dropped = 0
+            if not backlog:
                 return
             behind = perf_counter() + FRESH
-            while waiting and perf_counter() < behind:
-                source = next(iter(waiting))
-                items = waiting.pop(source)
-                item = items.popleft()
-                if items:
-                    waiting[source] = items  # behind the others now
-                self._deliver_item(source, item)
-
-    def _gather(
-        self, waiting: dict[Source, deque[Item]], link: InLink, frames: list[tuple[int, int]] | SplitBody
-    ) -> None:
-        if isinstance(frames, SplitBody):
-            self._put(waiting, link, frames)
-        elif frames:
-            data, most = link.buffer.data, self.limit or 1
-            self.dropped += max(0, len(frames) - most)
-            for start, end in frames[-most:]:
-                self._put(waiting, link, bytes(data[start:end]))
-
-    def _put(self, waiting: dict[Source, deque[Item]], source: Source, item: Item) -> None:
-        items = waiting.get(source)
-        if items is None:
-            items = waiting[source] = deque(maxlen=self.limit or 1)
-        self.dropped += len(items) == items.maxlen
-        items.append(item)
+            while backlog and perf_counter() < behind:
+                self._deliver_item(*backlog.take())
 
     def _next_of(self, queue: deque[tuple[Source, Item]]) -> tuple[Source, Item] | None:
         with self._queues:

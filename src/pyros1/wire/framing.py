@@ -2,8 +2,9 @@
 
 A FrameBuffer owns the memory that a link receives into. The driver asks for `writable()`, receives into it, says how
 much arrived and gets the positions of the complete frames inside `data`.
-Frames larger than the buffer make it grow, but only as bytes really arrive: a peer's claim costs no memory. Nothing
-behind such a frame is received together with it, so that the next one can be received elsewhere.
+Frames larger than the buffer make it grow, but only as bytes really arrive: a peer's claim costs no memory. It shrinks
+again when large frames have not come for a while. Nothing behind such a frame is received together with it, so that the
+next one can be received elsewhere.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ MAX_MESSAGE_SIZE = 1_000_000_000
 _unpack_size = struct.Struct("<I").unpack_from
 _TRUSTED_GROWTH = 16 << 20
 _SMALL = 2048
+_SPARE_ROUNDS = 200
+"""Receives in a row that have not needed a buffer larger than the capacity, before it shrinks."""
 
 
 class FrameBuffer:
@@ -34,7 +37,7 @@ class FrameBuffer:
         view: the same memory, for slicing without a copy.
     """
 
-    __slots__ = ("_begin", "_capacity", "_end", "_filled", "_limit", "_stop", "data", "view")
+    __slots__ = ("_begin", "_capacity", "_end", "_filled", "_limit", "_spare", "_stop", "data", "view")
 
     def __init__(self, capacity: int = 1 << 16, limit: int = MAX_MESSAGE_SIZE, first: bytes = b"") -> None:
         self._capacity = capacity
@@ -45,6 +48,7 @@ class FrameBuffer:
         self._begin = 0  # first byte of the first incomplete frame
         self._end = len(first)
         self._filled = False
+        self._spare = 0  # receives since a large buffer was needed
         self._stop = 0  # end of the large frame that is incomplete, counted from its begin; else 0
 
     @property
@@ -55,6 +59,11 @@ class FrameBuffer:
     def writable(self) -> memoryview:
         """Return the memory to receive into, never empty. Positions returned earlier become invalid."""
         begin, end = self._begin, self._end
+        if len(self.data) > self._capacity:
+            self._spare = self._spare + 1 if end <= self._capacity else 0
+            if self._spare > _SPARE_ROUNDS and begin == end:
+                self.shrink()
+                begin = end = 0
         if begin:
             if begin != end:
                 self.view[: end - begin] = self.view[begin:end]
@@ -70,6 +79,12 @@ class FrameBuffer:
         if len(data) > len(self.writable()):
             self._grow(self._end + len(data))
         self.view[self._end : self._end + len(data)] = data
+
+    def shrink(self) -> None:
+        """Give up memory that only large frames need, if nothing waits here."""
+        if self._begin == self._end and len(self.data) > self._capacity:
+            self._begin = self._end = self._spare = 0
+            self._grow(self._capacity)
 
     def _grow(self, size: int) -> None:
         larger = bytearray(size)
