@@ -28,6 +28,10 @@ class Packages:
     def find_resource(self, package: str, filename: str) -> _Paths:
         return []
 
+    def executables(self, package: str) -> _Names:
+        self.find(package)
+        return ["run", "run_away"]
+
     def find_executable(self, package: str, name: str) -> _Paths:
         return [self.find(package) / name] if name == "run" else []
 
@@ -82,6 +86,7 @@ def test_missing_parts() -> None:
         NodePlan("robt", "run", "no_package", file="f", line=1),
         NodePlan("robot", "walk", "no_type", file="f", line=2),
         NodePlan("robot", "run", "no_machine", machine="arrm", file="f", line=3),
+        NodePlan("robot", "runaway", "misspelt", file="f", line=4),
         NodePlan("nope", "nope", "elsewhere", machine="arm"),
     ]
     plan = Plan(nodes=nodes, machines={"arm": MachinePlan("arm", "192.0.2.1")})
@@ -89,7 +94,9 @@ def test_missing_parts() -> None:
     assert texts[0] == "f:3: node [/no_machine]: unknown machine [arrm] (did you mean 'arm'?)"
     assert texts[1] == "f:1: node [/no_package]: package [robt] not found (did you mean 'robot'?)"
     assert texts[2].startswith("f:2: node [/no_type]: Cannot locate node of type [walk] in package [robot]")
-    assert len(texts) == 3
+    assert "did you mean" not in texts[2]
+    assert texts[3].startswith("f:4: node [/misspelt]: ") and texts[3].endswith("(did you mean 'run_away'?)")
+    assert len(texts) == 4
     with pytest.raises(LaunchError, match="unknown machine"):
         check_machines(plan)
     check_machines(Plan())

@@ -26,6 +26,9 @@ class FakePackages:
     def find_resource(self, package: str, filename: str) -> list[Path]:
         return []
 
+    def executables(self, package: str) -> list[str]:
+        return []
+
     def find_executable(self, package: str, name: str) -> list[Path]:
         return []
 

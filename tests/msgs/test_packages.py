@@ -103,3 +103,15 @@ def test_own_packages_need_no_executable_bit(tmp_path: Path) -> None:
     packages = index(tmp_path)
     assert packages.find_executable("minimal", "talker") == [package / "nodes/talker.py"]
     assert packages.find_executable("minimal", "talker.py") == [package / "nodes/talker.py"]
+
+
+def test_executables_of_a_package(tmp_path: Path) -> None:
+    folder = tmp_path / "share" / "robot"
+    for path, mode in (("package.xml", 0o644), ("scripts/run", 0o755), ("scripts/data", 0o644), (".git/hook", 0o755)):
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text("")
+        (folder / path).chmod(mode)
+    (tmp_path / "lib" / "robot").mkdir(parents=True)
+    (tmp_path / "lib" / "robot" / "walk").touch(0o755)
+    assert PackageIndex({}, installs=[tmp_path / "share"]).executables("robot") == ["run", "walk"]
+    assert "minimal_publisher" in PackageIndex({}, installs=[]).executables("minimal_nodes")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pyros1.errors import LaunchError
+from pyros1.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.command_line import locate
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.resources import PackageFinder
@@ -39,7 +39,14 @@ def missing_parts(plan: Plan, packages: PackageFinder) -> Iterator[LaunchError]:
         try:
             locate(node.package, node.type, packages)
         except LaunchError as error:
-            yield _error(node, f"{error}{did_you_mean(node.package, packages.list())}")
+            yield _error(node, f"{error}{_hint(node, packages)}")
+
+
+def _hint(node: NodePlan, packages: PackageFinder) -> str:
+    try:
+        return did_you_mean(node.type, packages.executables(node.package))
+    except PackageNotFoundError:
+        return did_you_mean(node.package, packages.list())
 
 
 def _error(node: NodePlan, text: str) -> LaunchError:

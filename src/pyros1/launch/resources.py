@@ -30,6 +30,9 @@ class PackageFinder(Protocol):
     def find_executable(self, package: str, name: str) -> _Paths:
         """Return the executables of that name in the package."""
 
+    def executables(self, package: str) -> _Names:
+        """Return the names of all executables in the package; raises PackageNotFoundError."""
+
 
 def _read_bytes(path: str) -> bytes:
     with open(path, "rb") as stream:

@@ -124,6 +124,26 @@ class PackageIndex:
         # Installers may drop the executable bit of a package's data files; ours are started through their interpreter.
         return _unique(path for path in candidates if path.is_file() and (own or os.access(path, os.X_OK)))
 
+    def executables(self, package: str) -> _Names:
+        """Return the names of everything in a package that can be started, sorted.
+
+        Args:
+            package: package name.
+
+        Raises:
+            PackageNotFoundError: there is no such package.
+        """
+        folder = self.find(package)
+        prefixes = [*self._prefixes, *([folder.parent.parent] if folder.parent.name == "share" else [])]
+        names: set[str] = set()
+        for place in [*(prefix / "lib" / package for prefix in prefixes), folder]:
+            for base, folders, files in os.walk(place):
+                folders[:] = [name for name in folders if name[0] != "."]
+                names.update(name for name in files if os.access(os.path.join(base, name), os.X_OK))
+        if self._own in folder.parents:
+            names.update(path.stem for path in folder.rglob("*.py"))
+        return sorted(names)
+
     def _search(self, name: str) -> Path | None:
         if not name or "/" in name or name.startswith("."):
             return None
