@@ -12,7 +12,7 @@ def test_no_arguments_l13(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         main(["something"])
     assert caught.value.code == 2
-    assert "roscore does not take arguments" in capsys.readouterr().err
+    assert "pyros1 core does not take arguments" in capsys.readouterr().err
 
 
 def test_help(capsys: pytest.CaptureFixture[str]) -> None:

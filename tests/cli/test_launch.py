@@ -102,7 +102,9 @@ def start(tmp_path: Path, env: dict[str, str]) -> Iterator[Start]:
         tool.end()
 
 
-def test_launch_starts_its_own_master_and_ends_cleanly_x78_x90(start: Start, env: dict[str, str], tmp_path: Path) -> None:
+def test_launch_starts_its_own_master_and_ends_cleanly_x78_x90(
+    start: Start, env: dict[str, str], tmp_path: Path
+) -> None:
     tool = start("launch", "minimal_nodes.launch", "rate:=50")
     tool.wait_for(r"received value is: 0\.\d{6}")
     master = MasterClient("/test", env["ROS_MASTER_URI"])
@@ -133,7 +135,9 @@ def test_launch_starts_its_own_master_and_ends_cleanly_x78_x90(start: Start, env
     assert places == sorted(places)
 
 
-def test_core_is_used_by_a_launch_and_refuses_a_second_one_l15_l18(start: Start, env: dict[str, str], tmp_path: Path) -> None:
+def test_core_is_used_by_a_launch_and_refuses_a_second_one_l15_l18(
+    start: Start, env: dict[str, str], tmp_path: Path
+) -> None:
     core = start("core")
     core.wait_for("started core service")
     port = env["ROS_MASTER_URI"].rpartition(":")[2]
@@ -170,8 +174,22 @@ def ask(env: dict[str, str], cwd: Path, command: str, *words: str, stdin: str = 
 
 
 def test_queries_need_no_master_x06(env: dict[str, str], tmp_path: Path) -> None:
-    assert ask(env, tmp_path, "launch", "--nodes", "minimal_nodes.launch")[:2] == (0, "/minimal_publisher\n/minimal_subscriber\n")
-    assert ask(env, tmp_path, "launch", "--dump-params", "-", "v:=7", stdin='<launch><arg name="v"/><param name="p" value="$(arg v)"/></launch>')[1] == "/p: 7\n\n"
+    assert ask(env, tmp_path, "launch", "--nodes", "minimal_nodes.launch")[:2] == (
+        0,
+        "/minimal_publisher\n/minimal_subscriber\n",
+    )
+    assert (
+        ask(
+            env,
+            tmp_path,
+            "launch",
+            "--dump-params",
+            "-",
+            "v:=7",
+            stdin='<launch><arg name="v"/><param name="p" value="$(arg v)"/></launch>',
+        )[1]
+        == "/p: 7\n\n"
+    )
     code, out, _ = ask(env, tmp_path, "launch", "--files", str(TOP_LEVEL / "minimal_simulator.launch"))
     assert code == 0
     assert [Path(line).parts[-3:] for line in out.splitlines()] == [
@@ -179,7 +197,10 @@ def test_queries_need_no_master_x06(env: dict[str, str], tmp_path: Path) -> None
         ("minimal_nodes", "launch", "minimal_simulator.launch"),
     ]
     assert "rate (default" in ask(env, tmp_path, "launch", "--ros-args", str(TOP_LEVEL / "minimal_nodes.launch"))[1]
-    assert "__name:=minimal_controller" in ask(env, tmp_path, "launch", "--args=minimal_controller", "minimal_simulator.launch")[1]
+    assert (
+        "__name:=minimal_controller"
+        in ask(env, tmp_path, "launch", "--args=minimal_controller", "minimal_simulator.launch")[1]
+    )
 
 
 @pytest.mark.parametrize(
@@ -206,3 +227,50 @@ def test_a_master_elsewhere_is_not_started_here_x80(env: dict[str, str], tmp_pat
     code, _, err = ask(env, tmp_path, "launch", "e.launch")
     assert code == 1
     assert "RLException: unable to contact ROS master at [http://no-such-host.invalid:11311]" in err
+
+
+@pytest.mark.parametrize(
+    "words", [["launch", "--nodes", "minimal_nodes.launch"], ["launch", "--help"], ["launch", "--tree", "minimal_nodes.launch"], ["core", "--help"], ["run", "-h"], ["help"]]
+)  # fmt: skip
+def test_a_reader_that_has_gone_is_no_error(env: dict[str, str], tmp_path: Path, words: list[str]) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "pyros1", *words],
+            cwd=tmp_path, env=env, stdin=subprocess.DEVNULL, stdout=writer, stderr=subprocess.PIPE, text=True, timeout=DEADLINE, check=False,
+        )  # fmt: skip
+    finally:
+        os.close(writer)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("command", ["core", "run", "launch"])
+def test_help_names_our_commands_and_gives_examples(env: dict[str, str], tmp_path: Path, command: str) -> None:
+    code, out, err = ask(env, tmp_path, command, "--help")
+    assert (code, err) == (0, "")
+    assert out.startswith(f"Usage: pyros1 {command} ")
+    examples = out.partition("\nExamples:\n")[2].splitlines()
+    assert 2 <= len(examples) <= 4 and all(line.startswith(f"  pyros1 {command}") for line in examples)
+    assert not re.search(rf"\bros{command}\b", out) and "%prog" not in out
+    code, _, err = ask(env, tmp_path, command, "--no-such-option") if command != "run" else (2, "", "")
+    assert code == 2 and f"ros{command}:" not in err
+
+
+def test_a_question_imports_no_more_than_it_needs(env: dict[str, str], tmp_path: Path) -> None:
+    words = [sys.executable, "-X", "importtime", "-m", "pyros1", "launch", "--nodes", "minimal_nodes.launch"]
+    done = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=DEADLINE, check=True)
+    loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "pyros1.launch.loader" in loaded
+    for name in (
+        "pyros1.launch.drawing",
+        "pyros1.launch.session",
+        "pyros1.node",
+        "pyros1.master",
+        "pyros1.net",
+        "socket",
+        "subprocess",
+        "asyncio",
+        "ruamel.yaml",
+    ):
+        assert name not in loaded

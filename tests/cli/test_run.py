@@ -50,9 +50,9 @@ def test_own_nodes_run_without_executable_bit_in_this_interpreter(package: Path)
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
-        ([], 0, "Usage: rosrun"),
-        (["some_pkg"], 0, "Usage: rosrun"),
-        (["--help"], 0, "Usage: rosrun"),
+        ([], 0, "Usage: pyros1 run"),
+        (["some_pkg"], 0, "Usage: pyros1 run"),
+        (["--help"], 0, "Usage: pyros1 run"),
         (["some_pkg", "hello/"], 1, "[rosrun] Couldn't find executable named hello/"),
         (["no_such_pkg", "hello"], 2, "[rospack] Error: package 'no_such_pkg' not found"),
         (["some_pkg", "nope"], 3, "[rosrun] Couldn't find executable named nope below "),

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from optparse import OptionParser
-
+from pyros1.cli.usage import Parser
 from pyros1.errors import Error
+
+_EXAMPLES = {
+    "%prog": "listen on the port of ROS_MASTER_URI, or 11311",
+    "%prog -p 11312": "listen on another port",
+    "%prog --sigint-timeout 1": "give what ignores Ctrl-C one second",
+}
 
 
 def main(argv: list[str]) -> int:
@@ -16,7 +21,7 @@ def main(argv: list[str]) -> int:
     Returns:
         The exit code: 0 after a normal end, 1 when it could not start, 2 for a wrong command line.
     """
-    parser = OptionParser(usage="usage: %prog [options]", prog="roscore")
+    parser = Parser("roscore", "%prog [options]", _EXAMPLES)
     add = parser.add_option
     add("-p", "--port", metavar="PORT", dest="port", type="int", help="master port. Only valid if master is launched")
     add("-v", action="store_true", dest="verbose", default=False, help="verbose printing")
@@ -33,12 +38,13 @@ def main(argv: list[str]) -> int:
     add("--sigterm-timeout", metavar="SECONDS", dest="sigterm_timeout", type="float", help="and from there to SIGKILL")
     options, words = parser.parse_args([word for word in argv if not word.startswith("__")])
     if words:
-        parser.error("roscore does not take arguments")
+        parser.error(f"{parser.get_prog_name()} does not take arguments")
 
     from pyros1.cli import launch as cli  # noqa: PLC0415 - after the command line proved right
+    from pyros1.cli.launch_options import make_parser  # noqa: PLC0415
     from pyros1.launch.plan import Plan  # noqa: PLC0415
 
-    values = cli.make_parser("roscore").get_default_values()
+    values = make_parser().get_default_values()
     values.core = True
     values.port = options.port
     values.timeout = options.timeout

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import os
-import random
 import re
-import socket
 import sys
 from optparse import OptionParser, Values
 from pathlib import Path
-from typing import NoReturn
 
-from pyros1.cli.launch_queries import answer, check
+from pyros1.cli.launch_options import EXCLUSIVE, QUERIES, TOOLS, make_parser
 from pyros1.errors import Error, LaunchError, PackageNotFoundError
-from pyros1.launch.check import check_machines
 from pyros1.launch.command_line import OWN_PACKAGES
 from pyros1.launch.loader import STDIN, absolute_files, load_plan
 from pyros1.launch.places import package_index
@@ -21,10 +17,6 @@ from pyros1.launch.plan import Plan
 from pyros1.launch.resources import Resources
 from pyros1.launch.suggest import did_you_mean
 
-USAGE = """usage: %prog [options] [package] <filename> [arg_name:=value...]
-       %prog [options] <filename> [<filename>...] [arg_name:=value...]
-
-If <filename> is a single dash ('-'), launch XML is read from standard input."""
 _ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 _COMMAND_TIMEOUT_S = 600.0
 
@@ -39,12 +31,20 @@ def main(argv: list[str]) -> int:
         The exit code: 0, also when nodes died; 1 when a required node failed or nothing could be launched; 2 for a
         wrong command line.
     """
-    parser = make_parser("roslaunch")
+    if argv and argv[0] in TOOLS:
+        from pyros1.cli import launch_tools  # noqa: PLC0415 - each start imports what it needs
+
+        tool: int = getattr(launch_tools, TOOLS[argv[0]])(argv[1:])
+        return tool
+    parser = make_parser()
     arguments = parse_arguments(argv)
     options, words = parser.parse_args([word for word in argv if ":=" not in word])
     if options.child_name or options.server_uri:
         parser.error("remote child mode (-c, -u) is not available")
-    if sum(bool(getattr(options, name)) for name in _EXCLUSIVE) > 1:
+    late = [option for option, name in TOOLS.items() if getattr(options, f"tool_{name}")]
+    if late:
+        parser.error(f"{late[0]} must be the first word")
+    if sum(bool(getattr(options, name)) for name in EXCLUSIVE) > 1:
         parser.error("only one of --nodes, --find-node, --args and --ros-args can be given")
     if not words and not options.core:
         parser.error("you must specify at least one input file")
@@ -52,21 +52,24 @@ def main(argv: list[str]) -> int:
         parser.error("input files are not allowed in core mode")
     resources = make_resources()
     try:
+        if options.check and (options.output_file or any(map(os.path.isdir, words))):
+            from pyros1.cli.launch_tools import check_package_files  # noqa: PLC0415 - each start imports what it needs
+
+            return check_package_files(words, arguments, options, parser)
         files = find_files(words, resources, parser)
         if options.check:
+            from pyros1.cli.launch_queries import check  # noqa: PLC0415
+
             return check(files, arguments, resources)
-        if any(getattr(options, name) for name in _QUERIES):
+        if any(getattr(options, name) for name in QUERIES):
+            from pyros1.cli.launch_queries import answer  # noqa: PLC0415
+
             return answer(files, arguments, resources, options)
         plan = _load(files, arguments, resources, options)
-        check_machines(plan)
         return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
     except Error as error:
         print_exception(error)
         return 1
-
-
-_EXCLUSIVE = ("node_list", "find_node", "node_args", "ros_args")
-_QUERIES = (*_EXCLUSIVE, "dump_params", "file_list", "graph", "tree")
 
 
 def parse_arguments(argv: list[str]) -> dict[str, str]:
@@ -87,148 +90,23 @@ def parse_arguments(argv: list[str]) -> dict[str, str]:
     return arguments
 
 
-def make_parser(prog: str) -> OptionParser:
-    """Return the parser of the command's options (L147-L172)."""
-    parser = OptionParser(usage=USAGE, prog=prog)
-    add = parser.add_option
-    add(
-        "--files",
-        dest="file_list",
-        default=False,
-        action="store_true",
-        help="Print list files loaded by launch file, including launch file itself",
-    )
-    add("--args", metavar="NODE_NAME", dest="node_args", help="Print command-line arguments for node")
-    add("--nodes", dest="node_list", default=False, action="store_true", help="Print list of node names in launch file")
-    add("--find-node", metavar="NODE_NAME", dest="find_node", help="Find launch file that node is defined in")
-    add("-c", "--child", metavar="NAME", dest="child_name", help="Run as child service 'NAME'. Required with -u")
-    add("--local", dest="local_only", default=False, action="store_true", help="Do not launch remote nodes")
-    add(
-        "--screen",
-        dest="force_screen",
-        default=False,
-        action="store_true",
-        help="Force output of all local nodes to screen",
-    )
-    add("--required", dest="force_required", default=False, action="store_true", help="Force all nodes to be required")
-    add("--log", dest="force_log", default=False, action="store_true", help="Force output of all local nodes to log")
-    add("-u", "--server_uri", metavar="URI", dest="server_uri", help="URI of server. Required with -c")
-    add("--run_id", metavar="RUN_ID", dest="run_id", help="run_id of session. Required with -c")
-    add(
-        "--wait",
-        dest="wait_for_master",
-        default=False,
-        action="store_true",
-        help="wait for master to start before launching",
-    )
-    add("-p", "--port", metavar="PORT", dest="port", type="int", help="master port. Only valid if master is launched")
-    add("--core", dest="core", default=False, action="store_true", help="Launch core services only")
-    add("--pid", metavar="PID_FILE", dest="pid_file", default="", help="write the roslaunch pid to filename")
-    add("-v", dest="verbose", default=False, action="store_true", help="verbose printing")
-    add("--no-summary", dest="no_summary", default=False, action="store_true", help="hide summary printing")
-    add(
-        "--dump-params",
-        dest="dump_params",
-        default=False,
-        action="store_true",
-        help="Dump parameters of all roslaunch files to stdout",
-    )
-    add(
-        "--skip-log-check",
-        dest="skip_log_check",
-        default=False,
-        action="store_true",
-        help="skip check size of log folder (it is never checked here)",
-    )
-    add(
-        "--ros-args",
-        dest="ros_args",
-        default=False,
-        action="store_true",
-        help="Display command-line arguments for this launch file",
-    )
-    add(
-        "--check",
-        dest="check",
-        default=False,
-        action="store_true",
-        help="Start nothing: load everything, look for all packages and executables, print every problem found; "
-        "exit code 1 if there is one",
-    )
-    add(
-        "--graph",
-        dest="graph",
-        default=False,
-        action="store_true",
-        help="Print files, nodes and machines as a graph for Graphviz's dot",
-    )
-    add("--tree", dest="tree", default=False, action="store_true", help="Print files and nodes as a tree")
-    add(
-        "--disable-title",
-        dest="disable_title",
-        default=False,
-        action="store_true",
-        help="Disable setting of terminal title",
-    )
-    add(
-        "-w",
-        "--numworkers",
-        metavar="NUM_WORKERS",
-        dest="num_workers",
-        type="int",
-        default=3,
-        help="accepted; a master started here needs no workers",
-    )
-    add(
-        "-t",
-        "--timeout",
-        metavar="TIMEOUT",
-        dest="timeout",
-        type="float",
-        help="seconds that nodes have to answer a master started here",
-    )
-    add(
-        "--master-logger-level",
-        metavar="LEVEL",
-        dest="master_logger_level",
-        default="",
-        help="accepted; master.log has everything",
-    )
-    add(
-        "--sigint-timeout",
-        metavar="SECONDS",
-        dest="sigint_timeout",
-        type="float",
-        default=15.0,
-        help="seconds from SIGINT to SIGTERM when ending nodes",
-    )
-    add(
-        "--sigterm-timeout",
-        metavar="SECONDS",
-        dest="sigterm_timeout",
-        type="float",
-        default=2.0,
-        help="seconds from SIGTERM to SIGKILL when ending nodes",
-    )
-    add(
-        "--prefix",
-        dest="prefix",
-        default=False,
-        action="store_true",
-        help="Begin each line of the nodes' screen output with the node's name, in colour on a terminal",
-    )
-    return parser
-
-
 def make_resources() -> Resources:
     """Return the real world for `load_plan`."""
     return Resources(
         packages=package_index(os.environ),
         environ=os.environ,
         run_command=_run_command,
-        unique=lambda: f"{socket.gethostname()}_{os.getpid()}_{random.randrange(10**18)}",
+        unique=_unique,
         stdin=sys.stdin.read,
     )
+
+
+def _unique() -> str:
+    # Rarely needed.
+    import random  # noqa: PLC0415
+    import socket  # noqa: PLC0415
+
+    return f"{socket.gethostname()}_{os.getpid()}_{random.randrange(10**18)}"
 
 
 def _run_command(words: list[str]) -> str:
@@ -326,11 +204,13 @@ def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> i
         title: of the terminal.
     """
     # Everything below is needed only when something is really launched.
+    from pyros1.launch.check import check_machines  # noqa: PLC0415
     from pyros1.launch.console import Console  # noqa: PLC0415
     from pyros1.launch.options import Options  # noqa: PLC0415
     from pyros1.launch.session import Session  # noqa: PLC0415
     from pyros1.launch.supervisor import install_signals  # noqa: PLC0415
 
+    check_machines(plan)
     screen = True if values.force_screen else False if values.force_log else None
     options = Options(
         core=values.core,
@@ -376,9 +256,7 @@ def print_exception(error: Error) -> None:
     print(f"{red}RLException: {error}{off}", file=sys.stderr)
 
 
-def _main() -> NoReturn:
-    sys.exit(main(sys.argv[1:]))
-
-
 if __name__ == "__main__":
-    _main()
+    from pyros1.cli.main import entry
+
+    sys.exit(entry(["pyros1", "launch", *sys.argv[1:]]))

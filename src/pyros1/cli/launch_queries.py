@@ -6,9 +6,6 @@ import sys
 from optparse import Values
 
 from pyros1.errors import Error, LaunchError
-from pyros1.launch import drawing, report
-from pyros1.launch.check import missing_parts
-from pyros1.launch.command_line import locate, node_words
 from pyros1.launch.loader import absolute_files, load_plan
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.resources import Resources
@@ -18,6 +15,8 @@ from pyros1.names import canonicalize_name, ns_join
 
 def check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
     """Print every problem of launch files, and what they need that is not here; return the exit code."""
+    from pyros1.launch.check import missing_parts  # noqa: PLC0415 - one of many questions
+
     problems: list[LaunchError] = []
     plan = load_plan(files, arguments, resources, problems=problems)
     texts = [*map(str, problems), *plan.warnings, *map(str, missing_parts(plan, resources.packages))]
@@ -40,6 +39,9 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
         print(f"Unable to load file {', '.join(files)}: {error}", file=sys.stderr)
         return 0
     if options.node_args:
+        from pyros1.launch import report  # noqa: PLC0415 - one of many questions
+        from pyros1.launch.command_line import locate, node_words  # noqa: PLC0415
+
         node = _find_node(plan, options.node_args, files, resources)
         executable = locate(node.package, node.type, resources.packages)
         print(report.node_args(node, node_words(node, executable), resources.environ))
@@ -54,16 +56,16 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
 
 
 def _text(plan: Plan, options: Values) -> str:
-    if options.dump_params:
-        return report.dump_params(plan)
-    if options.file_list:
+    if options.file_list and not options.dump_params:
         return "\n".join(absolute_files(plan.files))
-    if options.ros_args:
-        return report.ros_args(plan)
-    if options.graph:
-        return drawing.dot(plan)
-    if options.tree:
-        return drawing.tree(plan)
+    if options.dump_params or options.ros_args:
+        from pyros1.launch import report  # noqa: PLC0415 - one of many questions
+
+        return report.dump_params(plan) if options.dump_params else report.ros_args(plan)
+    if options.graph or options.tree:
+        from pyros1.launch import drawing  # noqa: PLC0415 - one of many questions
+
+        return drawing.dot(plan) if options.graph else drawing.tree(plan)
     return "\n".join(node.full_name for node in [*plan.nodes, *plan.tests])
 
 

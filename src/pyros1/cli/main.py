@@ -47,7 +47,20 @@ def entry(argv: list[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    words = list(sys.argv if argv is None else argv)
+    try:
+        try:
+            return _entry(list(sys.argv if argv is None else argv))
+        finally:
+            sys.stdout.flush()  # now: what fails in Python's own flush at the end cannot be caught
+    except BrokenPipeError:
+        # Whoever read our output has gone. Python would complain when it flushes stdout at exit.
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
+        os.close(null)
+        return 0
+
+
+def _entry(words: list[str]) -> int:
     called = os.path.basename(words[0]) if words else ""
     if called.startswith("ros") and command_name(called):
         words[:1] = ["pyros1", called]
@@ -73,15 +86,8 @@ def entry(argv: list[str] | None = None) -> int:
 def _run(module: str, arguments: list[str]) -> int:
     try:
         code: int = import_module(f"pyros1.cli.{module}").main(arguments)
-        sys.stdout.flush()
         return code
     except KeyboardInterrupt:
-        return 0
-    except BrokenPipeError:
-        # Whoever read our output has gone. Python would complain when it flushes stdout at exit.
-        null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, sys.stdout.fileno())
-        os.close(null)
         return 0
     except Error as error:
         print(f"ERROR: {error}", file=sys.stderr)

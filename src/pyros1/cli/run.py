@@ -7,14 +7,21 @@ import shlex
 import sys
 from pathlib import Path
 
+from pyros1.cli.common import program_name
+from pyros1.cli.usage import examples_text
 from pyros1.errors import PackageNotFoundError
 from pyros1.launch.command_line import executable_words, is_own, own_python_environment
 from pyros1.msgs.packages import PackageIndex
 
-USAGE = """Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
-  rosrun will locate PACKAGE and try to find
+USAGE = """Usage: %prog [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
+  %prog will locate PACKAGE and try to find
   an executable named EXECUTABLE in the PACKAGE tree.
   If it finds it, it will run it with ARGS."""
+EXAMPLES = {
+    "%prog minimal_nodes minimal_publisher": "start a node",
+    "%prog my_robot driver __name:=left _port:=/dev/ttyUSB0": "with a name and a private parameter",
+    '%prog --prefix "gdb --args" my_robot driver': "under a debugger",
+}
 
 
 class _Options:
@@ -51,7 +58,8 @@ def main(argv: list[str]) -> int:
     """
     options = _Options(argv)
     if options.usage:
-        print(USAGE)
+        program = program_name("rosrun")
+        print(USAGE.replace("%prog", program), examples_text(program, EXAMPLES), sep="\n", end="")
         return 0
     package, name, *arguments = options.words
     if name.endswith("/"):

@@ -166,7 +166,9 @@ class _Loader:
                 if isinstance(error, LaunchError) and error.line is not None:
                     self._report(error)
                 else:
-                    self._report(element.error(str(error)))
+                    placed = element.error(str(error))
+                    placed.__cause__ = error
+                    self._report(placed)
 
     def _unknown_tag(self, element: Element, parent: Element, tags: _Handlers) -> None:
         if element.tag == "master" and parent.tag == "launch":

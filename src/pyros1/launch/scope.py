@@ -132,6 +132,10 @@ class Scope:
         return value
 
 
+class ArgNotSetError(LaunchError):
+    """An argument that is needed has no value."""
+
+
 class ScopeSubstituter:
     """Answers substitutions for a tag in a scope.
 
@@ -170,7 +174,7 @@ class ScopeSubstituter:
             what = "included file " if self._scope.included else ""
             declared = self._scope.declared
             hint = "" if name in declared else did_you_mean(name, declared) or did_you_mean(name, self._scope.args)
-            raise LaunchError(f"{what}[{self._scope.file}] requires the '{name}' arg to be set{hint}")
+            raise ArgNotSetError(f"{what}[{self._scope.file}] requires the '{name}' arg to be set{hint}")
         return value
 
     def dirname(self) -> str:
