@@ -17,6 +17,9 @@ COMMANDS = {
     "node": ("node_cmd", "show and end nodes: list info ping machine kill cleanup"),
     "service": ("service", "show and call services: list info type uri node args find call"),
     "param": ("param", "show and set parameters: list get set load dump delete"),
+    "msg": ("msg", "show message types: show list md5 package packages"),
+    "srv": ("srv", "show service types: show list md5 package packages"),
+    "msg-proto": ("msg_proto", "print a message or service request to fill in"),
 }
 """Command -> module in pyros1.cli, and what it does."""
 

@@ -71,6 +71,13 @@ class Writer:
     def _is_block(self, value: Any) -> bool:
         return self._block and isinstance(value, dict | list | tuple) and len(value) > 0
 
+    def _items(self, value: dict[Any, Any]) -> list[tuple[Any, Any]]:
+        items = list(value.items())
+        try:
+            return sorted(items, key=lambda item: item[0])
+        except TypeError:  # keys of several types have no order
+            return items
+
     def _value(self, value: Any, indent: int, *, inline: bool, key: bool = False) -> bool:
         """Write `value`, continuation lines (or entries) at `indent`; return whether it is a plain scalar."""
         if isinstance(value, dict | list | tuple):
@@ -79,7 +86,7 @@ class Writer:
             self._open.add(id(value))
             if not value:
                 self._put("{}" if isinstance(value, dict) else "[]")
-            elif inline:
+            elif inline or not self._is_block(value):
                 self._inline(value, indent)
             elif isinstance(value, dict):
                 self._mapping(value, indent)
@@ -96,7 +103,7 @@ class Writer:
         return True
 
     def _mapping(self, value: dict[Any, Any], indent: int) -> None:
-        for number, (key, item) in enumerate(_sorted_items(value)):
+        for number, (key, item) in enumerate(self._items(value)):
             if number:
                 self._break(indent)
             if _is_simple_key(key):
@@ -130,7 +137,7 @@ class Writer:
 
     def _inline(self, value: Any, indent: int) -> None:
         self._put("{" if isinstance(value, dict) else "[")
-        entries = _sorted_items(value) if isinstance(value, dict) else [(None, item) for item in value]
+        entries = self._items(value) if isinstance(value, dict) else [(None, item) for item in value]
         for number, (key, item) in enumerate(entries):
             if number:
                 self._put(",")
@@ -231,14 +238,6 @@ def _is_simple_key(key: Any) -> bool:
     if isinstance(key, str):
         return 0 < len(key) <= _LONGEST_SIMPLE_KEY and "\n" not in key
     return not isinstance(key, bytes | bytearray | tuple)
-
-
-def _sorted_items(value: dict[Any, Any]) -> list[tuple[Any, Any]]:
-    items = list(value.items())
-    try:
-        return sorted(items, key=lambda item: item[0])
-    except TypeError:  # keys of several types have no order
-        return items
 
 
 def _plain_scalar(value: Any) -> str:

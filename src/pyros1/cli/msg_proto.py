@@ -1,0 +1,162 @@
+"""``pyros1 msg-proto msg|srv TYPE``: rosmsg-proto, a template to fill in for ``topic pub`` and ``service call`` (L89).
+
+Shells complete with it. Short collections are written over several lines, long ones and what follows them with
+brackets.
+"""
+
+from __future__ import annotations
+
+import sys
+from optparse import OptionParser
+from typing import Any
+
+from pyros1.cli.common import EX_USAGE, program_name
+from pyros1.errors import Error
+from pyros1.msgs import Message, load_message, load_service
+from pyros1.values.writing import Writer
+
+LONG = 4
+"""Most entries of a collection that is not long."""
+
+
+def main(argv: list[str]) -> int:
+    """Run ``msg-proto``; returns the exit code."""
+    options, args = _parser().parse_args(argv)
+
+    def say(text: str) -> None:
+        if not options.silent:
+            print(text, file=sys.stderr)
+
+    if len(args) < 2:
+        say("Insufficient arguments: say msg or srv, and a type")
+        return EX_USAGE
+    if args[0] not in ("msg", "srv"):
+        say(f"Invalid type: {args[0]!r} is neither msg nor srv")
+        return EX_USAGE
+    try:
+        message = _load(args[0], args[1])()
+    except Error as error:
+        say(f"Unknown {'message' if args[0] == 'msg' else 'service'} class: {error}")
+        return 0 if options.silent else 1  # completion must not disturb
+    excluded = set((options.exclude_slots or "").split(","))
+    value = {name: item for name, item in _prototype(message, options.empty_arrays).items() if name not in excluded}
+    lines = render(value, options.flow_style).split("\n")
+    text = "\n".join(options.prefix + line for line in lines)
+    print(text if options.no_hyphens else f'"{text}"')
+    return 0
+
+
+def _parser() -> OptionParser:
+    parser = OptionParser(
+        usage="usage: %prog msg|srv [options] TYPE",
+        prog=program_name("rosmsg-proto"),
+        description="Prints a template of a message or a service request, to fill in; shells complete with it.",
+    )
+    flow = "if 1 always use brackets, if 0 never use brackets. Default is a heuristic mix."
+    parser.add_option("-f", "--flow_style", type="int", default=None, help=flow)
+    empty = "if true flexible size arrays are not filled with default instance"
+    parser.add_option("-e", "--empty-arrays", action="store_true", default=False, help=empty)
+    parser.add_option("-s", "--silent", action="store_true", default=False, help="suppress all error messages")
+    prefix = "prefix to print before each line, can be used for indent"
+    parser.add_option("-p", "--prefix", metavar="prefix", default="", help=prefix)
+    hyphens = "if true output has no outer hyphens"
+    parser.add_option("-H", "--no-hyphens", action="store_true", default=False, help=hyphens)
+    parser.add_option("-x", "--exclude-slots", help="comma separated list of slot names not to print")
+    return parser
+
+
+def _load(mode: str, name: str) -> Any:
+    if "/" not in name:
+        from pyros1.cli.msg import MESSAGES, SERVICES, find  # noqa: PLC0415 - shells ask with full names
+
+        names, _ = find(MESSAGES if mode == "msg" else SERVICES, name)
+        name = names[0] if names else name
+    return load_message(name) if mode == "msg" else load_service(name)._request_class
+
+
+def _prototype(message: Message, empty_arrays: bool) -> dict[str, Any]:
+    """The message as dictionaries, each array of no fixed length with one element."""
+    result: dict[str, Any] = {}
+    for name, slot_type in zip(message.__slots__, message._slot_types, strict=True):
+        result[name] = _field(getattr(message, name), slot_type, message._classes, empty_arrays)
+    return result
+
+
+def _field(value: Any, slot_type: str, classes: Any, empty_arrays: bool) -> Any:
+    base, bracket, length = slot_type.partition("[")
+    if bracket:
+        if base in ("uint8", "char"):
+            return bytes(value)
+        if length == "]" and not empty_arrays:
+            value = [_element(base, classes)]
+        return [_field(item, base, classes, empty_arrays) for item in value]
+    if isinstance(value, Message):
+        return _prototype(value, empty_arrays)
+    if base in ("time", "duration"):
+        return {"secs": value.secs, "nsecs": value.nsecs}
+    return value
+
+
+def _element(base: str, classes: Any) -> Any:
+    if base in classes:
+        return classes[base]()
+    if base in ("time", "duration"):
+        from pyros1.timing import Duration, Time  # noqa: PLC0415
+
+        return Time() if base == "time" else Duration()
+    return "" if base == "string" else 0
+
+
+# Layout ---------------------------------------------------------------------------------------------------------------
+
+
+class _Layout(Writer):
+    """Writes block style, but for some collections; keeps the order of fields."""
+
+    def __init__(self, brackets: set[int]) -> None:
+        super().__init__(block=True)
+        self._brackets = brackets
+
+    def _is_block(self, value: Any) -> bool:
+        return super()._is_block(value) and id(value) not in self._brackets
+
+    def _items(self, value: dict[Any, Any]) -> list[tuple[Any, Any]]:
+        return list(value.items())
+
+
+def render(value: dict[str, Any], flow_style: int | None) -> str:
+    """Return a template as YAML.
+
+    Args:
+        flow_style: 1 all with brackets; 0 nothing; None: brackets for the innermost collections from the first field
+            with a long collection on, or for all fields if there are many or one of them is a long array.
+    """
+    brackets: set[int] = set()
+    if flow_style == 1:
+        brackets.add(id(value))
+    elif flow_style != 0:
+        _choose(value, brackets, False)
+    return _Layout(brackets).document(value).rstrip("\n")
+
+
+def _parts(value: Any) -> list[Any]:
+    return list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else []
+
+
+def _choose(value: Any, brackets: set[int], found: bool) -> bool:
+    """Choose what gets brackets; tell whether a long collection has been found."""
+    parts = _parts(value)
+    if found or len(parts) > LONG or any(isinstance(part, list) and len(part) > LONG for part in parts):
+        _add_leaves(value, brackets)
+        return True
+    for part in parts:
+        found = _choose(part, brackets, found)
+    return found
+
+
+def _add_leaves(value: Any, brackets: set[int]) -> None:
+    parts = _parts(value)
+    if isinstance(value, (dict, list)) and not any(isinstance(part, (dict, list)) for part in parts):
+        brackets.add(id(value))
+    for part in parts:
+        _add_leaves(part, brackets)

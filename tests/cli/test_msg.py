@@ -1,0 +1,105 @@
+"""msg, srv, msg-proto: the shipped definitions, what is misspelt, bags, JSON (L86-L89)."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pyros1.cli import msg, msg_proto
+from pyros1.msgs import load_message, load_service
+from pyros1.values import load_yaml
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Callable[..., tuple[int, str, str]]:
+    def call(main: Callable[[list[str]], int], *words: str, stdin: str = "") -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.stdin", io.StringIO(stdin))
+        try:
+            code = main(list(words))
+        except SystemExit as end:
+            code = int(end.code or 0)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+def test_nested_types_and_constants_l86(run: Any) -> None:
+    assert run(msg.main, "show", "geometry_msgs/PointStamped") == (
+        0,
+        "std_msgs/Header header\n  uint32 seq\n  time stamp\n  string frame_id\n"
+        "geometry_msgs/Point point\n  float64 x\n  float64 y\n  float64 z\n\n",
+        "",
+    )
+    assert run(msg.main, "show", "GoalStatus")[1].startswith("[actionlib_msgs/GoalStatus]:\nuint8 PENDING=0\n")
+    assert run(msg.main_srv, "show", "std_srvs/SetBool")[1] == "bool data\n---\nbool success\nstring message\n\n"
+    assert run(msg.main, "show", stdin="\nstd_msgs/Bool\n")[1] == "bool data\n\n"
+
+
+def test_md5_is_that_of_the_classes_l88(run: Any) -> None:
+    assert run(msg.main, "md5", "sensor_msgs/Image")[1].strip() == load_message("sensor_msgs/Image")._md5sum
+    assert run(msg.main_srv, "md5", "std_srvs/Empty")[1].strip() == load_service("std_srvs/Empty")._md5sum
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "hint"),
+    [
+        (("show", "std_msgs/Strnig"), 1, "Unable to load msg [std_msgs/Strnig]"),
+        (("show", "Twits"), 1, "Could not find msg 'Twits' (did you mean 'Twist'?)"),
+        (("md5", "std_msgs/Strnig"), 0, "Cannot locate [std_msgs/Strnig] (did you mean 'std_msgs/String'?)"),
+        (("md5", "Nope"), 0, "No messages matching the name [Nope]"),
+        (("package", "std_mgs"), 64, "Invalid package: std_mgs (did you mean 'std_msgs'?)"),
+        (("show", "a::b"), 2, "does not understand C++-style"),
+        (("show", "a.b"), 2, "invalid message type 'a.b'"),
+        (("show",), 64, "no name was given"),
+        (("show", "-b", "nope.bag", "std_msgs/Bool"), 1, "bag file [nope.bag] does not exist"),
+    ],
+)
+def test_what_is_wrong_is_said_l87_l89(run: Any, words: tuple[str, ...], code: int, hint: str) -> None:
+    got, out, err = run(msg.main, *words)
+    assert (got, out) == (code, "") and hint in err
+
+
+def test_json(run: Any) -> None:
+    assert "std_msgs/String" in json.loads(run(msg.main, "list", "--json")[1])
+    assert "std_srvs" in json.loads(run(msg.main_srv, "packages", "--json")[1])
+    assert json.loads(run(msg.main_srv, "package", "--json", "std_srvs")[1]) == [
+        "std_srvs/Empty", "std_srvs/SetBool", "std_srvs/Trigger",
+    ]  # fmt: skip
+
+
+def test_definitions_in_bags_l86(run: Any, tmp_path: Path) -> None:
+    from rosbags.rosbag1 import Writer
+
+    image = load_message("sensor_msgs/Image")
+    with Writer(tmp_path / "a.bag") as bag:
+        connection = bag.add_connection("/t", "sensor_msgs/msg/Image", msgdef=image._full_text, md5sum=image._md5sum)
+        bag.write(connection, 1, b"")
+    code, out, _ = run(msg.main, "show", "-b", str(tmp_path / "a.bag"), "sensor_msgs/Image")
+    assert (code, out) == run(msg.main, "show", "sensor_msgs/Image")[:2]
+    assert run(msg.main, "show", "-b", str(tmp_path / "a.bag"), "std_msgs/Header")[1].startswith("uint32 seq\n")
+    assert run(msg.main, "show", "-b", str(tmp_path / "a.bag"), "std_msgs/Bool")[:2] == (0, "")
+    (tmp_path / "bad.bag").write_bytes(b"nonsense")
+    assert run(msg.main, "show", "-b", str(tmp_path / "bad.bag"), "std_msgs/Bool")[0] == 1
+
+
+@pytest.mark.parametrize("name", ["std_msgs/String", "nav_msgs/Odometry", "visualization_msgs/MarkerArray"])
+@pytest.mark.parametrize("style", [(), ("-f", "0"), ("-f", "1")])
+def test_a_template_is_a_message_l89(run: Any, name: str, style: tuple[str, ...]) -> None:
+    code, out, _ = run(msg_proto.main, "msg", "-H", "-e", *style, name)
+    assert code == 0 and list(load_yaml(out)) == list(load_message(name).__slots__)
+
+
+def test_templates_l89(run: Any) -> None:
+    assert run(msg_proto.main, "msg", "std_msgs/String") == (0, "\"data: ''\"\n", "")
+    assert run(msg_proto.main, "srv", "-H", "std_srvs/Empty")[1] == "{}\n"
+    assert run(msg_proto.main, "msg", "-H", "-x", "header,name,effort", "sensor_msgs/JointState")[1] == (
+        "position:\n- 0\nvelocity:\n- 0\n"
+    )
+    assert run(msg_proto.main, "msg", "-s", "nope/X") == (0, "", "")
+    assert run(msg_proto.main, "nonsense", "x")[0] == 64
