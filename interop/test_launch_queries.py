@@ -41,7 +41,7 @@ print(config.summary(local=True), end="")
 """
 OUR_SUMMARY = """
 import sys
-from pyros1.cli.launch import make_resources
+from pyros1.launch.world import make_resources
 from pyros1.launch import report
 from pyros1.launch.loader import load_plan
 print(report.summary(load_plan(sys.argv[1:], {}, make_resources())), end="")

@@ -27,7 +27,7 @@ def main(argv: list[str]) -> int:
     add("-v", action="store_true", dest="verbose", default=False, help="verbose printing")
     add("-w", "--numworkers", metavar="NUM_WORKERS", dest="num_workers", type="int", help="accepted; no workers needed")
     add("-t", "--timeout", metavar="TIMEOUT", dest="timeout", type="float", help="seconds that nodes have to answer")
-    add("--master-logger-level", metavar="LEVEL", dest="level", help="accepted; master.log has everything")
+    add("--master-logger-level", metavar="LEVEL", dest="level", default="", help="least level in master.log")
     add(
         "--sigint-timeout",
         metavar="SECONDS",
@@ -43,17 +43,19 @@ def main(argv: list[str]) -> int:
     from pyros1.cli import launch as cli  # noqa: PLC0415 - after the command line proved right
     from pyros1.cli.launch_options import make_parser  # noqa: PLC0415
     from pyros1.launch.plan import Plan  # noqa: PLC0415
+    from pyros1.launch.world import make_resources  # noqa: PLC0415
 
     values = make_parser().get_default_values()
     values.core = True
     values.port = options.port
     values.timeout = options.timeout
+    values.master_logger_level = options.level
     if options.sigint_timeout is not None:
         values.sigint_timeout = options.sigint_timeout
     if options.sigterm_timeout is not None:
         values.sigterm_timeout = options.sigterm_timeout
     try:
-        return cli.launch(Plan(), values, cli.make_resources(), title="roscore")
+        return cli.launch(Plan(), values, make_resources(), title="roscore")
     except Error as error:
         cli.print_exception(error)
         return 1

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
-from optparse import OptionParser, Values
+from dataclasses import replace
+from optparse import Values
 from pathlib import Path
 
 from pyros1.cli.launch_options import EXCLUSIVE, QUERIES, TOOLS, make_parser
-from pyros1.errors import Error, LaunchError, PackageNotFoundError
-from pyros1.launch.command_line import OWN_PACKAGES
-from pyros1.launch.loader import STDIN, absolute_files, load_plan
-from pyros1.launch.places import package_index
+from pyros1.errors import Error, LaunchError
+from pyros1.launch.loader import absolute_files, load_plan
 from pyros1.launch.plan import Plan
 from pyros1.launch.resources import Resources
-from pyros1.launch.suggest import did_you_mean
-
-_ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
-_COMMAND_TIMEOUT_S = 600.0
+from pyros1.launch.words import WordsError, find_files, parse_arguments
+from pyros1.launch.world import make_resources
 
 
 def main(argv: list[str]) -> int:
@@ -56,7 +52,7 @@ def main(argv: list[str]) -> int:
             from pyros1.cli.launch_tools import check_package_files  # noqa: PLC0415 - each start imports what it needs
 
             return check_package_files(words, arguments, options, parser)
-        files = find_files(words, resources, parser)
+        files = find_files(words, resources)
         if options.check:
             from pyros1.cli.launch_queries import check  # noqa: PLC0415
 
@@ -65,133 +61,27 @@ def main(argv: list[str]) -> int:
             from pyros1.cli.launch_queries import answer  # noqa: PLC0415
 
             return answer(files, arguments, resources, options)
-        plan = _load(files, arguments, resources, options)
+        plan = load_plan(files, arguments, resources)
+        if options.verbose:
+            _print_contents(plan)
         return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
+    except WordsError as error:
+        parser.error(str(error))
     except Error as error:
         print_exception(error)
         return 1
 
 
-def parse_arguments(argv: list[str]) -> dict[str, str]:
-    """Return the ``name:=value`` words of a command line (X03).
-
-    A name without a value, and ``_name``, which is a parameter of a node, say nothing; what has a second ``:=`` is
-    reported and says nothing either.
-    """
-    arguments: dict[str, str] = {}
-    for word in argv:
-        if not _ARGUMENT.fullmatch(word):
-            continue
-        name, value, *more = (part.strip() for part in word.split(":="))
-        if more:
-            print(f"ERROR: Invalid remapping argument '{word}'", file=sys.stderr)
-        elif value and (not name.startswith("_") or name.startswith("__") or name == "_"):
-            arguments[name] = value
-    return arguments
-
-
-def make_resources() -> Resources:
-    """Return the real world for `load_plan`."""
-    return Resources(
-        packages=package_index(os.environ),
-        environ=os.environ,
-        run_command=_run_command,
-        unique=_unique,
-        stdin=sys.stdin.read,
-    )
-
-
-def _unique() -> str:
-    # Rarely needed.
-    import random  # noqa: PLC0415
-    import socket  # noqa: PLC0415
-
-    return f"{socket.gethostname()}_{os.getpid()}_{random.randrange(10**18)}"
-
-
-def _run_command(words: list[str]) -> str:
-    # Rarely needed when only a question is asked.
-    import subprocess  # noqa: PLC0415
-
-    from pyros1.launch.command_line import own_python_environment  # noqa: PLC0415
-    from pyros1.launch.xacro_tool import xacro_words  # noqa: PLC0415
-
-    command = xacro_words(words)
-    env = {**os.environ, **own_python_environment(os.environ)} if command is not words else None
-    try:
-        done = subprocess.run(command, env=env, stdout=subprocess.PIPE, check=False, timeout=_COMMAND_TIMEOUT_S)
-    except FileNotFoundError as error:
-        raise LaunchError(f"no such command [{words}].") from error
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise LaunchError(f"command [{words}] failed: {error}") from error
-    if done.returncode:
-        raise LaunchError(f"command [{words}] returned with code [{done.returncode}].")
-    return done.stdout.decode("utf-8", "replace")
-
-
-def find_files(words: list[str], resources: Resources, parser: OptionParser) -> list[str]:
-    """Turn ``pkg file``, ``file...`` and ``-`` into paths (X01, X05).
-
-    A bare file name that is not in the current folder may also be that of one of pyros1's own launch files.
-    """
-    if words.count(STDIN) > 1:
-        parser.error("Only a single instance of the dash ('-') may be specified.")
-    if len(words) > 1 and words[0] != STDIN:
-        found = _in_package(words[0], words[1], resources)
-        if found:
-            words = [found, *words[2:]]
-        elif not os.path.isfile(words[0]):
-            package, file = words[:2]
-            hint = "" if _is_package(package, resources) else f": there is no package [{package}]"
-            hint += did_you_mean(package, resources.packages.list()) if hint else ""
-            raise LaunchError(
-                f"[{file}] is neither a launch file in package [{package}] nor is [{package}] a launch file name{hint}"
-            )
-    if len(words) == 1 and words[0] != STDIN and not os.path.isfile(words[0]):
-        own = _own_file(words[0])
-        if own is None:
-            raise LaunchError(f"[{words[0]}] is not a launch file name{resources.near_file(words[0])}")
-        return [own]
-    missing = [word for word in words if word != STDIN and not os.path.exists(word)]
-    if missing:
-        parser.error(f"The following input files do not exist: {', '.join(missing)}")
-    return words
-
-
-def _is_package(name: str, resources: Resources) -> bool:
-    try:
-        resources.packages.find(name)
-    except PackageNotFoundError:
-        return False
-    return True
-
-
-def _in_package(package: str, file: str, resources: Resources) -> str | None:
-    try:
-        found = resources.packages.find_resource(package, file)
-    except PackageNotFoundError:
-        return None
-    if len(found) > 1:
-        places = "\n".join(f" * {path}" for path in found)
-        raise LaunchError(
-            f"multiple files named [{file}] in package [{package}]:\n{places}\nPlease specify full path instead"
-        )
-    return str(found[0]) if found else None
-
-
-def _own_file(name: str) -> str | None:
-    if os.path.dirname(name):
-        return None
-    found = sorted(path for path in OWN_PACKAGES.glob(f"*/launch/{re.sub(r'[*?[]', '', name)}") if path.is_file())
-    return str(found[0]) if found else None
-
-
-def _load(files: list[str], arguments: dict[str, str], resources: Resources, options: Values) -> Plan:
-    plan = load_plan(files, arguments, resources)
-    if options.verbose:
-        for file in absolute_files(plan.files):
-            print(f"... loaded [{file}]")
-    return plan
+def _print_contents(plan: Plan) -> None:
+    """Print what was read (L162)."""
+    for file in absolute_files(plan.files):
+        print(f"... loading XML file [{file}]")
+    for name in plan.params:
+        print(f"Added parameter [{name}]")
+    for machine in plan.machines:
+        print(f"Added machine [{machine}]")
+    for node in plan.nodes:
+        print(f"Added node of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
 
 
 def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> int:
@@ -204,14 +94,24 @@ def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> i
         title: of the terminal.
     """
     # Everything below is needed only when something is really launched.
-    from pyros1.launch.check import check_machines  # noqa: PLC0415
+    from pyros1.launch.check import check_machines, is_remote  # noqa: PLC0415
     from pyros1.launch.console import Console  # noqa: PLC0415
+    from pyros1.launch.core import LOG_LEVELS  # noqa: PLC0415
     from pyros1.launch.options import Options  # noqa: PLC0415
     from pyros1.launch.session import Session  # noqa: PLC0415
     from pyros1.launch.supervisor import install_signals  # noqa: PLC0415
 
+    _check_numbers(values)
     check_machines(plan)
-    screen = True if values.force_screen else False if values.force_log else None
+    if values.local_only:
+        print("local only launch specified, will not launch remote nodes")
+        plan = replace(plan, nodes=[node for node in plan.nodes if not is_remote(plan, node)])
+    level = values.master_logger_level.lower() or "info"
+    if level not in LOG_LEVELS:
+        print(f"WARNING: --master-logger-level: there is no level {level!r}", file=sys.stderr)
+        level = "info"
+    # As stock: whoever says both gets log files.
+    screen = False if values.force_log else True if values.force_screen else None
     options = Options(
         core=values.core,
         port=values.port,
@@ -227,6 +127,7 @@ def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> i
         title=title,
         notify_timeout=values.timeout,
         prefix=values.prefix,
+        master_log_level=level,
     )
     console = Console(title=options.show_title)
     session = Session(plan, options, resources.packages, resources.environ, console)
@@ -241,6 +142,13 @@ def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> i
         if pid_file is not None:
             pid_file.unlink(missing_ok=True)
     return session.exit_code
+
+
+def _check_numbers(values: Values) -> None:
+    for name in ("sigint_timeout", "sigterm_timeout", "timeout"):
+        seconds = getattr(values, name)
+        if seconds is not None and not seconds > 0:
+            raise LaunchError(f"{name} must be a positive number, received {seconds:f}")
 
 
 def _write_pid(path: Path) -> None:

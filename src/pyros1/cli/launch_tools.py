@@ -10,13 +10,14 @@ from optparse import OptionParser, Values
 from pathlib import Path
 
 from pyros1.cli.common import program_name
-from pyros1.cli.launch import find_files, make_resources, parse_arguments
 from pyros1.errors import Error, LaunchError, MasterError, ParameterNotSetError
 from pyros1.launch.check import missing_parts
 from pyros1.launch.depends import FileNeeds, file_needs, owner, undeclared
 from pyros1.launch.loader import load_plan
 from pyros1.launch.resources import Resources
 from pyros1.launch.scope import ArgNotSetError
+from pyros1.launch.words import find_files, parse_arguments
+from pyros1.launch.world import make_resources
 from pyros1.msgs.packages import package_of
 
 
@@ -137,7 +138,7 @@ def complete(argv: list[str]) -> int:
     resources = make_resources()
     words = [word for word in argv if ":=" not in word]
     try:
-        files = find_files(words, resources, _parser("complete", "%prog [package] <file>"))[:1] if words else []
+        files = find_files(words, resources)[:1] if words else []
         plan = load_plan(files, {}, resources, only_args=True)
     except Error:
         return 1

@@ -9,13 +9,15 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pyros1.cli.common import program_name
-from pyros1.cli.launch import find_files, make_resources, print_exception
+from pyros1.cli.launch import print_exception
 from pyros1.errors import Error
 from pyros1.launch.junit import Case, Results, summary, write_results
 from pyros1.launch.loader import load_plan
 from pyros1.launch.logs import log_folder
 from pyros1.launch.supervisor import install_signals
 from pyros1.launch.testing import TestRun, name_from_path, results_file, results_folder
+from pyros1.launch.words import WordsError, find_files
+from pyros1.launch.world import make_resources
 from pyros1.msgs.packages import package_of
 
 
@@ -38,7 +40,7 @@ def main(argv: list[str]) -> int:
     resources = make_resources()
     missing = len(words) == 1 and not os.path.isfile(words[0])
     try:
-        files = words if missing else find_files(words, resources, parser)
+        files = words if missing else find_files(words, resources)
         if len(files) != 1:
             parser.error("rostest only accepts a single test file")
         file = Path(files[0])
@@ -64,6 +66,8 @@ def main(argv: list[str]) -> int:
             clear=bool(options.clear),
         )
         return _run(run, path, options.text)
+    except WordsError as error:
+        parser.error(str(error))
     except Error as error:
         print_exception(error)
         return 1

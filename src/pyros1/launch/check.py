@@ -26,6 +26,12 @@ def check_machines(plan: Plan) -> None:
         raise error
 
 
+def is_remote(plan: Plan, node: NodePlan) -> bool:
+    """Return whether a node is to run on another machine."""
+    machine = plan.machines.get(node.machine or "")
+    return machine is not None and not is_local(machine.address)
+
+
 def missing_parts(plan: Plan, packages: PackageFinder) -> Iterator[LaunchError]:
     """Yield an error for each machine, package and executable that a node needs and that is not there.
 
@@ -33,8 +39,7 @@ def missing_parts(plan: Plan, packages: PackageFinder) -> Iterator[LaunchError]:
     """
     yield from unknown_machines(plan)
     for node in [*plan.nodes, *plan.tests]:
-        machine = plan.machines.get(node.machine or "")
-        if machine is not None and not is_local(machine.address):
+        if is_remote(plan, node):
             continue
         try:
             locate(node.package, node.type, packages)

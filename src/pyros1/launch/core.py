@@ -16,6 +16,7 @@ from pyros1.net.hosts import LocalAddress
 if TYPE_CHECKING:
     from pyros1.node.node import Node
 
+LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
 CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
@@ -33,6 +34,7 @@ class Core:
         environ: this process's environment.
         on_shutdown: called with the reason when a client tells the master to shut down.
         notify_timeout: seconds a node has to answer a notification, None for the default.
+        log_level: least level that master.log gets: debug, with each call of the master, info, warn, error or fatal.
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class Core:
         environ: Mapping[str, str],
         on_shutdown: Callable[[str], object],
         notify_timeout: float | None = None,
+        log_level: str = "info",
     ) -> None:
         from pyros1.master.server import NOTIFY_TIMEOUT_S, Master  # noqa: PLC0415 - only if no master runs yet
 
@@ -58,7 +61,9 @@ class Core:
             log=self._write_log,
             on_shutdown=on_shutdown,
             notify_timeout=NOTIFY_TIMEOUT_S if notify_timeout is None else notify_timeout,
+            log_calls=log_level == "debug",
         )
+        self._logged = LOG_LEVELS[LOG_LEVELS.index(log_level) :]
         self._environ = {**environ, "ROS_MASTER_URI": uri}
         self._environ.pop("ROS_NAMESPACE", None)
         self._uri = uri
@@ -137,6 +142,8 @@ class Core:
             self._log.close()
 
     def _write_log(self, level: str, text: str) -> None:
+        if level not in self._logged:
+            return
         now = time.time()
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now))
         with self._log_lock:

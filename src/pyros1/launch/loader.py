@@ -61,6 +61,7 @@ def load_plan(
     *,
     only_args: bool = False,
     problems: list[LaunchError] | None = None,
+    plan: Plan | None = None,
 ) -> Plan:
     """Read launch files into one plan (X02, X03).
 
@@ -71,6 +72,7 @@ def load_plan(
         resources: where files, packages and the environment come from.
         only_args: read nothing but the ``<arg>`` tags at the top level of the files, which need not have values.
         problems: takes every error, and reading goes on behind the tag that has it; None to raise the first one.
+        plan: what other files with other arguments gave, to be added to; None for an empty one.
 
     Returns:
         The plan.
@@ -78,7 +80,7 @@ def load_plan(
     Raises:
         LaunchError: a file cannot be used; the text names file and line, and how it came to be included.
     """
-    loader = _Loader(resources, only_args, problems)
+    loader = _Loader(resources, only_args, problems, plan or Plan())
     for file in files:
         loader.top_level(file, arguments)
     loader.report_unused(arguments)
@@ -86,8 +88,10 @@ def load_plan(
 
 
 class _Loader:
-    def __init__(self, resources: Resources, only_args: bool, problems: list[LaunchError] | None) -> None:
-        self.plan = Plan()
+    def __init__(
+        self, resources: Resources, only_args: bool, problems: list[LaunchError] | None, plan: Plan
+    ) -> None:
+        self.plan = plan
         self._resources = resources
         self._only_args = only_args
         self._problems = problems

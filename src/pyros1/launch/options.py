@@ -24,6 +24,8 @@ class Options:
         title: what the terminal's title begins with.
         notify_timeout: seconds nodes have to answer a master started here.
         prefix: write the node's name before each line on the screen.
+        master_log_level: least level in the log of a master started here: debug, info, warn, error or fatal.
+        keep_running: go on when no process is left (a core always does).
     """
 
     core: bool = False
@@ -40,3 +42,5 @@ class Options:
     title: str = "roslaunch"
     notify_timeout: float | None = None
     prefix: bool = False
+    master_log_level: str = "info"
+    keep_running: bool = False

@@ -11,7 +11,7 @@ import socket
 import sys
 import threading
 import uuid
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
@@ -22,7 +22,8 @@ from pyros1.launch.console import Console
 from pyros1.launch.core import CORE_PARAMS, Core, write_pid_file
 from pyros1.launch.logs import make_run_folder, ros_home
 from pyros1.launch.options import Options
-from pyros1.launch.plan import Plan, TestPlan
+from pyros1.launch.plan import NodePlan, Plan, TestPlan
+from pyros1.launch.process import Process
 from pyros1.launch.report import summary
 from pyros1.launch.resources import PackageFinder
 from pyros1.launch.screen import Screen
@@ -61,6 +62,7 @@ class Session:
         packages: finds executables.
         environ: this process's environment.
         console: where lines for the user go.
+        on_started: called when everything has been started.
 
     Attributes:
         exit_code: 1 if a required node failed, once the launch is over.
@@ -71,6 +73,7 @@ class Session:
     packages: PackageFinder
     environ: Mapping[str, str]
     console: Console
+    on_started: Callable[[], object] | None = None
     exit_code: int = 0
     _core: Core | None = None
     _server: LaunchServer | None = None
@@ -87,7 +90,7 @@ class Session:
             self.console,
             sigint_timeout=self.options.sigint_timeout,
             sigterm_timeout=self.options.sigterm_timeout,
-            keep_running=self.options.core,
+            keep_running=self.options.core or self.options.keep_running,
             guarded=True,
             screen=self._screen,
         )
@@ -96,6 +99,21 @@ class Session:
         if self.options.port is not None:
             return f"http://{self._address.advertised}:{self.options.port}/"
         return master_uri(self.environ, {})
+
+    @property
+    def supervisor(self) -> Supervisor:
+        """Who looks after the processes."""
+        return self._supervisor
+
+    def launch(self, node: NodePlan) -> Process:
+        """Start one more node on this machine, while `run` watches; to be called by its thread.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        if self._starter is None:
+            raise LaunchError("nothing is started: the launch does not run")
+        return self._starter.start_one(node)
 
     def stop(self, reason: str = "") -> None:
         """Ask `run` to end everything; from any thread and from signal handlers."""
@@ -120,6 +138,8 @@ class Session:
             if trial is not None and self._starter is not None:
                 self._starter.start_test(trial.test)
                 self._supervisor.after(trial.time_limit, _TIME_LIMIT)
+            if self.on_started is not None:
+                self.on_started()
             reason = self._supervisor.run()
             if trial is not None:
                 trial.timed_out = reason == _TIME_LIMIT
@@ -134,12 +154,16 @@ class Session:
 
     def _find_master(self) -> bool:
         """Return whether a master runs; wait for it if asked to."""
+        waiting = False
         while True:
             try:
                 self._master.get_pid()
             except MasterUnreachableError:
                 if not self.options.wait:
                     break
+                if not waiting:
+                    waiting = True
+                    self.console.line("roscore/master is not yet running, will wait for it to start")
                 if self._stop.wait(_WAIT_STEP):
                     raise LaunchError("interrupted while waiting for the master") from None
                 continue
@@ -148,6 +172,8 @@ class Session:
                     f"roscore cannot run as another roscore/master is already running. \n"
                     f"Please kill other roscore/master processes before relaunching.\nThe ROS_MASTER_URI is {self._uri}"
                 )
+            if self.options.wait:
+                self.console.line("master has started, initiating launch")
             return True
         host, _ = parse_uri(self._uri)
         if self.options.core:
@@ -250,6 +276,7 @@ class Session:
             environ=self.environ,
             on_shutdown=self.stop,
             notify_timeout=self.options.notify_timeout,
+            log_level=self.options.master_log_level,
         )
         try:
             self._core.start_master()

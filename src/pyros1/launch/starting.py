@@ -12,7 +12,7 @@ from pyros1.launch.console import Console
 from pyros1.launch.logs import ros_home
 from pyros1.launch.options import Options
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan, TestPlan
-from pyros1.launch.process import ProcessSpec
+from pyros1.launch.process import Process, ProcessSpec
 from pyros1.launch.readiness import Gate
 from pyros1.launch.remote import Machine, make_machine
 from pyros1.launch.resources import PackageFinder
@@ -113,6 +113,20 @@ class Starter:
         spec.decisive = True
         if not self.supervisor.start(spec):
             raise LaunchError(f"test [{test.test_name}] cannot be started")
+
+    def start_one(self, node: NodePlan) -> Process:
+        """Start a node on this machine at once.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        if self.is_remote(node):
+            raise LaunchError(f"node [{node.full_name}] is to run on another machine: put it into a launch file")
+        self.run.counter += 1
+        label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
+        if not self.supervisor.start(self.spec(node, label)):
+            raise LaunchError(f"node [{node.full_name}] cannot be started")
+        return self.supervisor.find(label)
 
     def _ready(self, node: NodePlan, label: str) -> None:
         self.supervisor.expected -= 1

@@ -38,6 +38,7 @@ class Supervisor:
     Attributes:
         required_failed: whether a required process ended with an error.
         expected: how many processes are still to be started when something else has happened.
+        on_death: called with each process that has ended while it was watched, None for nobody.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Supervisor:
         self._stopping = False
         self.required_failed = False
         self.expected = 0
+        self.on_death: Callable[[Process], object] | None = None
 
     @property
     def active(self) -> list[Process]:
@@ -160,6 +162,8 @@ class Supervisor:
     def _died(self, process: Process) -> bool:
         """Say what happened and decide what follows; return whether everything has to end."""
         spec = process.spec
+        if self.on_death is not None:
+            self.on_death(process)
         log = f"\nlog file: {spec.log_base}*.log" if spec.log_base else ""
         if process.held or process.restarting:
             self._rest(process)

@@ -17,7 +17,7 @@ from pyros1.net.xmlrpc_server import unknown_method
 from pyros1.wire.xmlrpc import PreparedList
 
 Log = Callable[[str, str], object]
-"""``log(level, text)`` with level ``info``, ``warn`` or ``error``."""
+"""``log(level, text)`` with level ``debug``, ``info``, ``warn`` or ``error``."""
 
 Answer = tuple[str, Any]
 
@@ -30,6 +30,7 @@ class MasterApi:
         log: gets a line for each change (M57).
         on_shutdown: called with the reason when somebody asks the master to end.
         pid: this process's id.
+        log_calls: log each call, too, with level ``debug``.
 
     Attributes:
         uri: what ``getUri`` answers.
@@ -42,6 +43,7 @@ class MasterApi:
         log: Log,
         on_shutdown: Callable[[str], object],
         pid: int,
+        log_calls: bool = False,
     ) -> None:
         self.registry = Registry()
         self.parameters = Parameters()
@@ -50,6 +52,7 @@ class MasterApi:
         self._log = log
         self._on_shutdown = on_shutdown
         self._pid = pid
+        self._log_calls = log_calls
         self._state: tuple[int, PreparedList] = (-1, PreparedList())  # tools ask for it all the time
 
     def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
@@ -61,6 +64,8 @@ class MasterApi:
         entry = METHODS.get(method)
         if entry is None:
             raise unknown_method(method)
+        if self._log_calls:
+            self._log("debug", f"{method}({', '.join(map(repr, params))})")
         try:
             # The order of these checks shows in the answers (M06).
             if not params:

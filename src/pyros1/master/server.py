@@ -36,6 +36,7 @@ class Master:
         on_shutdown: called on the master's thread with the reason when a client calls ``shutdown`` (M13). The master
             does not end by itself: call ``stop`` from another thread.
         notify_timeout: seconds that a node has to answer a notification.
+        log_calls: log each call, too, with level ``debug``.
         limits: what clients may cost.
         on_error: gets unexpected exceptions; None: printed by ``sys.excepthook``.
     """
@@ -49,6 +50,7 @@ class Master:
         log: Log | None = None,
         on_shutdown: Callable[[str], object] | None = None,
         notify_timeout: float = NOTIFY_TIMEOUT_S,
+        log_calls: bool = False,
         limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
         on_error: Callable[[BaseException], object] | None = None,
     ) -> None:
@@ -62,7 +64,11 @@ class Master:
         self._caller = RpcCaller(self._loop, timeout=notify_timeout)
         self._notifier = Notifier(self._caller, self._log)
         self._api = MasterApi(
-            notify=self._notifier.send, log=self._log, on_shutdown=self._shutdown_requested, pid=os.getpid()
+            notify=self._notifier.send,
+            log=self._log,
+            on_shutdown=self._shutdown_requested,
+            pid=os.getpid(),
+            log_calls=log_calls,
         )
         self._server: XmlRpcServer | None = None
         self._ended = threading.Event()

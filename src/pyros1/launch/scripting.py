@@ -1,0 +1,258 @@
+"""Launching from a user's own program: nodes one by one, or launch files (X93).
+
+    launch = ROSLaunch()
+    launch.start()
+    process = launch.launch(Node("minimal_nodes", "minimal_publisher"))
+    ...
+    process.stop()
+    launch.stop()
+
+A launch runs in a thread of its own; whatever changes it is done by that thread. Names and arguments are those that
+programs for ROS 1 use.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+import uuid
+from collections.abc import Iterable, Sequence
+
+from pyros1.errors import LaunchError, MasterUnreachableError, ParameterNotSetError
+from pyros1.launch.check import check_machines
+from pyros1.launch.loader import load_plan
+from pyros1.launch.logs import make_run_folder
+from pyros1.launch.options import Options
+from pyros1.launch.plan import Plan
+from pyros1.launch.scripted import Node, ProcessHandle, ProcessListener, ScriptRun
+from pyros1.launch.words import find_files, parse_arguments
+from pyros1.launch.world import make_resources
+from pyros1.net.hosts import master_uri
+from pyros1.net.master_client import MasterClient
+
+__all__ = [
+    "Node",
+    "ProcessHandle",
+    "ProcessListener",
+    "ROSLaunch",
+    "ROSLaunchParent",
+    "configure_logging",
+    "get_or_generate_uuid",
+    "resolve_launch_arguments",
+]
+_WAIT_STEP = 0.2
+LaunchFile = str | tuple[str, Sequence[str]]
+"""A path, or a path and the ``name:=value`` words for it."""
+
+
+class ROSLaunchParent:
+    """Launches files.
+
+    Args:
+        run_id: the run id: that of the master that runs, or a new one; see `get_or_generate_uuid`.
+        roslaunch_files: paths, or tuples of a path and a list of ``name:=value`` words.
+        is_core: be a core; another master is an error.
+        port: port of a master that is started here.
+        local_only: leave out nodes of other machines.
+        process_listeners: hear of processes that end.
+        verbose: accepted; nothing more is said.
+        force_screen: all output to the screen.
+        force_log: all output to log files.
+        is_rostest: accepted; tests are run by ``pyros1 test``.
+        roslaunch_strs: launch files as texts.
+        num_workers: accepted; no workers are needed.
+        timeout: seconds nodes have to answer a master started here.
+        master_logger_level: least level in its log.
+        show_summary: print the SUMMARY block.
+        force_required: every node is required.
+        sigint_timeout: seconds between SIGINT and SIGTERM when nodes are to end.
+        sigterm_timeout: seconds between SIGTERM and SIGKILL.
+    """
+
+    def __init__(
+        self,
+        run_id: str | None,
+        roslaunch_files: Iterable[LaunchFile],
+        is_core: bool = False,
+        port: int | None = None,
+        local_only: bool = False,
+        process_listeners: Sequence[ProcessListener] | None = None,
+        verbose: bool = False,
+        force_screen: bool = False,
+        force_log: bool = False,
+        is_rostest: bool = False,
+        roslaunch_strs: Iterable[str] | None = None,
+        num_workers: int = 3,
+        timeout: float | None = None,
+        master_logger_level: str = "",
+        show_summary: bool = True,
+        force_required: bool = False,
+        sigint_timeout: float = 15.0,
+        sigterm_timeout: float = 2.0,
+    ) -> None:
+        self._files = [(file, ()) if isinstance(file, str) else file for file in roslaunch_files]
+        self._texts = list(roslaunch_strs or ())
+        self._listeners = list(process_listeners or ())
+        self._options = Options(
+            core=is_core,
+            port=port,
+            run_id=run_id,
+            screen=False if force_log else True if force_screen else None,
+            required=force_required,
+            local=local_only,
+            show_summary=show_summary,
+            show_title=False,
+            sigint_timeout=sigint_timeout,
+            sigterm_timeout=sigterm_timeout,
+            notify_timeout=timeout,
+            master_log_level=master_logger_level.lower() or "info",
+        )
+        self._run: ScriptRun | None = None
+
+    def start(self, auto_terminate: bool = True) -> None:
+        """Read the files and start everything.
+
+        Args:
+            auto_terminate: the launch is over when no process is left.
+
+        Raises:
+            LaunchError: it cannot be started; what had been started has ended.
+        """
+        if self._run is not None:
+            raise LaunchError("this launch was started before")
+        self._options.keep_running = not auto_terminate
+        self._run = ScriptRun(self._load(), self._options, self._listeners, make_resources())
+        self._run.start()
+
+    def _load(self) -> Plan:
+        plan = Plan()
+        resources = make_resources()
+        for file, words in self._files:
+            load_plan([file], parse_arguments(list(words)), resources, plan=plan)
+        for text in self._texts:
+            resources.stdin = lambda text=text: text  # type: ignore[misc]
+            load_plan(["-"], {}, resources, plan=plan)
+        check_machines(plan)
+        return plan
+
+    def launch(self, node: Node) -> ProcessHandle:
+        """Start one more node.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        if self._run is None:
+            raise LaunchError("the launch has not been started")
+        return self._run.launch(node)
+
+    def spin_once(self) -> None:
+        """Look after the processes; their own thread does that, so there is nothing to do."""
+
+    def spin(self) -> None:
+        """Wait until the launch is over; Ctrl-C ends it."""
+        if self._run is None:
+            raise LaunchError("the launch has not been started")
+        try:
+            while not self._run.wait(_WAIT_STEP):  # in steps: signals must be seen everywhere
+                pass
+        except KeyboardInterrupt:
+            self.shutdown()
+
+    def shutdown(self) -> None:
+        """End everything that was started, and wait until it has ended; harmless if done before."""
+        if self._run is not None:
+            self._run.stop()
+
+
+class ROSLaunch:
+    """Launches nodes one by one; starts a master if none runs."""
+
+    def __init__(self) -> None:
+        self.parent = ROSLaunchParent(None, [], show_summary=False)
+
+    def start(self) -> None:
+        """Begin; a node can be launched from now on.
+
+        Raises:
+            LaunchError: it cannot begin.
+        """
+        self.parent.start(auto_terminate=False)
+
+    def launch(self, node: Node) -> ProcessHandle:
+        """Start a node.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        return self.parent.launch(node)
+
+    def load(self, file: LaunchFile) -> None:
+        """Add a launch file, before `start`."""
+        self.parent._files.append((file, ()) if isinstance(file, str) else file)
+
+    def stop(self) -> None:
+        """End all nodes."""
+        self.parent.shutdown()
+
+    def spin(self) -> None:
+        """Wait until Ctrl-C, or until a required node has ended."""
+        self.parent.spin()
+
+    def spin_once(self) -> None:
+        """Look after the processes; there is nothing to do."""
+        self.parent.spin_once()
+
+
+def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
+    """Return the run id of the master that runs, or a new one.
+
+    Args:
+        options_runid: what the user wants; returned if there is one.
+        options_wait_for_master: wait until a master runs.
+    """
+    if options_runid:
+        return options_runid
+    master = MasterClient("/roslaunch", master_uri(os.environ, {}))
+    try:
+        while True:
+            try:
+                return str(master.get_param("/run_id"))
+            except ParameterNotSetError:
+                break
+            except MasterUnreachableError:
+                if not options_wait_for_master:
+                    break
+                time.sleep(_WAIT_STEP)
+    finally:
+        master.close()
+    return str(uuid.uuid1())
+
+
+def configure_logging(run_id: str) -> str:
+    """Make the folder of a run's log files and let ``latest`` point to it.
+
+    Args:
+        run_id: see `get_or_generate_uuid`.
+
+    Returns:
+        The folder.
+
+    Raises:
+        LaunchError: it cannot be made.
+    """
+    try:
+        return str(make_run_folder(os.environ, run_id))
+    except OSError as error:
+        raise LaunchError(f"cannot make the folder of log files: {error.strerror}: {error.filename}") from error
+
+
+def resolve_launch_arguments(args: Iterable[str]) -> list[str]:
+    """Turn words of a command line, ``pkg file`` or ``file...``, into paths.
+
+    Args:
+        args: the words; those with ``:=`` are left out.
+
+    Raises:
+        LaunchError: there is no such file.
+    """
+    return find_files([word for word in args if ":=" not in word], make_resources())

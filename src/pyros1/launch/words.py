@@ -1,0 +1,102 @@
+"""The words that name launch files and the values of their arguments (X01, X03, X05)."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+
+from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.launch.command_line import OWN_PACKAGES
+from pyros1.launch.loader import STDIN
+from pyros1.launch.resources import Resources
+from pyros1.launch.suggest import did_you_mean
+
+_ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
+
+
+class WordsError(LaunchError):
+    """A command line cannot be meant so."""
+
+
+def parse_arguments(argv: list[str]) -> dict[str, str]:
+    """Return the ``name:=value`` words of a command line (X03).
+
+    A name without a value, and ``_name``, which is a parameter of a node, say nothing; what has a second ``:=`` is
+    reported and says nothing either.
+    """
+    arguments: dict[str, str] = {}
+    for word in argv:
+        if not _ARGUMENT.fullmatch(word):
+            continue
+        name, value, *more = (part.strip() for part in word.split(":="))
+        if more:
+            sys.stderr.write(f"ERROR: Invalid remapping argument '{word}'\n")
+        elif value and (not name.startswith("_") or name.startswith("__") or name == "_"):
+            arguments[name] = value
+    return arguments
+
+
+def find_files(words: list[str], resources: Resources) -> list[str]:
+    """Turn ``pkg file``, ``file...`` and ``-`` into paths (X01, X05).
+
+    A bare file name that is not in the current folder may also be that of one of pyros1's own launch files.
+
+    Args:
+        words: the words of the command line without options and arguments.
+        resources: for the packages.
+
+    Raises:
+        WordsError: the words cannot be meant so.
+        LaunchError: there is no such file.
+    """
+    if words.count(STDIN) > 1:
+        raise WordsError("Only a single instance of the dash ('-') may be specified.")
+    if len(words) > 1 and words[0] != STDIN:
+        found = _in_package(words[0], words[1], resources)
+        if found:
+            words = [found, *words[2:]]
+        elif not os.path.isfile(words[0]):
+            package, file = words[:2]
+            hint = "" if _is_package(package, resources) else f": there is no package [{package}]"
+            hint += did_you_mean(package, resources.packages.list()) if hint else ""
+            raise LaunchError(
+                f"[{file}] is neither a launch file in package [{package}] nor is [{package}] a launch file name{hint}"
+            )
+    if len(words) == 1 and words[0] != STDIN and not os.path.isfile(words[0]):
+        own = _own_file(words[0])
+        if own is None:
+            raise LaunchError(f"[{words[0]}] is not a launch file name{resources.near_file(words[0])}")
+        return [own]
+    missing = [word for word in words if word != STDIN and not os.path.exists(word)]
+    if missing:
+        raise WordsError(f"The following input files do not exist: {', '.join(missing)}")
+    return words
+
+
+def _is_package(name: str, resources: Resources) -> bool:
+    try:
+        resources.packages.find(name)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def _in_package(package: str, file: str, resources: Resources) -> str | None:
+    try:
+        found = resources.packages.find_resource(package, file)
+    except PackageNotFoundError:
+        return None
+    if len(found) > 1:
+        places = "\n".join(f" * {path}" for path in found)
+        raise LaunchError(
+            f"multiple files named [{file}] in package [{package}]:\n{places}\nPlease specify full path instead"
+        )
+    return str(found[0]) if found else None
+
+
+def _own_file(name: str) -> str | None:
+    if os.path.dirname(name):
+        return None
+    found = sorted(path for path in OWN_PACKAGES.glob(f"*/launch/{re.sub(r'[*?[]', '', name)}") if path.is_file())
+    return str(found[0]) if found else None
