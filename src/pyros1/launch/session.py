@@ -19,7 +19,8 @@ from typing import Any, TextIO
 from pyros1.errors import Error, LaunchError, MasterError, MasterUnreachableError, ParameterNotSetError
 from pyros1.launch.api import LaunchServer
 from pyros1.launch.console import Console
-from pyros1.launch.core import CORE_PARAMS, Core, write_pid_file
+from pyros1.launch.core import ROSVERSION, Core, write_pid_file
+from pyros1.launch.core_file import CoreFile, read_core_file
 from pyros1.launch.logs import make_run_folder, ros_home
 from pyros1.launch.options import Options
 from pyros1.launch.plan import NodePlan, Plan, TestPlan
@@ -76,6 +77,7 @@ class Session:
     on_started: Callable[[], object] | None = None
     exit_code: int = 0
     _core: Core | None = None
+    _core_file: CoreFile = field(default_factory=CoreFile)
     _server: LaunchServer | None = None
     _starter: Starter | None = None
     _log: TextIO | None = None
@@ -133,6 +135,8 @@ class Session:
             self.console.warning(text)
         try:
             running = self._find_master()
+            if not running:
+                self._core_file = read_core_file(self.environ, self.packages)
             run_id, folder = self._prepare(running)
             self._start(running, run_id, folder)
             if trial is not None and self._starter is not None:
@@ -232,7 +236,7 @@ class Session:
         self._server = LaunchServer(self._supervisor, self._address)
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
-            self.console.line(f"ros_comm version {CORE_PARAMS['/rosversion'].strip()}")
+            self.console.line(f"ros_comm version {ROSVERSION.strip()}")
         run = Run(self._uri, run_id, folder, _log_file(folder))
         self._starter = Starter(
             self.plan, self.options, self.packages, self.environ, self.console, self._supervisor, run
@@ -240,7 +244,7 @@ class Session:
         if not self.options.local:
             self._starter.connect()
         if self.options.show_summary:
-            self.console.line(summary(self.plan, {} if running else CORE_PARAMS))
+            self.console.line(summary(self.plan, {} if running else dict(self._core_file.params)))
         for text in self.plan.warnings:
             self.console.warning(text)
         if not running:
@@ -249,12 +253,7 @@ class Session:
         self.console.title(f"{self.options.title} {self._uri}")
         self._set_run_id(run_id, running)
         if self._core is not None:
-            self._core.start_rosout()
-            if not self.plan.nodes:
-                self._core.await_rosout()
-            self.console.bold(f"process[rosout-1]: started with pid [{os.getpid()}]")
-            self.console.line("started core service [/rosout]")
-        run.counter = 1 if self._core is not None else 0
+            self._start_core_nodes(self._core, self._starter)
         self._param_actions()
         self._set_params()
         for node in self.plan.nodes:
@@ -264,6 +263,19 @@ class Session:
                 self._starter.start(node)
         if self._core is not None:
             self._core.await_rosout()
+
+    def _start_core_nodes(self, core: Core, starter: Starter) -> None:
+        """Start what comes with the master."""
+        if self._core_file.rosout:
+            core.start_rosout()
+            if not self.plan.nodes:
+                core.await_rosout()
+            starter.run.counter = 1
+            self.console.bold(f"process[rosout-1]: started with pid [{os.getpid()}]")
+            self.console.line("started core service [/rosout]")
+        for node in self._core_file.nodes:
+            starter.start(node)
+            self.console.line(f"started core service [{node.full_name}]")
 
     def _start_master(self, folder: Path) -> None:
         self.console.line("auto-starting new master")
@@ -319,7 +331,7 @@ class Session:
         clear = [name for name in self.plan.clear_params if name != "/"]
         if clear:
             self._master.multicall([("deleteParam", (name.rstrip("/"),)) for name in clear])
-        params: dict[str, Any] = {**(CORE_PARAMS if self._core is not None else {}), **self.plan.params}
+        params: dict[str, Any] = {**(self._core_file.params if self._core is not None else {}), **self.plan.params}
         if self._server is not None:
             params[self._server.param_name()] = self._server.uri
         replies = self._master.multicall([("setParam", (name, value)) for name, value in params.items()])
@@ -345,7 +357,8 @@ class Session:
             self._server = None
         self._master.close()
         if self._core is not None:
-            self.console.line("[rosout-1] killing on exit")
+            if self._core_file.rosout:
+                self.console.line("[rosout-1] killing on exit")
             self._core.stop_rosout()
             self.console.line("[master] killing on exit")
             self._core.stop_master()

@@ -17,7 +17,7 @@ def make_resources() -> Resources:
     return Resources(
         packages=package_index(os.environ),
         environ=os.environ,
-        run_command=_run_command,
+        run_command=run_command,
         unique=_unique,
         stdin=sys.stdin.read,
     )
@@ -31,7 +31,15 @@ def _unique() -> str:
     return f"{socket.gethostname()}_{os.getpid()}_{random.randrange(10**18)}"
 
 
-def _run_command(words: list[str]) -> str:
+def run_command(words: list[str]) -> str:
+    """Run a command of a launch file and return what it prints.
+
+    Args:
+        words: the command; xacro is run even where it is not installed as a command.
+
+    Raises:
+        LaunchError: it cannot be run, or fails.
+    """
     # Rarely needed when only a question is asked.
     import subprocess  # noqa: PLC0415
 
