@@ -200,3 +200,25 @@ def test_unknown_tags_and_attributes_only_warn_x56() -> None:
         "[/d/main.launch:1] unknown <node> attribute 'respwan' (did you mean 'respawn'?)",
         "ignoring defunct <master /> tag",
     ]
+
+
+def test_what_a_group_waits_for_its_nodes_wait_for() -> None:
+    plan = load(
+        """<launch>
+        <group ns="g" wait-for="topic:/scan param:~ready" wait-timeout="5">
+            <node pkg="pkg" type="t" name="a"/>
+            <group wait-for="node:other" wait-timeout="0">
+                <node pkg="pkg" type="t" name="b" wait-for="service:/s topic:/scan"/>
+            </group>
+            <node pkg="pkg" type="t" name="c" wait-timeout="7"/>
+        </group>
+        <node pkg="pkg" type="t" name="d"/>
+        </launch>"""
+    )
+    waits = {node.name: ([str(each) for each in node.wait_for], node.wait_timeout) for node in plan.nodes}
+    assert waits == {
+        "a": (["topic:/scan", "param:/g/a/ready"], 5.0),
+        "b": (["topic:/scan", "param:/g/b/ready", "node:/g/other", "service:/s"], 0.0),
+        "c": (["topic:/scan", "param:/g/c/ready"], 7.0),
+        "d": ([], 60.0),
+    }

@@ -22,6 +22,8 @@ from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 
 _CLASS = "rostest.runner.RosTest"
+_KEPT = ("/run_id", "/rosversion", "/rosdistro", "/roslaunch/")
+"""Parameters of the master itself and of launchers that run; no test has set them."""
 _UNSAFE = str.maketrans(dict.fromkeys(" \"'&$!`/\\", "_"))
 
 
@@ -192,7 +194,8 @@ class TestRun:
         try:
             master.get_pid()
             if self.clear:
-                master.delete_param("/")
+                names = [name for name in master.get_param_names() if not name.startswith(_KEPT)]
+                master.multicall([("deleteParam", (name,)) for name in names])
         finally:
             master.close()
 
