@@ -233,12 +233,27 @@ def test_a_master_elsewhere_is_not_started_here_x80(env: dict[str, str], tmp_pat
     "words", [["launch", "--nodes", "minimal_nodes.launch"], ["launch", "--help"], ["launch", "--tree", "minimal_nodes.launch"], ["core", "--help"], ["run", "-h"], ["help"]]
 )  # fmt: skip
 def test_a_reader_that_has_gone_is_no_error(env: dict[str, str], tmp_path: Path, words: list[str]) -> None:
+    without_a_reader(env, tmp_path, *words)
+
+
+@pytest.mark.parametrize("words", [["topic", "list"], ["node", "list"], ["param", "get", "/p"]])
+def test_a_reader_that_has_gone_is_no_error_for_others(
+    env: dict[str, str], environ: dict[str, str], tmp_path: Path, words: list[str]
+) -> None:
+    master = MasterClient("/test", environ["ROS_MASTER_URI"])
+    master.set_param("/p", 1)
+    master.close()
+    without_a_reader({**env, **environ}, tmp_path, *words)
+
+
+def without_a_reader(env: dict[str, str], cwd: Path, *words: str) -> None:
+    """Run a command whose output nobody reads; it must end well all the same."""
     reader, writer = os.pipe()
     os.close(reader)
     try:
         done = subprocess.run(
             [sys.executable, "-m", "pyros1", *words],
-            cwd=tmp_path, env=env, stdin=subprocess.DEVNULL, stdout=writer, stderr=subprocess.PIPE, text=True, timeout=DEADLINE, check=False,
+            cwd=cwd, env=env, stdin=subprocess.DEVNULL, stdout=writer, stderr=subprocess.PIPE, text=True, timeout=DEADLINE, check=False,
         )  # fmt: skip
     finally:
         os.close(writer)
