@@ -2,42 +2,19 @@
 
 from __future__ import annotations
 
-import getpass
 import os
 import re
-import shutil
 import signal
-import socket
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from harness import SOURCE, Process, free_port, until
+from sshd import loopback_sshd
 
 pytestmark = pytest.mark.ours_only
 
-SSHD = shutil.which("sshd", path=f"{os.environ['PATH']}:/usr/sbin")
-SERVER = """
-Port {port}
-ListenAddress 127.0.0.1
-HostKey {folder}/host_key
-AuthorizedKeysFile {folder}/user_key.pub
-StrictModes no
-UsePAM no
-PidFile none
-"""
-CLIENT = """
-Host robot
-  HostName 127.0.0.1
-  Port {port}
-  User {user}
-  IdentityFile {folder}/user_key
-  IdentitiesOnly yes
-  UserKnownHostsFile {folder}/known_hosts
-  BatchMode yes
-"""
 LAUNCH = """<launch>
   <machine name="far" address="robot" env-loader="{folder}/env.sh" timeout="20"/>
   <group ns="g">
@@ -59,31 +36,9 @@ sleep 1000
 
 @pytest.fixture
 def sshd(tmp_path: Path) -> Iterator[Path]:
-    """A folder with an sshd that runs, a client configuration for it, and keys made for this test."""
-    if SSHD is None:
-        pytest.fail("there is no sshd; run interop/setup")
-    port = free_port()
-    for key in ("host_key", "user_key"):
-        subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", str(tmp_path / key)], check=True)
-    known = f"[127.0.0.1]:{port} {(tmp_path / 'host_key.pub').read_text()}"
-    (tmp_path / "known_hosts").write_text(known)
-    (tmp_path / "sshd_config").write_text(SERVER.format(port=port, folder=tmp_path))
-    (tmp_path / "ssh_config").write_text(CLIENT.format(port=port, folder=tmp_path, user=getpass.getuser()))
-    if os.geteuid() == 0:
-        os.makedirs("/run/sshd", mode=0o755, exist_ok=True)
-    command = [SSHD, "-D", "-e", "-f", str(tmp_path / "sshd_config")]
-    with (tmp_path / "sshd.log").open("w") as log:
-        server = subprocess.Popen(command, stdout=log, stderr=log)
-
-    def answers() -> bool:
-        assert server.poll() is None, (tmp_path / "sshd.log").read_text()
-        with socket.socket() as probe:
-            return probe.connect_ex(("127.0.0.1", port)) == 0
-
-    until(answers, "sshd listens")
-    yield tmp_path
-    server.terminate()
-    server.wait(10)
+    """A folder with an sshd that runs, and a client configuration for it."""
+    with loopback_sshd(tmp_path):
+        yield tmp_path
 
 
 @pytest.fixture(params=["pyros1", "stock"])
@@ -107,7 +62,7 @@ def launch(request: pytest.FixtureRequest, sshd: Path) -> Iterator[Process]:
     environ = {
         **os.environ,
         "PYTHONPATH": str(SOURCE),
-        "PYROS1_SSH": f"ssh -F {sshd}/ssh_config",
+        "PYROS1_SSH": f"ssh -F {sshd}/.ssh/config",
         "ROS_HOME": str(sshd / "near_home"),
         "ROS_HOSTNAME": "localhost",
         "ROS_MASTER_URI": f"http://localhost:{free_port()}",

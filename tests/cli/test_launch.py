@@ -157,12 +157,26 @@ def test_core_is_used_by_a_launch_and_refuses_a_second_one_l15_l18(
     client.close()
 
 
-def test_no_nodes(start: Start, tmp_path: Path) -> None:
+def test_without_nodes_and_with_dead_ones_x89(start: Start, env: dict[str, str], tmp_path: Path) -> None:
+    package = tmp_path / "brief"
+    package.mkdir()
+    (package / "package.xml").write_text("<package><name>brief</name></package>")
+    (package / "end").write_text("#!/bin/sh\n")
+    (package / "end").chmod(0o755)
+    env["ROS_PACKAGE_PATH"] = str(package)
     (tmp_path / "empty.launch").write_text('<launch><param name="p" value="1"/></launch>')
-    tool = start("launch", "empty.launch")
-    assert tool.finish() == 0
-    tool.wait_for("^done$")
-    assert "No processes to monitor" in tool.lines
+    (tmp_path / "brief.launch").write_text('<launch><node pkg="brief" type="end" name="it"/></launch>')
+    core = start("launch", "brief.launch")  # its own master keeps it alive
+    core.wait_for(r"\[it-2\] process has finished cleanly")
+    empty = start("launch", "empty.launch")
+    empty.wait_for("shutting down processing monitor complete")
+    assert empty.finish() == 0
+    assert "No processes to monitor" in empty.lines and "done" not in empty.lines
+    brief = start("launch", "brief.launch")
+    brief.wait_for("^all processes on machine have died, roslaunch will exit$")
+    brief.wait_for("^done$")
+    assert brief.finish() == 0 and core.process.poll() is None
+    assert core.end() == 0 and not any("have died" in line for line in core.lines)
 
 
 def ask(env: dict[str, str], cwd: Path, command: str, *words: str, stdin: str = "") -> tuple[int, str, str]:

@@ -35,8 +35,10 @@ def main(argv: list[str]) -> int:
     parser = make_parser()
     arguments = parse_arguments(argv)
     options, words = parser.parse_args([word for word in argv if ":=" not in word])
-    if options.child_name or options.server_uri:
-        parser.error("remote child mode (-c, -u) is not available")
+    if options.child_name:
+        from pyros1.cli.launch_child import run_child  # noqa: PLC0415 - each start imports what it needs
+
+        return run_child(options, words, parser)
     late = [option for option, name in TOOLS.items() if getattr(options, f"tool_{name}")]
     if late:
         parser.error(f"{late[0]} must be the first word")

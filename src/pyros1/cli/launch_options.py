@@ -68,8 +68,14 @@ def _add_queries(parser: OptionParser) -> None:
 
 def _add_ways(parser: OptionParser) -> None:
     add = parser.add_option
-    add("-c", "--child", metavar="NAME", dest="child_name", help="not available")
-    add("-u", "--server_uri", metavar="URI", dest="server_uri", help="not available")
+    add(
+        "-c",
+        "--child",
+        metavar="NAME",
+        dest="child_name",
+        help="serve a stock parent on another machine; needs -u and --run_id",
+    )
+    add("-u", "--server_uri", metavar="URI", dest="server_uri", help="with -c: where the parent answers")
     add("--run_id", metavar="RUN_ID", dest="run_id", help="the run id; an error if the master's is another one")
     _flag(parser, "--local", "local_only", "leave out nodes of other machines")
     _flag(parser, "--screen", "force_screen", "all nodes' output to the screen")

@@ -88,9 +88,7 @@ def load_plan(
 
 
 class _Loader:
-    def __init__(
-        self, resources: Resources, only_args: bool, problems: list[LaunchError] | None, plan: Plan
-    ) -> None:
+    def __init__(self, resources: Resources, only_args: bool, problems: list[LaunchError] | None, plan: Plan) -> None:
         self.plan = plan
         self._resources = resources
         self._only_args = only_args

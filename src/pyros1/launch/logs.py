@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -29,6 +30,11 @@ def make_run_folder(environ: Mapping[str, str], run_id: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     _point(log_folder(environ) / "latest", folder)
     return folder
+
+
+def run_log(folder: Path) -> Path:
+    """Return this launcher's own log file in the folder of a run."""
+    return folder / f"roslaunch-{socket.gethostname()}-{os.getpid()}.log"
 
 
 def _point(link: Path, target: Path) -> None:

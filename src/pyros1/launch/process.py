@@ -31,6 +31,7 @@ class ProcessSpec:
         cwd: working directory.
         log_base: path of its log files without ``.log``, None for none.
         to_screen: inherit stdout; else it goes to ``<log_base>-stdout.log``.
+        errors_to_file: stderr goes to ``<log_base>-stderr.log`` then, too.
         respawn: start it again whenever it ends.
         respawn_delay: seconds before that.
         required: everything ends when it ends.
@@ -48,6 +49,7 @@ class ProcessSpec:
     respawn_delay: float = 0.0
     required: bool = False
     decisive: bool = False
+    errors_to_file: bool = False
 
 
 @dataclass
@@ -131,8 +133,13 @@ class Process:
         if not spec.to_screen and spec.log_base is not None:
             os.makedirs(os.path.dirname(spec.log_base), exist_ok=True)
             # A restarted node must not erase what its predecessor said last.
-            with open(f"{spec.log_base}-stdout.log", "ab" if self.spawn_count else "wb") as stdout:
-                return _popen(spec, stdout.fileno(), None)
+            mode = "ab" if self.spawn_count else "wb"
+            with contextlib.ExitStack() as files:
+                stdout = files.enter_context(open(f"{spec.log_base}-stdout.log", mode))
+                if not spec.errors_to_file:
+                    return _popen(spec, stdout.fileno(), None)
+                stderr = files.enter_context(open(f"{spec.log_base}-stderr.log", mode))
+                return _popen(spec, stdout.fileno(), stderr.fileno())
         if self.screen is None:
             return _popen(spec, None, None)
         with self.screen.opened(spec) as (out, err):

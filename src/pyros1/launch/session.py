@@ -7,7 +7,6 @@ deletes, parameters in one call, nodes. Ending goes the other way round.
 from __future__ import annotations
 
 import os
-import socket
 import sys
 import threading
 import uuid
@@ -21,7 +20,7 @@ from pyros1.launch.api import LaunchServer
 from pyros1.launch.console import Console
 from pyros1.launch.core import ROSVERSION, Core, write_pid_file
 from pyros1.launch.core_file import CoreFile, read_core_file
-from pyros1.launch.logs import make_run_folder, ros_home
+from pyros1.launch.logs import make_run_folder, ros_home, run_log
 from pyros1.launch.options import Options
 from pyros1.launch.plan import NodePlan, Plan, TestPlan
 from pyros1.launch.process import Process
@@ -150,7 +149,7 @@ class Session:
             if self._supervisor.required_failed:
                 self.exit_code = 1
             if reason.startswith("all processes"):
-                self.console.line(reason if self._supervisor.dead else "No processes to monitor")
+                self.console.bold(reason if self._supervisor.dead else "No processes to monitor")
         finally:
             self._end()
 
@@ -221,7 +220,7 @@ class Session:
             raise LaunchError(f"not a usable run id: {run_id!r}")
         try:
             folder = make_run_folder(self.environ, run_id)
-            log = _log_file(folder)
+            log = run_log(folder)
             self._log = log.open("a", encoding="utf-8", errors="replace")
         except OSError as error:
             raise LaunchError(f"cannot write log files: {error.strerror}: {error.filename}") from error
@@ -237,7 +236,7 @@ class Session:
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
             self.console.line(f"ros_comm version {ROSVERSION.strip()}")
-        run = Run(self._uri, run_id, folder, _log_file(folder))
+        run = Run(self._uri, run_id, folder, run_log(folder))
         self._starter = Starter(
             self.plan, self.options, self.packages, self.environ, self.console, self._supervisor, run
         )
@@ -304,6 +303,8 @@ class Session:
                 "Check ROS_HOSTNAME, ROS_IP and ROS_MASTER_URI."
             ) from None
         self.console.bold(f"process[master]: started with pid [{os.getpid()}]")
+        # The core is a process of this launch, too: with it, it goes on when no node is left (X89).
+        self._supervisor.keep_running = True
         write_pid_file(self.environ, port, ros_home(self.environ))
 
     def _set_run_id(self, run_id: str, running: bool) -> None:
@@ -356,6 +357,7 @@ class Session:
             self._server.close()
             self._server = None
         self._master.close()
+        monitored = self._core is not None or self._supervisor.dead
         if self._core is not None:
             if self._core_file.rosout:
                 self.console.line("[rosout-1] killing on exit")
@@ -366,7 +368,8 @@ class Session:
         if started:
             self.console.line("shutting down processing monitor...")
             self.console.line("... shutting down processing monitor complete")
-            self.console.bold("done")
+            if monitored:
+                self.console.bold("done")
         self.console.log_to(None)
         if self._log is not None:
             self._log.close()
@@ -381,7 +384,3 @@ class Session:
             pass
         except ParameterNotSetError:
             pass
-
-
-def _log_file(folder: Path) -> Path:
-    return folder / f"roslaunch-{socket.gethostname()}-{os.getpid()}.log"

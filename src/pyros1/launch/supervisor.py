@@ -38,6 +38,7 @@ class Supervisor:
     Attributes:
         required_failed: whether a required process ended with an error.
         expected: how many processes are still to be started when something else has happened.
+        keep_running: go on when no process is left.
         on_death: called with each process that has ended while it was watched, None for nobody.
     """
 
@@ -57,7 +58,6 @@ class Supervisor:
             (signal.SIGTERM, sigterm_timeout),
             (signal.SIGKILL, _KILL_WAIT),
         ]
-        self._keep_running = keep_running
         self._guarded = guarded
         self._warden: Warden | None = None
         self._screen = screen
@@ -69,6 +69,7 @@ class Supervisor:
         self._stopping = False
         self.required_failed = False
         self.expected = 0
+        self.keep_running = keep_running
         self.on_death: Callable[[Process], object] | None = None
 
     @property
@@ -122,7 +123,7 @@ class Supervisor:
     def run(self) -> str:
         """Watch until told to stop, a required process ended, or none is left; return the reason."""
         while True:
-            if not self._processes and not self._keep_running and not self.expected:
+            if not self._processes and not self.keep_running and not self.expected:
                 return "all processes on machine have died, roslaunch will exit"
             event = self._next_event()
             if event is None:

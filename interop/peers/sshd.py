@@ -1,0 +1,72 @@
+"""An sshd on the loopback, with keys and a client configuration made for one test."""
+
+from __future__ import annotations
+
+import contextlib
+import getpass
+import os
+import shutil
+import socket
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from harness import free_port, until
+
+SSHD = shutil.which("sshd", path=f"{os.environ['PATH']}:/usr/sbin")
+SERVER = """
+Port {port}
+ListenAddress 127.0.0.1
+HostKey {folder}/host_key
+AuthorizedKeysFile {folder}/user_key.pub
+StrictModes no
+UsePAM no
+PidFile none
+"""
+CLIENT = """
+Host robot localhost
+  HostName 127.0.0.1
+  Port {port}
+  User {user}
+  IdentityFile {folder}/user_key
+  IdentitiesOnly yes
+  UserKnownHostsFile {folder}/.ssh/known_hosts
+  BatchMode yes
+"""
+
+
+@contextlib.contextmanager
+def loopback_sshd(folder: Path) -> Iterator[int]:
+    """Run an sshd and yield its port; ``folder`` gets what ssh needs to reach "robot", as a HOME would have it.
+
+    Args:
+        folder: an empty one; ``.ssh/config`` and ``.ssh/known_hosts`` are made in it.
+    """
+    if SSHD is None:
+        pytest.fail("there is no sshd; run interop/setup")
+    port = free_port()
+    (folder / ".ssh").mkdir(mode=0o700)
+    for key in ("host_key", "user_key"):
+        subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", str(folder / key)], check=True)
+    host_key = (folder / "host_key.pub").read_text()
+    # Stock roslaunch looks for the host alone first.
+    (folder / ".ssh" / "known_hosts").write_text(f"[127.0.0.1]:{port} {host_key}127.0.0.1 {host_key}")
+    (folder / "sshd_config").write_text(SERVER.format(port=port, folder=folder))
+    (folder / ".ssh" / "config").write_text(CLIENT.format(port=port, folder=folder, user=getpass.getuser()))
+    if os.geteuid() == 0:
+        os.makedirs("/run/sshd", mode=0o755, exist_ok=True)
+    with (folder / "sshd.log").open("w") as log:
+        server = subprocess.Popen([SSHD, "-D", "-e", "-f", str(folder / "sshd_config")], stdout=log, stderr=log)
+
+    def answers() -> bool:
+        assert server.poll() is None, (folder / "sshd.log").read_text()
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", port)) == 0
+
+    try:
+        until(answers, "sshd listens")
+        yield port
+    finally:
+        server.terminate()
+        server.wait(10)

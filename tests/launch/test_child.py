@@ -1,0 +1,150 @@
+"""What a stock launcher asks of its child on another machine, asked by a stand-in (L151-L153)."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pyros1.errors import Error
+from pyros1.launch.child import Child
+from pyros1.launch.options import Options
+from pyros1.launch.resources import Resources
+from pyros1.msgs.packages import PackageIndex
+from pyros1.net.loop import Loop
+from pyros1.net.xmlrpc_client import XmlRpcClient
+from pyros1.net.xmlrpc_server import XmlRpcServer
+
+DEADLINE = 20.0
+NODES = {"stay": "exec sleep 100", "fail": "echo out; echo err >&2; exit 3"}
+XML = """<?xml version="1.0" encoding="utf-8"?>
+<launch>
+<node pkg="far" type="stay" ns="/g/" args="" name="stay" respawn="False" respawn_delay="0.0" required="False">
+  <env name="MARK" value="two words" />
+</node>
+<node pkg="far" type="fail" ns="/g/" args="" name="fail" respawn="False" required="False"/>
+<node pkg="far" type="none" ns="/g/" args="" name="none" respawn="False" required="False"/></launch>"""
+
+
+class Parent:
+    """Notes what the child calls."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+        self._loop = Loop("parent")
+        self._server = XmlRpcServer(self._loop, self._dispatch, bind_host="127.0.0.1", advertised_host="localhost")
+        self._loop.start()
+        self.uri = self._server.uri
+
+    def _dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
+        self.calls.append((method, *params))
+        return [1, "", 1]
+
+    def close(self) -> None:
+        self._server.close()
+        self._loop.stop()
+
+
+@pytest.fixture
+def parent() -> Iterator[Parent]:
+    parent = Parent()
+    yield parent
+    parent.close()
+
+
+@pytest.fixture
+def environ(tmp_path: Path) -> dict[str, str]:
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far" / "package.xml").write_text("<package><name>far</name></package>")
+    for name, text in NODES.items():
+        (tmp_path / "far" / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tmp_path / "far" / name).chmod(0o755)
+    return {
+        **os.environ,
+        "ROS_HOME": str(tmp_path / "home"),
+        "ROS_HOSTNAME": "localhost",
+        "ROS_MASTER_URI": "http://127.0.0.1:1/",
+        "ROS_PACKAGE_PATH": str(tmp_path / "far"),
+    }
+
+
+def until(reached: Callable[[], object], what: str) -> None:
+    deadline = time.monotonic() + DEADLINE
+    while not reached():
+        assert time.monotonic() < deadline, what
+        time.sleep(0.01)
+
+
+def make_child(parent_uri: str, environ: dict[str, str]) -> Child:
+    options = Options(sigint_timeout=5.0, sigterm_timeout=1.0)
+    return Child("robot-0", parent_uri, "run", options, Resources(PackageIndex(environ), environ))
+
+
+def test_a_parent_is_served(parent: Parent, environ: dict[str, str], tmp_path: Path) -> None:
+    child = make_child(parent.uri, environ)
+    runner = threading.Thread(target=child.run)
+    runner.start()
+    until(lambda: parent.calls, "it registers")
+    method, name, uri = parent.calls[0]
+    assert (method, name) == ("register", "robot-0")
+    client = XmlRpcClient(uri, timeout=DEADLINE)
+    try:
+        assert client.call("launch", "<launch>")[0] == -1
+        assert client.call("get_pid") == [1, "", os.getpid()]
+        assert client.call("launch", XML) == [1, "launched", [["Process<g/stay-1>", "Process<g/fail-2>"], ["none"]]]
+        until(lambda: ("process_died", "g/fail-2", 3) in parent.calls, "the end of a node is told")
+        assert client.call("get_node_names")[2] == ["/g/stay"]
+        assert client.call("shutdown") == [1, "success", 1]
+    finally:
+        client.close()
+        child.stop()
+        runner.join(DEADLINE)
+    shown = [(level, text) for method, _, *rest in parent.calls if method == "log" for level, text in [rest]]
+    assert shown[0] == (2, "launching nodes...") and (2, "[g/stay-1] killing on exit") in shown
+    assert any(level == 2 and text.startswith("process[g/stay-1]: started with pid [") for level, text in shown)
+    assert any(level == 8 and "ERROR: cannot launch node of type [far/none]" in text for level, text in shown)
+    assert any(level == 8 and "[g/fail-2] process has died [pid " in text for level, text in shown)
+    logs = tmp_path / "home" / "log" / "run"
+    assert [(logs / f"g-fail-2-{stream}.log").read_text() for stream in ("stdout", "stderr")] == ["out\n", "err\n"]
+
+
+def test_it_ends_when_its_last_node_has(parent: Parent, environ: dict[str, str]) -> None:
+    child = make_child(parent.uri, environ)
+    runner = threading.Thread(target=child.run)
+    runner.start()
+    until(lambda: parent.calls, "it registers")
+    client = XmlRpcClient(parent.calls[0][2], timeout=DEADLINE)
+    client.call("launch", '<launch><node pkg="far" type="fail" name="fail"/></launch>')
+    client.close()
+    runner.join(DEADLINE)
+    assert not runner.is_alive()
+    text = "all processes on machine have died, roslaunch will exit"
+    assert ("log", "robot-0", 2, text) in parent.calls
+
+
+def test_without_a_parent_there_is_nothing_to_do(environ: dict[str, str]) -> None:
+    with pytest.raises(Error, match="nonsense"):
+        make_child("nonsense", environ)
+    with pytest.raises(Error, match=r"cannot reach http://127\.0\.0\.1:1/"):
+        make_child("http://127.0.0.1:1/", environ).run()
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        ([], "--child option requires --server_uri to be set as well"),
+        (["-u", "http://localhost:1/"], "--child option requires --run_id to be set as well"),
+        (["-u", "http://localhost:1/", "--run_id", "r", "x.launch"], "Input files are not allowed when run in child"),
+    ],
+)
+def test_wrong_words(words: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    from pyros1.cli.launch import main
+
+    with pytest.raises(SystemExit) as end:
+        main(["-c", "robot-0", *words])
+    assert end.value.code == 2 and text in capsys.readouterr().err
