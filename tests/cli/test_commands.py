@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
+import math
+import queue
 import subprocess
 import sys
 from collections.abc import Callable
 from typing import Any
 
 import pytest
+from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 
 from pyros1.cli.main import COMMANDS, command_name, entry
+from pyros1.cli.topic_plot import expand
 
 
 @pytest.fixture
@@ -124,3 +129,66 @@ def test_listing_topics_imports_nothing_heavy(environ: dict[str, str]) -> None:
         "xmlrpc.client",
     }
     assert not loaded & heavy
+
+
+def test_listings_as_json(run: Any, make_node: Callable[..., Any]) -> None:
+    node = make_node("talker", rosout=False)
+    node.advertise("ns/t", String)
+    entry = {"topic": "/ns/t", "type": "std_msgs/String", "publishers": ["/talker"], "subscribers": []}
+    assert json.loads(run("topic", "list", "--json")[1]) == [entry]
+    assert json.loads(run("topic", "list", "--json", "-s")[1]) == []
+    publishers = [{"node": "/talker", "uri": node.uri}]
+    assert json.loads(run("topic", "info", "--json", "/ns/t")[1]) == {**entry, "publishers": publishers}
+    assert json.loads(run("topic", "find", "--json", "std_msgs/String")[1]) == [
+        {"topic": "/ns/t", "type": "std_msgs/String"}
+    ]
+
+
+def test_topics_are_found_by_what_they_are_like(run: Any, make_node: Callable[..., Any]) -> None:
+    node = make_node("talker", rosout=False)
+    for topic, kind in (("front/scan", String), ("cmd_vel", Float64), ("status", String)):
+        node.advertise(topic, kind)
+    assert run("topic", "find", "--like", "SCAN") == (0, "/front/scan\n", "")
+    assert run("topic", "find", "--like", "cmd_val") == (0, "/cmd_vel\n", "")
+    assert run("topic", "find", "--like", "float") == (0, "/cmd_vel\n", "")
+    assert run("topic", "find", "--like", "string")[1].split() == ["/front/scan", "/status"]
+
+
+def test_misspelt_verbs_and_topics_get_a_hint(run: Any, make_node: Callable[..., Any]) -> None:
+    make_node("talker", rosout=False).advertise("velocity", Float64)
+    code, out, err = run("topic", "ecoh")
+    assert code == 64 and out.startswith("pyros1 topic is a command-line tool") and "did you mean 'echo'?" in err
+    assert run("topic", "info", "/velocitty")[2] == "ERROR: Unknown topic /velocitty (did you mean '/velocity'?)\n"
+    assert "did you mean '/velocity'?" in run("topic", "type", "/velocty")[2]
+
+
+def test_echo_writes_json_that_pub_reads(run: Any, make_node: Callable[..., Any], tmp_path: Any) -> None:
+    state = JointState(name=["a"], position=[1.5, math.inf])
+    talker = make_node("talker", rosout=False)
+    talker.advertise("state", JointState, latch=True).publish(state)
+    code, out, err = run("topic", "echo", "--json", "-n", "1", "/state")
+    assert (code, err) == (0, "") and json.loads(out)["position"] == [1.5, "Infinity"]
+    got: queue.Queue[Any] = queue.Queue()
+    talker.subscribe("copy", JointState, got.put)
+    (tmp_path / "state.jsonl").write_text(out)
+    assert run("topic", "pub", "-1", "-f", str(tmp_path / "state.jsonl"), "/copy", "sensor_msgs/JointState")[0] == 0
+    copy = got.get(timeout=10)
+    assert copy.name == ["a"] and list(copy.position) == [1.5, math.inf]
+    assert json.loads(run("topic", "echo", "--json", "--noarr", "-n", "1", "/state")[1]).keys() == {"header"}
+    assert json.loads(run("topic", "echo", "--json", "-n", "1", "/state/position[0]")[1]) == 1.5
+
+
+def test_plot_draws_what_comes(run: Any, make_node: Callable[..., Any]) -> None:
+    node = make_node("talker", rosout=False)
+    publisher = node.advertise("state", JointState, latch=True)
+    publisher.publish(JointState(position=[3.0, 4.0]))
+    code, out, err = run("topic", "plot", "-p", "0.3", "--once", "/state/position[0],/state/position[1]")
+    assert (code, err) == (0, "")
+    assert "/state/position[0] = 3" in out and "/state/position[1] = 4" in out
+    assert "/state is not a number" in run("topic", "plot", "-p", "5", "--once", "/state")[2]
+    assert "has no field 'nope'" in run("topic", "plot", "-p", "5", "--once", "/state/nope")[2]
+    assert expand("/imu/a/x:y:z,/b") == ["/imu/a/x", "/imu/a/y", "/imu/a/z", "/b"]
+
+
+def test_help_has_examples_but_under_stock_names(run: Any) -> None:
+    assert "Examples:\n  pyros1 topic echo /pose" in run("topic", "echo", "-h")[1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.cli.documents import documents
+from pyros1.cli.documents import Record, documents
 from pyros1.errors import Error
 
 
@@ -25,3 +25,11 @@ def test_each_document_comes_when_its_end_was_read() -> None:
 def test_a_broken_document_is_an_error() -> None:
     with pytest.raises(Error):
         list(documents(["{a"]))
+
+
+def test_lines_of_json_are_documents() -> None:
+    """`topic pub` reads what `topic echo --json` prints."""
+    lines = ['{"data": "a"}\n', '{"data": "---"}\n', "{data: yaml}\n", "---\n", "{data: 1,\n", " more: 2}\n"]
+    got = list(documents(lines))
+    assert got == [{"data": "a"}, {"data": "---"}, {"data": "yaml"}, {"data": 1, "more": 2}]
+    assert [isinstance(document, Record) for document in got] == [True, True, False, False]

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, NoReturn
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from pyros1 import names
 from pyros1.errors import Error, MasterUnreachableError
 
 if TYPE_CHECKING:
-    from optparse import OptionParser
+    from optparse import HelpFormatter, OptionParser
 
     from pyros1.graph import Graph
     from pyros1.net.master_client import MasterClient
@@ -113,7 +113,22 @@ class Invocation:
         """
         from optparse import OptionParser  # noqa: PLC0415 - the quickest commands have no options
 
-        return OptionParser(usage=f"usage: %prog {usage}", prog=self.program)
+        parser = OptionParser(usage=f"usage: %prog {usage}", prog=self.program)
+        if self.program != self.stock:  # under the stock tool's name help is as that tool's
+            parser.format_epilog = self._examples  # type: ignore[method-assign]
+        return parser
+
+    def add_json(self, parser: OptionParser, what: str = "print JSON") -> None:
+        """Add the option ``--json``; under the stock tool's name help does not mention it."""
+        text = what if self.program != self.stock else "SUPPRESSHELP"
+        parser.add_option("--json", action="store_true", default=False, help=text)
+
+    def _examples(self, formatter: HelpFormatter) -> str:
+        from pyros1.cli.examples import EXAMPLES  # noqa: PLC0415
+        from pyros1.cli.usage import examples_text  # noqa: PLC0415
+
+        examples = EXAMPLES.get(f"{self.program.removeprefix('pyros1 ')} {self.verb}")
+        return examples_text(f"{self.program} {self.verb}", examples) if examples else ""
 
     def open_node(self) -> Node:
         """A node for this command, with an anonymous name as the stock tool's (L05).
@@ -166,6 +181,9 @@ def run(  # noqa: PLR0911 - one way out per kind of end
     verb = verbs.get(invocation.verb)
     if verb is None:
         print(usage(invocation.program))
+        hint = did_you_mean(invocation.verb, verbs)
+        if hint:
+            print(f"{invocation.program}: there is no {invocation.verb!r}{hint}", file=sys.stderr)
         return 0 if invocation.verb == "--help" and stock == "rosnode" else usage_code
     try:
         return _run_verb(verb, invocation)
@@ -190,6 +208,25 @@ def _run_verb(verb: Callable[[Invocation], int | None], invocation: Invocation) 
         return code or 0
     finally:
         invocation.close()
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """A hint at what a misspelt word may mean, to be put behind a message; empty if nothing is near."""
+    from pyros1.launch.suggest import did_you_mean as hint  # noqa: PLC0415 - only what fails needs it
+
+    return hint(word, known)
+
+
+def use_colour(stream: TextIO) -> bool:
+    """Whether to write colours: to a terminal that has them, unless NO_COLOR is set (https://no-color.org)."""
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def print_json(value: Any) -> None:
+    """Print a value as one line of JSON."""
+    import json  # noqa: PLC0415
+
+    print(json.dumps(value, ensure_ascii=False))
 
 
 def report(text: str, code: int) -> int:

@@ -1,7 +1,8 @@
-"""YAML documents from a stream that may be endless, such as a pipe."""
+"""YAML documents, or lines of JSON, from a stream that may be endless, such as a pipe."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -19,6 +20,8 @@ class DocumentTooLongError(Error):
 def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
     """Yield each document when the ``---`` line behind it, or the end, was read; empty ones are left out.
 
+    A line that is a JSON object is a document of its own: what ``topic echo --json`` prints can be read here.
+
     Args:
         lines: a text file, or anything that yields lines.
         where: its name, for errors.
@@ -33,6 +36,11 @@ def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
             yield from _document(part, where)
             part, size = [], 0
             continue
+        if not part and line.startswith("{"):
+            record = _json_line(line)
+            if record is not None:
+                yield record
+                continue
         part.append(line)
         size += len(line)
         if size > MAX_DOCUMENT:
@@ -40,6 +48,18 @@ def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
                 f"{where or 'the input'} holds a document of more than {MAX_DOCUMENT} characters"
             )
     yield from _document(part, where)
+
+
+class Record(dict[str, Any]):
+    """A document that was a line of JSON."""
+
+
+def _json_line(line: str) -> Record | None:
+    try:
+        value = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    return Record(value) if isinstance(value, dict) else None
 
 
 def _document(part: list[str], where: str | None) -> Iterator[Any]:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.cli.common import Invocation
+from pyros1.cli.common import Invocation, did_you_mean
 from pyros1.errors import MasterError, UnknownTypeError
 from pyros1.msgs import AnyMsg, DefinitionCache, Message, load_message
 
@@ -22,7 +22,8 @@ def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str] 
     graph = invocation.graph
     found = graph.find_topic(name)
     if found is None:
-        print(f"WARNING: topic [{name}] does not appear to be published yet", file=sys.stderr, flush=True)
+        hint = did_you_mean(name, graph.topic_types())
+        print(f"WARNING: topic [{name}] does not appear to be published yet{hint}", file=sys.stderr, flush=True)
     while found is None:
         if not node.ok():
             return None

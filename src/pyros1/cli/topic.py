@@ -14,13 +14,15 @@ _VERBS = {
     "hz": ("topic_rates", "hz"),
     "info": ("topic_list", "info"),
     "list": ("topic_list", "list_topics"),
+    "plot": ("topic_plot", "plot"),
     "pub": ("topic_pub", "pub"),
     "type": ("topic_list", "type_of"),
 }
 
 
 def usage(program: str) -> str:
-    """The command list."""
+    """The command list; under the stock tool's name it is that tool's."""
+    more = "" if program == "rostopic" else f"\t{program} plot\tdraw numbers as curves in the terminal\n"
     return f"""{program} is a command-line tool for printing information about ROS Topics.
 
 Commands:
@@ -31,7 +33,7 @@ Commands:
 \t{program} hz\tdisplay publishing rate of topic    
 \t{program} info\tprint information about active topic
 \t{program} list\tlist active topics
-\t{program} pub\tpublish data to topic
+{more}\t{program} pub\tpublish data to topic
 \t{program} type\tprint topic or field type
 
 Type {program} <command> -h for more detailed usage, e.g. '{program} echo -h'

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import threading
 from collections.abc import Callable
 from optparse import Values
 from typing import Any
 
-from pyros1.cli.common import CommandError, Invocation
+from pyros1.cli.common import CommandError, Invocation, use_colour
 from pyros1.cli.expression import Expression, ExpressionError
 from pyros1.cli.fields import FieldPath, FieldPathError
 from pyros1.cli.subscribing import Decoder, find_topic, subscribe
@@ -19,6 +20,8 @@ from pyros1.timing import Time, TVal
 
 _CLEAR = "\033[2J\033[;H"
 _CLOCK_PATIENCE = 2.0
+_NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
+"""The name of a field at the beginning of a line."""
 
 
 def echo(invocation: Invocation) -> None:
@@ -30,12 +33,18 @@ def echo(invocation: Invocation) -> None:
         if found is None:
             return
         topic, path = found
-        show = Plot(options, node.now) if options.plot else Text(options, node.now)
+        show = _show(options, node.now)
         printer = Printer(topic, FieldPath(path), show, expression, options.msg_count)
         with subscribe(node, topic, printer.arrived):
             _wait(invocation, node, printer)
     if printer.error is not None:
         raise printer.error
+
+
+def _show(options: Values, now: Callable[[], Time]) -> Callable[[Message, Any, str | None], str]:
+    if options.json:
+        return Json(options)
+    return Plot(options, now) if options.plot else Text(options, now)
 
 
 def _arguments(invocation: Invocation) -> tuple[Values, str]:
@@ -54,6 +63,7 @@ def _arguments(invocation: Invocation) -> tuple[Values, str]:
     parser.add_option("-c", "--clear", action="store_true", help="clear screen before printing next message")
     parser.add_option("-n", dest="msg_count", metavar="COUNT", help="number of messages to echo")
     parser.add_option("--offset", action="store_true", help="display time as offsets from current time (in seconds)")
+    invocation.add_json(parser, "print each message as one line of JSON, which `topic pub` reads")
     options, args = parser.parse_args(invocation.args)
     if not args:
         parser.error("topic must be specified")
@@ -157,6 +167,7 @@ class Text:
 
     def __init__(self, options: Values, now: Callable[[], Time]) -> None:
         self._prefix = _CLEAR if options.clear else ""
+        self._colour = use_colour(sys.stdout)
         self._now = now if options.offset else None
         self._settings: dict[str, Any] = {
             "no_string": bool(options.nostr),
@@ -167,7 +178,39 @@ class Text:
     def __call__(self, message: Message, value: Any, kind: str | None) -> str:
         offset = self._now() if self._now else None
         text = format_message(value, type_name=kind, time_offset=offset, **self._settings)
+        if self._colour:
+            text = _NAME.sub("\\1\033[36m\\2\033[0m:", text)
         return f"{self._prefix}{text}\n---\n"
+
+
+class Json:
+    """Messages as lines of JSON."""
+
+    def __init__(self, options: Values) -> None:
+        self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
+
+    def __call__(self, message: Message, value: Any, kind: str | None) -> str:
+        import json  # noqa: PLC0415
+
+        from pyros1.msgs.json_form import to_json  # noqa: PLC0415
+
+        tree = to_json(value, kind)
+        if self._nostr or self._noarr:
+            tree = _without(value, tree, self._nostr, self._noarr)
+        return json.dumps(tree, ensure_ascii=False) + "\n"
+
+
+def _without(value: Any, tree: Any, nostr: bool, noarr: bool) -> Any:
+    """A message's JSON without strings or arrays."""
+    if isinstance(value, (list, tuple)) and isinstance(tree, list):
+        return [_without(item, part, nostr, noarr) for item, part in zip(value, tree, strict=True)]
+    if not isinstance(value, Message):
+        return tree
+    return {
+        name: _without(getattr(value, name), tree[name], nostr, noarr)
+        for name, kind in zip(value.__slots__, value._slot_types, strict=True)
+        if not (noarr and "[" in kind) and not (nostr and kind.partition("[")[0] == "string")
+    }
 
 
 class Plot:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.cli.common import CommandError, Invocation, fail
+from pyros1.cli.common import CommandError, Invocation, did_you_mean, fail, print_json
 from pyros1.graph import Graph, SystemState, in_namespace
 from pyros1.net.hosts import parse_uri
 
@@ -11,20 +11,21 @@ _UNKNOWN = "unknown type"
 
 def list_topics(invocation: Invocation) -> int | None:
     """``topic list [/namespace]`` (L25-L27)."""
-    namespace, verbose, by_host, only = None, False, False, ""
+    namespace, verbose, by_host, only, json = None, False, False, "", False
     if invocation.args:
         parser = invocation.parser("list [/namespace]")
         parser.add_option("-v", "--verbose", action="store_true", help="list full details about each topic")
         parser.add_option("-p", action="store_true", dest="publishers", help="list only publishers")
         parser.add_option("-s", action="store_true", dest="subscribers", help="list only subscribers")
         parser.add_option("--host", action="store_true", help="group by host name")
+        invocation.add_json(parser, "print a JSON list of objects: topic, type, publishers, subscribers")
         options, args = parser.parse_args(invocation.args)
         if len(args) > 1:
             parser.error("you may only specify one input topic")
         if options.publishers and options.subscribers:
             parser.error("you may only specify one of -p, -s")
         namespace = invocation.resolve(args[0]) if args else None
-        verbose, by_host = bool(options.verbose), bool(options.host)
+        verbose, by_host, json = bool(options.verbose), bool(options.host), options.json
         only = "p" if options.publishers else "s" if options.subscribers else ""
     elif invocation.namespace != "/":
         namespace = None  # as stock: only a given argument narrows the list
@@ -32,13 +33,29 @@ def list_topics(invocation: Invocation) -> int | None:
     state = graph.state()
     publishers = {} if only == "s" else _below(state.publishers, namespace)
     subscribers = {} if only == "p" else _below(state.subscribers, namespace)
-    if by_host:
+    if json:
+        print_json(_as_json(publishers, subscribers, graph.topic_types()))
+    elif by_host:
         _list_by_host(graph, state, publishers, subscribers, verbose, only)
     elif verbose:
         print(_verbose(publishers, subscribers, graph.topic_types(), only, ""))
     else:
         print("\n".join(sorted({*publishers, *subscribers})))
     return None
+
+
+def _as_json(
+    publishers: dict[str, list[str]], subscribers: dict[str, list[str]], types: dict[str, str]
+) -> list[dict[str, object]]:
+    return [
+        {
+            "topic": topic,
+            "type": types.get(topic),
+            "publishers": publishers.get(topic, []),
+            "subscribers": subscribers.get(topic, []),
+        }
+        for topic in sorted({*publishers, *subscribers})
+    ]
 
 
 def _below(table: dict[str, list[str]], namespace: str | None) -> dict[str, list[str]]:
@@ -97,7 +114,8 @@ def _list_by_host(
 def info(invocation: Invocation) -> int | None:
     """``topic info /topic`` (L28)."""
     parser = invocation.parser("info /topic")
-    args = parser.parse_args(invocation.args)[1]
+    invocation.add_json(parser)
+    options, args = parser.parse_args(invocation.args)
     if not args:
         parser.error("you must specify a topic name")
     if len(args) > 1:
@@ -107,7 +125,17 @@ def info(invocation: Invocation) -> int | None:
     state = graph.state()
     publishers, subscribers = state.publishers.get(topic), state.subscribers.get(topic)
     if publishers is None and subscribers is None:
-        raise CommandError(f"Unknown topic {topic}")
+        raise CommandError(f"Unknown topic {topic}{did_you_mean(topic, {*state.publishers, *state.subscribers})}")
+    if options.json:
+        print_json(
+            {
+                "topic": topic,
+                "type": graph.topic_types().get(topic),
+                "publishers": [{"node": node, "uri": graph.node_uri(node)} for node in publishers or []],
+                "subscribers": [{"node": node, "uri": graph.node_uri(node)} for node in subscribers or []],
+            }
+        )
+        return None
     print(f"Type: {graph.topic_types().get(topic, _UNKNOWN)}\n")
     for title, nodes in (("Publishers", publishers), ("Subscribers", subscribers)):
         if nodes:
@@ -130,9 +158,10 @@ def type_of(invocation: Invocation) -> int | None:
     if len(args) > 1:
         parser.error(f"unrecognized arguments: {' '.join(args[1:])}")
     name = invocation.resolve(args[0])
-    found = invocation.graph.find_topic(name)
+    graph = invocation.graph
+    found = graph.find_topic(name)
     if found is None:
-        fail(f"unknown topic type [{name}]")
+        fail(f"unknown topic type [{name}]{did_you_mean(name, graph.topic_types())}")
     _, topic_type, rest = found
     if not rest:
         print(topic_type)
@@ -152,11 +181,35 @@ def type_of(invocation: Invocation) -> int | None:
 def find(invocation: Invocation) -> int | None:
     """``topic find package/Type`` (L30)."""
     parser = invocation.parser("find msg-type")
-    args = parser.parse_args(invocation.args)[1]
-    if not args:
+    invocation.add_json(parser)
+    like = "also topics whose name or type holds the word, or is spelt nearly so"
+    parser.add_option("--like", metavar="WORD", help=like if invocation.program != invocation.stock else "SUPPRESSHELP")
+    options, args = parser.parse_args(invocation.args)
+    if not args and options.like is None:
         parser.error("please specify a message type")
     if len(args) > 1:
         parser.error("you may only specify one message type")
     types = invocation.graph.topic_types()
-    print("\n".join(topic for topic, topic_type in types.items() if topic_type == args[0]))
+    names = [topic for topic, topic_type in types.items() if args and topic_type == args[0]]
+    if options.like is not None:
+        names += [name for name in _like(options.like, types) if name not in names]
+    if options.json:
+        print_json([{"topic": topic, "type": types[topic]} for topic in names])
+    else:
+        print("\n".join(names))
     return None
+
+
+def _like(word: str, types: dict[str, str]) -> list[str]:
+    """Topics that a word may mean, the surest first: it is in the name, in the type, or is spelt nearly as a part."""
+    from difflib import get_close_matches  # noqa: PLC0415
+
+    low = word.lower().strip("/")
+    names = sorted(types)
+    found = [name for name in names if low in name.lower()]
+    found += [name for name in names if low in types[name].lower()]
+    for name in names:
+        parts = [part.lower() for part in (*name.split("/"), *types[name].split("/")) if part]
+        if get_close_matches(low, parts, 1, 0.7):
+            found.append(name)
+    return list(dict.fromkeys(found))

@@ -11,7 +11,7 @@ from typing import Any
 
 from pyros1.cli.arguments import argument_names
 from pyros1.cli.common import CommandError, Invocation, guard_negatives, unguard
-from pyros1.cli.documents import documents
+from pyros1.cli.documents import Record, documents
 from pyros1.errors import DefinitionError, Error, MessageError, SerializationError, UnknownTypeError
 from pyros1.msgs import Message, load_message
 from pyros1.msgs.fill import fill_message
@@ -147,6 +147,17 @@ def fill(message: Message, arguments: Any, now: Time | None) -> None:
         raise CommandError(f"{error}\n\nArgs are: [{expected}]") from None
 
 
+def _from_record(message_class: type[Message], record: Record, now: Time) -> Message:
+    from pyros1.msgs.json_form import from_json  # noqa: PLC0415
+
+    try:
+        message = from_json(message_class, record, now)
+        message_class._encode(message)
+    except MessageError as error:
+        raise CommandError(f"{error}\n\nArgs are: [{' '.join(argument_names(message_class))}]") from None
+    return message
+
+
 def _documents(path: str | None) -> Iterator[Any]:
     if path is None:
         yield from documents(sys.stdin, "stdin")
@@ -168,8 +179,10 @@ class _Publishing:
         self._rostime = bool(options.use_rostime)
 
     def _message(self, arguments: Any) -> Message:
-        message = self._class()
         now = self._node.now() if self._rostime else Time.from_sec(time())
+        if isinstance(arguments, Record):
+            return _from_record(self._class, arguments, now)
+        message = self._class()
         fill(message, arguments, now)
         return message
 

@@ -1,0 +1,138 @@
+"""``topic plot``: numbers as curves in the terminal; fields are named as for rqt_plot (L209)."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import sys
+from collections import deque
+from collections.abc import Iterator
+from time import monotonic
+from typing import Any
+
+from pyros1.cli.chart import draw
+from pyros1.cli.common import CommandError, Invocation, use_colour
+from pyros1.cli.fields import FieldPath, FieldPathError
+from pyros1.cli.subscribing import Decoder, find_topic, subscribe
+from pyros1.errors import MessageError
+from pyros1.msgs import AnyMsg
+from pyros1.timing import TVal
+
+_MOST_POINTS = 20_000
+_FRAME = 0.1
+_HOME, _BEGIN, _END = "\033[H\033[J", "\033[?1049h\033[?25l", "\033[?25h\033[?1049l"
+
+
+def expand(name: str) -> list[str]:
+    """Return the fields that an argument names: ``/t/x:y:z`` are three, ``/t/x,/u/y`` two."""
+    names = []
+    for part in name.split(","):
+        head, *others = part.split(":") if "[" not in part else [part]
+        folder = head.rpartition("/")[0]
+        names += [head, *(f"{folder}/{other}" for other in others)]
+    return names
+
+
+def plot(invocation: Invocation) -> None:
+    """``topic plot [options] /topic/field...``."""
+    parser = invocation.parser("plot [options] /topic/field[:field...] ...")
+    parser.add_option("-p", "--period", type="float", default=10.0, metavar="SECONDS", help="time that is shown (10)")
+    parser.add_option("-n", "--once", action="store_true", help="draw one chart when the period is over, and end")
+    options, args = parser.parse_args(invocation.args)
+    if not args:
+        parser.error("a topic with a field must be specified")
+    if not options.period > 0:
+        parser.error("the period must be greater than zero")
+    names = [invocation.resolve(field) for arg in args for field in expand(arg)]
+    once = bool(options.once) or not sys.stdout.isatty()
+    with invocation.open_node() as node, contextlib.ExitStack() as subscriptions:
+        curves: list[_Curve] = []
+        by_topic: dict[str, list[_Curve]] = {}
+        for name in names:
+            found = find_topic(invocation, node, name)
+            if found is None:
+                return
+            curve = _Curve(name, FieldPath(found[1]))
+            curves.append(curve)
+            by_topic.setdefault(found[0], []).append(curve)
+        for topic, its in by_topic.items():
+            subscriptions.enter_context(subscribe(node, topic, _Feeder(its).arrived))
+        if once:
+            _wait(invocation, curves, options.period)
+            print(_chart(curves, options.period))
+            return
+        with _screen():
+            while invocation.pause(_FRAME):
+                _check(curves)
+                sys.stdout.write(_HOME + _chart(curves, options.period))
+                sys.stdout.flush()
+    _check(curves)
+
+
+def _wait(invocation: Invocation, curves: list[_Curve], period: float) -> None:
+    until = monotonic() + period
+    while monotonic() < until and invocation.pause(min(_FRAME, max(0.0, until - monotonic()))):
+        _check(curves)
+
+
+def _check(curves: list[_Curve]) -> None:
+    for curve in curves:
+        if curve.error is not None:
+            raise CommandError(curve.error)
+
+
+def _chart(curves: list[_Curve], period: float) -> str:
+    size = shutil.get_terminal_size((100, 30))
+    table = [(curve.name, list(curve.points)) for curve in curves]
+    return draw(table, monotonic(), period, (size.columns, size.lines - 1), use_colour(sys.stdout))
+
+
+@contextlib.contextmanager
+def _screen() -> Iterator[None]:
+    """A second screen, so that what the terminal showed before is there again afterwards."""
+    sys.stdout.write(_BEGIN)
+    try:
+        yield
+    finally:
+        sys.stdout.write(_END)
+        sys.stdout.flush()
+
+
+class _Curve:
+    def __init__(self, name: str, path: FieldPath) -> None:
+        self.name = name
+        self.path = path
+        self.points: deque[tuple[float, float]] = deque(maxlen=_MOST_POINTS)
+        self.error: str | None = None
+
+    def add(self, now: float, message: Any) -> None:
+        try:
+            value, _ = self.path.get(message)
+        except FieldPathError as error:
+            self.error = f"{self.name}: {error}"
+            return
+        if isinstance(value, TVal):
+            value = value.to_sec()
+        if not isinstance(value, (int, float)):
+            what = f"fields {', '.join(value.__slots__)}" if hasattr(value, "__slots__") else type(value).__name__
+            self.error = f"{self.name} is not a number ({what}): name one of its fields or elements"
+            return
+        self.points.append((now, float(value)))
+
+
+class _Feeder:
+    """Decodes each message of a topic once, for all curves."""
+
+    def __init__(self, curves: list[_Curve]) -> None:
+        self._curves = curves
+        self._decoder = Decoder()
+
+    def arrived(self, raw: AnyMsg) -> None:
+        now = monotonic()
+        try:
+            message = self._decoder.decode(raw)
+        except MessageError as error:
+            self._curves[0].error = f"{self._curves[0].name}: {error}"
+            return
+        for curve in self._curves:
+            curve.add(now, message)

@@ -1,0 +1,74 @@
+"""json_form: nothing is lost on the way to JSON and back, and what is wrong is named."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+
+from pyros1.errors import MessageError
+from pyros1.msgs import load_message
+from pyros1.msgs.json_form import from_json, to_json
+from pyros1.timing import Duration, Time
+
+
+def load(name: str) -> Any:
+    return load_message(name)
+
+
+def samples() -> list[Any]:
+    image = load("sensor_msgs/Image")(height=2, encoding="mono8", data=b"\x00\xff\x10")
+    image.header.stamp = Time(12, 34)
+    transform = load("geometry_msgs/TransformStamped")(child_frame_id="grüße")
+    joints = load("sensor_msgs/JointState")(name=["a", "b"], position=[0.1, math.inf], velocity=[-math.inf, 1e300])
+    info = load("sensor_msgs/CameraInfo")(K=[float(i) for i in range(9)])
+    return [
+        image,
+        joints,
+        info,
+        load("tf2_msgs/TFMessage")(transforms=[transform, transform]),
+        load("std_msgs/Duration")(Duration(-3, 5)),
+        load("std_msgs/UInt64")(2**64 - 1),
+        load("std_msgs/Empty")(),
+    ]
+
+
+@pytest.mark.parametrize("message", samples(), ids=lambda message: message._type)
+def test_there_and_back(message: Any) -> None:
+    text = json.dumps(to_json(message), allow_nan=False)
+    assert type(message)._encode(from_json(type(message), json.loads(text))) == type(message)._encode(message)
+
+
+def test_nan() -> None:
+    cls = load("std_msgs/Float64MultiArray")
+    back: Any = from_json(cls, json.loads(json.dumps(to_json(cls(data=[math.nan, 1.0])))))
+    assert math.isnan(back.data[0]) and back.data[1] == 1.0
+
+
+def test_parts_of_a_message_and_words() -> None:
+    cls = load("geometry_msgs/PointStamped")
+    message: Any = from_json(cls, {"header": "auto", "point": {"x": 1}}, Time(7, 8))
+    assert message.header.stamp == Time(7, 8) and message.point.x == 1 and message.point.y == 0.0
+
+
+def test_values_of_fields() -> None:
+    assert to_json((1.5, math.nan), "float64[]") == [1.5, "NaN"]
+    assert to_json([1, 2], "uint8[]") == "AQI="
+    assert to_json(Time(1, 2), "time") == {"secs": 1, "nsecs": 2}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "path"),
+    [
+        ("sensor_msgs/Image", {"data": "no base64!"}, "data"),
+        ("geometry_msgs/PointStamped", {"point": {"x": "one"}}, "point.x"),
+        ("sensor_msgs/JointState", {"position": [1, "two"]}, "position[1]"),
+        ("geometry_msgs/PointStamped", {"point": {"q": 1}}, "point.q"),
+        ("geometry_msgs/PointStamped", {"nope": 1}, "nope"),
+    ],
+)
+def test_what_is_wrong_is_named(name: str, value: Any, path: str) -> None:
+    with pytest.raises(MessageError, match=f"\\[{path.replace('[', '.').replace(']', '.')}\\]"):
+        from_json(load(name), value)
