@@ -57,9 +57,37 @@ def test_own_nodes_run_without_executable_bit_in_this_interpreter(package: Path)
         (["no_such_pkg", "hello"], 2, "[rospack] Error: package 'no_such_pkg' not found"),
         (["some_pkg", "nope"], 3, "[rosrun] Couldn't find executable named nope below "),
         (["some_pkg", "data"], 3, "or not executable"),
+        (["sme_pkg", "hello"], 2, "[rosrun] (did you mean 'some_pkg'?)"),
+        (["some_pkg", "helo"], 3, "[rosrun] (did you mean 'hello'?)"),
     ],
 )
 def test_errors_l24(package: Path, capsys: pytest.CaptureFixture[str], words: list[str], code: int, text: str) -> None:
     assert main(words) == code
     captured = capsys.readouterr()
     assert text in captured.out + captured.err
+
+
+def test_run_and_launch_find_the_same(package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    devel, site = tmp_path / "devel", tmp_path / "site-packages"
+    for file, text in {
+        devel / "lib/some_pkg/hello": "echo libexec",
+        devel / "share/spaced/package.xml": "<package><name>spaced</name></package>",
+        devel / "lib/spaced/tool": "echo spaced",
+        site / "declared/package.xml": "<package><name>declared</name></package>",
+        site / "declared/nodes/tool": "echo declared",
+    }.items():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text if file.suffix else f"#!/bin/sh\n{text}\n")
+        file.chmod(0o755)
+    monkeypatch.setenv("CMAKE_PREFIX_PATH", str(devel))
+    monkeypatch.setenv("PYTHONPATH", f"{site}:{SOURCES}")
+
+    def pyros1(*words: str, given: str = "") -> str:
+        command = [sys.executable, "-m", "pyros1", *words]
+        return subprocess.run(command, input=given, capture_output=True, text=True, timeout=30, check=True).stdout
+
+    for name, kind, said in (("some_pkg", "hello", "libexec"), ("spaced", "tool", "spaced"), ("declared", "tool", "declared")):
+        assert pyros1("run", name, kind) == f"{said}\n"
+        path = pyros1("run", "--prefix", "echo", name, kind).strip()
+        arguments = pyros1("launch", "--args", "/n", "-", given=f'<launch><node pkg="{name}" type="{kind}" name="n"/></launch>')
+        assert path in arguments.split()

@@ -120,6 +120,16 @@ def test_a_missing_node_is_said(bench: Bench) -> None:
     assert bench.supervisor.active == []
 
 
+def test_a_machine_with_neither_pyros1_nor_ros_is_said_to_be_so(environ: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "hidden" / "pyros1").mkdir(parents=True)
+    (tmp_path / "hidden" / "pyros1" / "__init__.py").write_text("raise ImportError")
+    (tmp_path / "bin" / "sh").symlink_to("/bin/sh")
+    bench = Bench({**environ, "PYTHONPATH": str(tmp_path / "hidden"), "PATH": str(tmp_path / "bin")})
+    assert not bench.start("brief")
+    bench.machine.close()
+    assert "neither pyros1 nor stock ROS is found there by its python3 and PATH" in bench.err.getvalue()
+
+
 def test_a_stuck_node_is_killed_and_restarted(bench: Bench, tmp_path: Path) -> None:
     assert bench.start("stuck")
     until((tmp_path / "home" / "up").exists, "the node runs")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -115,3 +116,22 @@ def test_executables_of_a_package(tmp_path: Path) -> None:
     (tmp_path / "lib" / "robot" / "walk").touch(0o755)
     assert PackageIndex({}, installs=[tmp_path / "share"]).executables("robot") == ["run", "walk"]
     assert "minimal_publisher" in PackageIndex({}, installs=[]).executables("minimal_nodes")
+
+
+def test_g28_spaces_and_python_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    in_space, in_share = (
+        make_package(tmp_path / "install" / "share" / "one"),
+        make_package(tmp_path / "prefix" / "share" / "two"),
+    )
+    in_python = make_package(tmp_path / "site-packages" / "three")
+    monkeypatch.setattr(sys, "prefix", str(tmp_path / "prefix"))
+    monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path / "site-packages")])
+    index = PackageIndex({"CMAKE_PREFIX_PATH": str(tmp_path / "install")})
+    assert [index.find(name) for name in ("one", "two", "three")] == [in_space, in_share, in_python]
+
+
+def test_places_are_named_once_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", [])
+    with pytest.raises(PackageNotFoundError) as error:
+        PackageIndex({"ROS_PACKAGE_PATH": "/usr/share"}).find("no_such_package")
+    assert str(error.value).count("/usr/share,") == 1

@@ -11,6 +11,7 @@ from pyros1.cli.common import program_name
 from pyros1.cli.usage import examples_text
 from pyros1.errors import PackageNotFoundError
 from pyros1.launch.command_line import executable_words, is_own, own_python_environment
+from pyros1.launch.suggest import did_you_mean
 from pyros1.msgs.packages import PackageIndex
 
 USAGE = """Usage: %prog [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
@@ -70,6 +71,7 @@ def main(argv: list[str]) -> int:
         found = index.find_executable(package, name)
     except PackageNotFoundError as error:
         print(f"[rospack] Error: package '{package}' not found", file=sys.stderr)
+        _suggest(package, index.list())
         if options.debug:
             print(f"[rosrun] {error}", file=sys.stderr)
         return 2
@@ -102,6 +104,14 @@ def _say_missing(index: PackageIndex, package: str, name: str, folder: Path) -> 
         print("[rosrun] or not executable:", file=sys.stderr)
         for path in others:
             print(f"[rosrun]   {path}", file=sys.stderr)
+    else:
+        _suggest(name, index.executables(package))
+
+
+def _suggest(word: str, known: list[str]) -> None:
+    hint = did_you_mean(word, known)
+    if hint:
+        print(f"[rosrun]{hint}", file=sys.stderr)
 
 
 def _select(found: list[Path]) -> Path | None:

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from typing import IO, Any
 
 _SILENCE = 30.0  # seconds without a word from the launcher that mean that the connection is dead
@@ -25,6 +26,7 @@ class _Agent:
         self._nodes: dict[str, subprocess.Popen[bytes]] = {}
         self._lock = threading.Lock()
         self._lines: queue.Queue[bytes] = queue.Queue()
+        self._find = finder()
 
     def say(self, **message: Any) -> None:
         with self._lock, contextlib.suppress(OSError, ValueError):
@@ -70,7 +72,7 @@ class _Agent:
             threading.Thread(target=self._watch, args=(label, node), daemon=True).start()
 
     def _spawn(self, label: str, message: dict[str, Any]) -> subprocess.Popen[bytes]:
-        words = find(message["package"], message["type"])
+        words = self._find(message["package"], message["type"])
         home = os.environ.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros")
         logs = os.path.join(os.environ.get("ROS_LOG_DIR") or os.path.join(home, "log"), message["run_id"])
         os.makedirs(logs, exist_ok=True)
@@ -138,18 +140,29 @@ def group_exists(pid: int) -> bool:
     return True
 
 
-def find(package: str, kind: str) -> list[str]:
-    """Return the words that start a node: pyros1 finds it, or else stock ROS does."""
+def finder() -> Callable[[str, str], list[str]]:
+    """Return what finds the words that start a node: with pyros1 if that is here, or else with stock ROS."""
     try:
         from pyros1.launch.command_line import executable_words, locate  # noqa: PLC0415
         from pyros1.msgs.packages import PackageIndex  # noqa: PLC0415
     except ImportError:
+        return _ask_rosrun
+    packages = PackageIndex(os.environ)
+    return lambda package, kind: executable_words(locate(package, kind, packages))
+
+
+def _ask_rosrun(package: str, kind: str) -> list[str]:
+    try:
         done = subprocess.run(["rosrun", "--prefix", "echo", package, kind], capture_output=True, check=False)
-        path = done.stdout.decode().strip()
-        if done.returncode or not path:
-            raise RuntimeError(done.stderr.decode().strip() or f"no [{kind}] in package [{package}]") from None
-        return [path]
-    return executable_words(locate(package, kind, PackageIndex(os.environ)))
+    except FileNotFoundError:
+        raise RuntimeError(
+            "neither pyros1 nor stock ROS is found there by its python3 and PATH; install pyros1 for that python3, or "
+            "let the machine's env-loader set up ROS"
+        ) from None
+    path = done.stdout.decode().strip()
+    if done.returncode or not path:
+        raise RuntimeError(done.stderr.decode().strip() or f"no [{kind}] in package [{package}]")
+    return [path]
 
 
 if __name__ == "__main__":

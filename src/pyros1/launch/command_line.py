@@ -10,10 +10,9 @@ from pathlib import Path
 from pyros1.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import NodePlan
 from pyros1.launch.resources import PackageFinder
+from pyros1.msgs.packages import OWN_PACKAGES
 
 _PACKAGE_FOLDER = Path(__file__).resolve().parent.parent
-OWN_PACKAGES = _PACKAGE_FOLDER / "packages"
-"""ROS packages that are part of pyros1."""
 
 
 def locate(package: str, kind: str, packages: PackageFinder) -> Path:

@@ -6,8 +6,8 @@ import os
 import sys
 
 from pyros1.errors import LaunchError
-from pyros1.launch.places import package_index
 from pyros1.launch.resources import Resources
+from pyros1.msgs.packages import PackageIndex
 
 _COMMAND_TIMEOUT_S = 600.0
 
@@ -15,7 +15,7 @@ _COMMAND_TIMEOUT_S = 600.0
 def make_resources() -> Resources:
     """Return the real world for `load_plan`."""
     return Resources(
-        packages=package_index(os.environ),
+        packages=PackageIndex(os.environ),
         environ=os.environ,
         run_command=run_command,
         unique=_unique,

@@ -14,8 +14,7 @@ import sys
 import types
 
 from pyros1.errors import PackageNotFoundError
-from pyros1.launch.command_line import OWN_PACKAGES
-from pyros1.launch.places import package_index
+from pyros1.msgs.packages import OWN_PACKAGES, PackageIndex
 
 MISSING = "xacro is not installed: pip install pyros1[xacro]"
 _NAMES = ("xacro", "xacro.py")
@@ -40,7 +39,7 @@ def xacro_words(words: list[str]) -> list[str]:
 
 def main() -> int:
     """Run xacro with this process's arguments; return the exit code."""
-    finder = package_index(os.environ)
+    finder = PackageIndex(os.environ)
 
     def get_package_share_directory(name: str) -> str:
         return str(finder.find(name))

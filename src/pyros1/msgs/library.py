@@ -1,6 +1,6 @@
 """Definitions by name: where the text of ``package/Type`` is found on this machine (G28).
 
-In this order: packages on ``ROS_PACKAGE_PATH``, stock installations, the definitions that come with pyros1. A package's
+In this order: packages where `packages` looks for them, the definitions that come with pyros1. A package's
 folder has ``msg``, ``srv`` and ``action``; the messages of an action need no .msg files.
 """
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pyros1.errors import DefinitionError, PackageNotFoundError, UnknownTypeError
 from pyros1.msgs.digest import Digests
-from pyros1.msgs.packages import PackageIndex, stock_installs
+from pyros1.msgs.packages import PackageIndex, share_folders
 from pyros1.msgs.spec import (
     MessageSpec,
     ServiceSpec,
@@ -39,9 +39,9 @@ class Library:
     def __init__(
         self, environ: Mapping[str, str], *, installs: Sequence[Path] | None = None, shipped: Path = SHIPPED
     ) -> None:
-        self._installs = list(stock_installs() if installs is None else installs)
+        self._installs = list(share_folders(environ) if installs is None else installs)
         self._shipped = shipped
-        self._packages = PackageIndex(environ, installs=self._installs)
+        self._packages = PackageIndex(environ, installs=installs)
         self._folders: dict[str, list[Path]] = {}
         self._messages: dict[str, MessageSpec] = {}
         self._services: dict[str, ServiceSpec] = {}

@@ -1,15 +1,18 @@
 """Where ROS packages are on this machine (https://wiki.ros.org/ROS/EnvironmentVariables#ROS_PACKAGE_PATH).
 
-A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (rosbuild). Three kinds of places are
-searched, in this order: the folders of ``ROS_PACKAGE_PATH`` with everything below them, stock installations found on
-the machine, and the packages that come with pyros1. Nothing is read before a question is asked, a package that lies
-directly in one of the places costs one look, and what a crawl found is remembered by the object.
+A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (rosbuild). Searched are, in this order: the
+folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of ``CMAKE_PREFIX_PATH``, stock
+installations found on the machine, the Python packages of this interpreter that declare a ROS package (by a
+``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that come with pyros1.
+Nothing is read before a question is asked, a package that lies directly in one of the places costs one look, and what
+was found is remembered by the object: have one of them and ask it everything.
 """
 
 from __future__ import annotations
 
 import os
 import re
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -31,12 +34,27 @@ def stock_installs() -> list[Path]:
     return [*found, Path("/usr/share")]
 
 
+def share_folders(environ: Mapping[str, str]) -> list[Path]:
+    """Return the ``share`` folders of the spaces of ``CMAKE_PREFIX_PATH`` and of stock installations, in order."""
+    return list(dict.fromkeys([*(prefix / "share" for prefix in _prefixes(environ)), *stock_installs()]))
+
+
+def _prefixes(environ: Mapping[str, str]) -> _Paths:
+    return [Path(part) for part in environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if part]
+
+
+def _python_folders() -> _Paths:
+    """Where Python's installers put packages, and the data files that belong to them."""
+    libraries = [Path(part) for part in sys.path if os.path.basename(part) in ("site-packages", "dist-packages")]
+    return [Path(sys.prefix, "share"), *libraries]
+
+
 class PackageIndex:
     """Finds packages and files in them.
 
     Args:
         environ: environment variables; ``ROS_PACKAGE_PATH`` and ``CMAKE_PREFIX_PATH`` are used.
-        installs: ``share`` folders of stock installations; None means those of this machine.
+        installs: folders of packages to search behind ``ROS_PACKAGE_PATH``; None means those of this machine.
         own: folder of pyros1's own packages.
     """
 
@@ -44,8 +62,9 @@ class PackageIndex:
         self, environ: Mapping[str, str], *, installs: Sequence[Path] | None = None, own: Path = OWN_PACKAGES
     ) -> None:
         self._roots = [Path(part) for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
-        self._prefixes = [Path(part) for part in environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if part]
-        self._flat = [*(stock_installs() if installs is None else installs), own]
+        self._prefixes = _prefixes(environ)
+        found = [*share_folders(environ), *_python_folders()] if installs is None else installs
+        self._flat = list(dict.fromkeys([*found, own]))
         self._own = own
         self._found: dict[str, Path] = {}
         self._crawled: dict[Path, dict[str, Path]] = {}
@@ -60,7 +79,7 @@ class PackageIndex:
         if path is None:
             path = self._search(name)
             if path is None:
-                places = ", ".join(map(str, [*self._roots, *self._flat]))
+                places = ", ".join(map(str, dict.fromkeys([*self._roots, *self._flat])))
                 raise PackageNotFoundError(
                     f"package [{name}] not found (searched: {places}); is ROS_PACKAGE_PATH set as it should be?"
                 )
