@@ -144,6 +144,24 @@ def test_listings_as_json(run: Any, make_node: Callable[..., Any]) -> None:
     ]
 
 
+def test_services_and_parameters_as_json(run: Any, make_node: Callable[..., Any]) -> None:
+    node = make_node("flipper", rosout=False)
+    node.advertise_service("flip", SetBool, lambda request: SetBoolResponse(True, "it's " + str(request.data)))
+    assert {"service": "/flip", "nodes": ["/flipper"]} in json.loads(run("service", "list", "--json")[1])
+    shown = json.loads(run("service", "info", "--json", "flip")[1])
+    assert shown.pop("uri") == run("service", "uri", "flip")[1].strip()
+    assert shown == {"service": "/flip", "node": "/flipper", "type": "std_srvs/SetBool", "args": ["data"]}
+    assert json.loads(run("service", "find", "--json", "std_srvs/SetBool")[1]) == ["/flip"]
+    answer = {"success": True, "message": "it's False"}
+    assert json.loads(run("service", "call", "--json", "flip", "false")[1]) == answer
+    assert run("service", "call", "--nostr", "flip", "false")[1] == 'success: True\nmessage: "<string length: 10>"\n'
+    assert "did you mean '/flip'?" in run("service", "call", "/filp", "true")[2]
+    run("param", "set", "/gains", "{p: 1.5, i: [1, 2]}")
+    assert json.loads(run("param", "get", "--json", "/gains")[1]) == {"p": 1.5, "i": [1, 2]}
+    assert "/gains/p" in json.loads(run("param", "list", "--json")[1])
+    assert "did you mean '/gains/p'?" in run("param", "get", "/gain/p")[2]
+
+
 def test_topics_are_found_by_what_they_are_like(run: Any, make_node: Callable[..., Any]) -> None:
     node = make_node("talker", rosout=False)
     for topic, kind in (("front/scan", String), ("cmd_vel", Float64), ("status", String)):

@@ -113,7 +113,9 @@ class Invocation:
         """
         from optparse import OptionParser  # noqa: PLC0415 - the quickest commands have no options
 
-        parser = OptionParser(usage=f"usage: %prog {usage}", prog=self.program)
+        from pyros1.cli.usage import HidingFormatter  # noqa: PLC0415
+
+        parser = OptionParser(usage=f"usage: %prog {usage}", prog=self.program, formatter=HidingFormatter())
         if self.program != self.stock:  # under the stock tool's name help is as that tool's
             parser.format_epilog = self._examples  # type: ignore[method-assign]
         return parser

@@ -7,7 +7,7 @@ import sys
 from optparse import OptionParser, Values
 from typing import Any
 
-from pyros1.cli.common import CommandError, Invocation, guard_negatives, run, unguard
+from pyros1.cli.common import CommandError, Invocation, did_you_mean, guard_negatives, print_json, run, unguard
 from pyros1.errors import MasterError, MasterUnreachableError, ParameterNotSetError
 
 INT_RANGE = range(-(2**31), 2**31)
@@ -29,11 +29,18 @@ Commands:
 
 
 def _parse(
-    invocation: Invocation, arguments: str, most: int, missing: str, *options: tuple[tuple[str, ...], dict[str, Any]]
+    invocation: Invocation,
+    arguments: str,
+    most: int,
+    missing: str,
+    *options: tuple[tuple[str, ...], dict[str, Any]],
+    json: bool = False,
 ) -> tuple[Values, list[str], OptionParser]:
     parser = invocation.parser(f"{invocation.verb} {arguments}")
     for names, settings in options:
         parser.add_option(*names, **settings)
+    if json:
+        invocation.add_json(parser)
     values, args = parser.parse_args(invocation.args)
     if missing and not args:
         parser.error(f"invalid arguments. Please specify a {missing}")
@@ -47,14 +54,18 @@ _VERBOSE = (("-v",), {"dest": "verbose", "default": False, "action": "store_true
 
 def list_names(invocation: Invocation) -> None:
     """``param list [namespace]`` (L83)."""
-    args = invocation.args
+    args, json = invocation.args, False
     if args and (len(args) > 1 or args[0].startswith("-")):
-        args = _parse(invocation, "[namespace]", 1, "")[1]
+        options, args, _ = _parse(invocation, "[namespace]", 1, "", json=True)
+        json = options.json
     names = invocation.master.get_param_names()
     if args:
         prefix = invocation.resolve(args[0]).rstrip("/") + "/"
         names = [name for name in names if name.startswith(prefix)]
-    print("\n".join(sorted(names)))
+    if json:
+        print_json(sorted(names))
+    else:
+        print("\n".join(sorted(names)))
 
 
 def get(invocation: Invocation) -> None:
@@ -63,21 +74,39 @@ def get(invocation: Invocation) -> None:
         ("-p",),
         {"dest": "pretty", "default": False, "action": "store_true", "help": "pretty print. WARNING: not YAML-safe"},
     )
-    options, args, _ = _parse(invocation, "[options] parameter", 1, "parameter name", pretty_option, _VERBOSE)
+    options, args, _ = _parse(
+        invocation, "[options] parameter", 1, "parameter name", pretty_option, _VERBOSE, json=True
+    )
     name = invocation.resolve(args[0])
     if options.verbose:
         print(f"getting parameter [{name}]")
     try:
         value = invocation.master.get_param(name)
     except ParameterNotSetError:
-        raise CommandError(f"Parameter [{name}] is not set") from None
-    if options.pretty and isinstance(value, dict):
+        hint = did_you_mean(name, invocation.master.get_param_names())
+        raise CommandError(f"Parameter [{name}] is not set{hint}") from None
+    if options.json:
+        print_json(_plain(value))
+    elif options.pretty and isinstance(value, dict):
         for line in pretty_lines(value, ""):
             print(line)
     elif options.pretty and isinstance(value, str):
         print(value)
     else:
         print(_scalar_or_block(value))
+
+
+def _plain(value: Any) -> Any:
+    """The value for JSON: binary data as base64, times as text."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, bytes):
+        import base64  # noqa: PLC0415
+
+        return base64.b64encode(value).decode("ascii")
+    return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 
 def _scalar_or_block(value: Any) -> str:
@@ -262,7 +291,8 @@ def delete(invocation: Invocation) -> None:
         else:
             invocation.master.delete_param(name)
     except ParameterNotSetError:
-        raise CommandError(f"parameter [{name}] is not set") from None
+        hint = did_you_mean(name, invocation.master.get_param_names())
+        raise CommandError(f"parameter [{name}] is not set{hint}") from None
     if options.verbose:
         print(f"deleted parameter [{name}]")
 

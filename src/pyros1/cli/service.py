@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.common import CommandError, Invocation, fail, guard_negatives, run, unguard
+from pyros1.cli.common import CommandError, Invocation, did_you_mean, fail, guard_negatives, print_json, run, unguard
 from pyros1.errors import (
     DefinitionError,
     MasterUnreachableError,
@@ -19,7 +19,9 @@ from pyros1.errors import (
 from pyros1.graph import Graph, in_namespace, probe_service
 
 if TYPE_CHECKING:
-    from pyros1.msgs import Service
+    from optparse import Values
+
+    from pyros1.msgs import Message, Service
 
 _ERROR = 2
 """Exit code of errors, other than of most tools."""
@@ -40,9 +42,12 @@ Type {program} <command> -h for more detailed usage, e.g. '{program} call -h'
 """
 
 
-def _service_argument(invocation: Invocation) -> str:
+def _service_argument(invocation: Invocation, *, json: bool = False) -> tuple[str, bool]:
+    """The service's full name, and whether JSON was asked for, which ``json`` allows."""
     parser = invocation.parser(f"{invocation.verb} /service")
-    args = parser.parse_args(invocation.args)[1]
+    if json:
+        invocation.add_json(parser)
+    options, args = parser.parse_args(invocation.args)
     if not args:
         parser.error("you must specify a service name" if invocation.verb == "info" else "service must be specified")
     if len(args) > 1:
@@ -51,7 +56,11 @@ def _service_argument(invocation: Invocation) -> str:
             if invocation.verb == "info"
             else "you may only specify one input service"
         )
-    return invocation.resolve(args[0])
+    return invocation.resolve(args[0]), json and options.json
+
+
+def _hint(graph: Graph, name: str) -> str:
+    return did_you_mean(name, graph.state().services)
 
 
 def _header(invocation: Invocation, graph: Graph, name: str) -> dict[str, str] | None:
@@ -67,74 +76,88 @@ def _header(invocation: Invocation, graph: Graph, name: str) -> dict[str, str] |
 
 def list_services(invocation: Invocation) -> None:
     """``service list [/namespace]`` (L76)."""
-    namespace, with_nodes = None, False
+    namespace, with_nodes, json = None, False, False
     if invocation.args:
         parser = invocation.parser("list [/namespace]")
         parser.add_option("-n", "--nodes", action="store_true", help="print nodes that provide service(s)")
+        invocation.add_json(parser)
         options, args = parser.parse_args(invocation.args)
         if len(args) > 1:
             parser.error("you may only specify one input namespace")
         namespace = invocation.resolve(args[0]) if args else None
-        with_nodes = bool(options.nodes)
+        with_nodes, json = bool(options.nodes), options.json
     services = invocation.graph.state().services
+    if json:
+        names = sorted(in_namespace(services, namespace))
+        print_json([{"service": name, "nodes": services[name]} for name in names])
+        return
     for name in sorted(in_namespace(services, namespace)):
         print(f"{name} {','.join(services[name])}" if with_nodes else name)
 
 
 def info(invocation: Invocation) -> None:
     """``service info /service`` (L76)."""
-    name = _service_argument(invocation)
+    name, json = _service_argument(invocation, json=True)
     graph = invocation.graph
     nodes = graph.state().services.get(name)
     if not nodes:
-        raise CommandError("unknown service", 1)
-    print(f"Node: {nodes[0]}")
-    print(f"URI: {graph.service_uri(name)}")
+        raise CommandError(f"unknown service{_hint(graph, name)}", 1)
+    if not json:  # line by line: what is known is shown although the provider may not answer
+        print(f"Node: {nodes[0]}")
+        print(f"URI: {graph.service_uri(name)}")
     type_name = (_header(invocation, graph, name) or {}).get("type", "")
+    if json:
+        arguments = _argument_names(_load(type_name))
+        print_json(
+            {"service": name, "node": nodes[0], "uri": graph.service_uri(name), "type": type_name, "args": arguments}
+        )
+        return
     print(f"Type: {type_name}")
     print(f"Args: {' '.join(_argument_names(_load(type_name)))}")
 
 
 def type_of(invocation: Invocation) -> None:
     """``service type /service`` (L77)."""
-    name = _service_argument(invocation)
+    name, _ = _service_argument(invocation)
     header = _header(invocation, invocation.graph, name)
     if header is None:
-        fail(f"Unknown service [{name}]")
+        fail(f"Unknown service [{name}]{_hint(invocation.graph, name)}")
     print(header.get("type", ""))
 
 
 def uri(invocation: Invocation) -> None:
     """``service uri /service`` (L77)."""
-    name = _service_argument(invocation)
+    name, _ = _service_argument(invocation)
     found = invocation.graph.service_uri(name)
     if found is None:
-        fail(f"Unknown service: {name}")
+        fail(f"Unknown service: {name}{_hint(invocation.graph, name)}")
     print(found)
 
 
 def node(invocation: Invocation) -> None:
     """``service node /service`` (L77)."""
-    name = _service_argument(invocation)
-    nodes = invocation.graph.state().services.get(name)
+    name, _ = _service_argument(invocation)
+    services = invocation.graph.state().services
+    nodes = services.get(name)
     if not nodes:
-        fail(f"Unknown service: {name}")
+        fail(f"Unknown service: {name}{did_you_mean(name, services)}")
     print(nodes[0])
 
 
 def args_of(invocation: Invocation) -> None:
     """``service args /service`` (L77)."""
-    name = _service_argument(invocation)
+    name, _ = _service_argument(invocation)
     header = _header(invocation, invocation.graph, name)
     if header is None:
-        raise CommandError(f"Service [{name}] is not available.", _ERROR)
+        raise CommandError(f"Service [{name}] is not available.{_hint(invocation.graph, name)}", _ERROR)
     print(" ".join(_argument_names(_load(header.get("type", "")))))
 
 
 def find(invocation: Invocation) -> None:
     """``service find package/Type``: asks the provider of every service (L77)."""
     parser = invocation.parser("find msg-type")
-    args = parser.parse_args(invocation.args)[1]
+    invocation.add_json(parser)
+    options, args = parser.parse_args(invocation.args)
     if not args:
         parser.error("please specify a message type")
     if len(args) > 1:
@@ -150,7 +173,10 @@ def find(invocation: Invocation) -> None:
             continue  # a dead provider does not answer for its type
         if header is not None and header.get("type") == args[0]:
             matching.append(name)
-    print("\n".join(matching))
+    if options.json:
+        print_json(matching)
+    else:
+        print("\n".join(matching))
 
 
 def call(invocation: Invocation) -> None:
@@ -158,6 +184,10 @@ def call(invocation: Invocation) -> None:
     parser = invocation.parser("call /service [args...]")
     parser.add_option("-v", dest="verbose", action="store_true", help="print verbose output")
     parser.add_option("--wait", action="store_true", help="wait for service to be advertised")
+    shown = invocation.program != invocation.stock
+    parser.add_option("--nostr", action="store_true", help="exclude strings" if shown else "SUPPRESSHELP")
+    parser.add_option("--noarr", action="store_true", help="exclude arrays" if shown else "SUPPRESSHELP")
+    invocation.add_json(parser, "print the response as a line of JSON")
     options, words = parser.parse_args(guard_negatives(invocation.args))
     if not words:
         parser.error("service must be specified")
@@ -173,14 +203,27 @@ def call(invocation: Invocation) -> None:
             node.wait_for_service(name)
         header = _header(invocation, graph, name)
         if header is None:
-            raise CommandError(f"Service [{name}] is not available.", _ERROR)
+            raise CommandError(f"Service [{name}] is not available.{_hint(graph, name)}", _ERROR)
         service_class = _load(header.get("type", ""))
         client = node.service(name, service_class)
         if arguments or not service_class._request_class.__slots__ or sys.stdin.isatty():
-            _call(client, service_class, name, arguments, node.now(), bool(options.verbose))
+            print(_response(options, _call(client, service_class, name, arguments, node.now(), bool(options.verbose))))
             return
         for document in stdin_documents():
-            _call(client, service_class, name, _as_arguments(document), node.now(), bool(options.verbose))
+            response = _call(client, service_class, name, _as_arguments(document), node.now(), bool(options.verbose))
+            print(_response(options, response), flush=True)
+
+
+def _response(options: Values, response: Message) -> str:
+    if options.json:
+        import json  # noqa: PLC0415
+
+        from pyros1.msgs.json_form import to_json  # noqa: PLC0415
+
+        return json.dumps(to_json(response), ensure_ascii=False)
+    from pyros1.msgs.text import format_message  # noqa: PLC0415
+
+    return format_message(response, no_string=bool(options.nostr), no_array=bool(options.noarr))
 
 
 def stdin_documents() -> Iterator[Any]:
@@ -194,7 +237,9 @@ def _as_arguments(document: Any) -> list[Any]:
     return document if isinstance(document, list) else [document]
 
 
-def _call(client: Any, service_class: type[Service], name: str, arguments: list[Any], now: Any, verbose: bool) -> None:
+def _call(
+    client: Any, service_class: type[Service], name: str, arguments: list[Any], now: Any, verbose: bool
+) -> Message:
     from pyros1.msgs.fill import fill_message  # noqa: PLC0415
 
     request = service_class._request_class()
@@ -212,7 +257,7 @@ def _call(client: Any, service_class: type[Service], name: str, arguments: list[
         print(f"{request}\n---")
     sys.stdout.flush()
     try:
-        response = client.call(request)
+        response: Message = client.call(request)
     except SerializationError as error:
         raise CommandError(
             "Unable to send request. One of the fields has an incorrect type:\n"
@@ -227,7 +272,7 @@ def _call(client: Any, service_class: type[Service], name: str, arguments: list[
         if reason.startswith(prefix):
             reason = f"{prefix}{reason[len(prefix) :].encode()!r}"
         raise CommandError(reason, _ERROR) from None
-    print(response)
+    return response
 
 
 def _without_comments(text: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from optparse import HelpFormatter, OptionParser
+from optparse import SUPPRESS_HELP, HelpFormatter, IndentedHelpFormatter, OptionParser
 
 from pyros1.cli.common import program_name
 
@@ -23,6 +23,19 @@ class Parser(OptionParser):
     def format_epilog(self, formatter: HelpFormatter) -> str:
         """Return the examples."""
         return examples_text(self.get_prog_name(), self._examples)
+
+
+class HidingFormatter(IndentedHelpFormatter):
+    """Lays help out as if hidden options were not there; optparse's own leaves room for them."""
+
+    def store_option_strings(self, parser: OptionParser) -> None:
+        """Measure the options that are shown."""
+        everything = parser.option_list
+        parser.option_list = [option for option in everything if option.help != SUPPRESS_HELP]
+        try:
+            super().store_option_strings(parser)
+        finally:
+            parser.option_list = everything
 
 
 def examples_text(program: str, examples: dict[str, str]) -> str:
