@@ -88,9 +88,9 @@ def draw(curves: Sequence[tuple[str, Curve]], now: float, period: float, size: t
             canvas.line(*(last or (x, y)), x, y, number)
             last = (x, y)
     lines = []
+    marks = {round(part / 4 * (rows - 1)): high - (high - low) * part / 4 for part in range(5)}
     for row, text in enumerate(canvas.rows(coloured)):
-        value = high - (high - low) * row / (rows - 1)
-        label = f"{value:.4g}" if row % max(1, (rows - 1) // 4) == 0 or row == rows - 1 else ""
+        label = f"{marks[row]:.4g}" if row in marks else ""
         lines.append(f"{label:>{_AXIS - 1}} \u2502{text}")
     lines.append(" " * _AXIS + "\u2514" + "\u2500" * columns)
     span = f"{-period:g} s"
