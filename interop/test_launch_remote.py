@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -97,6 +98,28 @@ def test_remote_nodes_run_speak_and_end(launch: Process, sshd: Path) -> None:
     assert launch.wait(30) == 0
     assert not launch.unread("escalating")
     until(lambda: gone(far) and gone(again), "nothing runs over there")
+
+
+def test_status_and_a_connection_that_breaks(launch: Process, sshd: Path) -> None:
+    far, shout = started(launch, "far"), started(launch, "shout")
+    environ = dict(item.split("=", 1) for item in Path(f"/proc/{launch.pid}/environ").read_text().split("\0") if item)
+    command = [sys.executable, "-m", "pyros1", "node", "status"]
+    status = subprocess.run(command, env=environ, capture_output=True, text=True, timeout=30, check=True).stdout
+    assert re.search(rf"^/g/far +running +{far} +[\d.]+ % +[\d.]+ MB +0 +0:\d\d:\d\d +far$", status, re.M), status
+    (ssh,) = (
+        int(path.parent.name)
+        for path in Path("/proc").glob("[0-9]*/stat")
+        if path.read_text().rpartition(")")[2].split()[1] == str(launch.pid) and "(ssh)" in path.read_text()
+    )
+    os.kill(ssh, signal.SIGKILL)
+    launch.wait_line(r"ERROR: the connection to machine \[far\] \(robot\) is lost", timeout=30)
+    until(lambda: gone(far) and gone(shout), "the nodes over there have ended", timeout=30)
+    launch.wait_line(r"remote\[far\] connected to robot again", timeout=30)
+    again = started(launch, "far")
+    assert not gone(again)
+    launch.signal(signal.SIGINT)
+    assert launch.wait(30) == 0
+    until(lambda: gone(again), "nothing runs over there")
 
 
 def test_a_killed_launcher_leaves_nothing_over_there(launch: Process) -> None:

@@ -17,7 +17,7 @@ from pyros1.errors import LaunchError
 from pyros1.launch.console import Console
 from pyros1.launch.plan import MachinePlan, NodePlan
 from pyros1.launch.process import Process, ProcessSpec
-from pyros1.launch.remote import SSH_VARIABLE, Machine, ssh_words
+from pyros1.launch.remote import SSH_VARIABLE, Machine, make_machine, ssh_words
 from pyros1.launch.supervisor import Supervisor
 from pyros1.launch.warden import group_exists
 
@@ -63,9 +63,14 @@ class Bench:
         self.out, self.err = io.StringIO(), io.StringIO()
         self.console = Console(self.out, self.err)
         self.supervisor = Supervisor(self.console, sigint_timeout=STAGES[0], sigterm_timeout=STAGES[1])
-        self.machine = Machine(MachinePlan("robot", "robot.example"), environ, "http://me:1/", STAGES, self.console)
+        self.machine = Machine(
+            MachinePlan("robot", "robot.example"), environ, "http://me:1/", STAGES, self.console, self.back
+        )
         self.machine.connect()
         self.machine.wait_ready()
+
+    def back(self, processes: list[Process]) -> None:
+        self.supervisor.do(lambda: self.supervisor.resume(processes))
 
     def start(self, kind: str, *, screen: bool = False, respawn: bool = False) -> bool:
         node = NodePlan("far", kind, "it", "/ns/", ["a", "b c"], [("x", "y")], {"MARK": "set"})
@@ -154,6 +159,49 @@ def test_a_broken_connection_ends_the_nodes_over_there(bench: Bench, tmp_path: P
     bench.supervisor.run()
     assert process.exit_code == -signal.SIGKILL
     until(lambda: not group_exists(process.pid), "nothing is left")
+
+
+def test_a_machine_that_comes_back_gets_its_respawning_nodes_again(environ: dict[str, str], tmp_path: Path) -> None:
+    bench = Bench(environ)
+    assert bench.start("polite", respawn=True)
+    until((tmp_path / "home" / "up").exists, "the node runs")
+    process = bench.process
+    first = process.pid
+    runner = threading.Thread(target=bench.supervisor.run)
+    runner.start()
+    try:
+        ssh = bench.machine._ssh
+        assert ssh is not None and ssh.stdin is not None
+        ssh.stdin.close()
+        until(lambda: process.spawn_count == 2, "it is started again")
+        assert process.alive and process.pid != first and not process.stranded
+        until(lambda: not group_exists(first), "the first one has ended")
+    finally:
+        bench.supervisor.stop()
+        runner.join(DEADLINE)
+        bench.supervisor.shut_down()
+        bench.machine.close()
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("machine")]
+    assert (
+        "ERROR: the connection to machine [robot] (robot.example) is lost; its nodes are ended" in bench.err.getvalue()
+    )
+    assert "remote[robot] connected to robot.example again" in bench.out.getvalue()
+
+
+def test_what_a_node_over_there_uses_is_known(bench: Bench, tmp_path: Path) -> None:
+    assert bench.start("polite")
+    until((tmp_path / "home" / "up").exists, "the node runs")
+    usage = bench.process.usage({})
+    if Path("/proc/self/stat").exists():
+        assert usage.cpu >= 0 and usage.memory > 0
+    assert bench.machine.usage("nobody") == (-1.0, -1)
+
+
+def test_a_password_is_warned_of(environ: dict[str, str]) -> None:
+    err = io.StringIO()
+    plan = MachinePlan("robot", "robot.example", (("password", "secret"),))
+    make_machine(plan, environ, "http://me:1/", STAGES, Console(io.StringIO(), err), list)
+    assert "the password of machine [robot] is not used" in err.getvalue() and "secret" not in err.getvalue()
 
 
 def test_who_cannot_be_reached_is_said_before_anything_runs(environ: dict[str, str], tmp_path: Path) -> None:

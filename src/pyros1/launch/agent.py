@@ -27,6 +27,7 @@ class _Agent:
         self._lock = threading.Lock()
         self._lines: queue.Queue[bytes] = queue.Queue()
         self._find = finder()
+        self._tools: dict[str, Any] = {"__name__": "usage"}  # what the launcher's own module of that name has
 
     def say(self, **message: Any) -> None:
         with self._lock, contextlib.suppress(OSError, ValueError):
@@ -48,6 +49,9 @@ class _Agent:
             do = message.get("do")
             if do == "hello":
                 stages = message["stages"]
+                exec(message["usage"], self._tools)
+            elif do == "usage":
+                self._say_usage()
             elif do == "start":
                 self._start(message)
             elif do == "signal":
@@ -58,6 +62,11 @@ class _Agent:
         for line in sys.stdin.buffer:
             self._lines.put(line)
         self._lines.put(b"")
+
+    def _say_usage(self) -> None:
+        usages = self._tools["group_usages"]()
+        nodes = list(self._nodes.items())
+        self.say(event="usage", of={label: usages[node.pid] for label, node in nodes if node.pid in usages})
 
     def _start(self, message: dict[str, Any]) -> None:
         label = message["label"]

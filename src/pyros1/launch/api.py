@@ -10,7 +10,7 @@ from typing import Any
 from pyros1.errors import LaunchError
 from pyros1.launch.process import Process
 from pyros1.launch.supervisor import Supervisor
-from pyros1.launch.usage import UNKNOWN, group_usages
+from pyros1.launch.usage import group_usages
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_server import XmlRpcServer, unknown_method
@@ -78,8 +78,7 @@ class LaunchServer:
         now = time.monotonic()
         entries = []
         for process in [*self._supervisor.active, *self._supervisor.dead]:
-            here = process.alive and not process.machine
-            usage = usages.get(process.pid, UNKNOWN) if here else UNKNOWN
+            usage = process.usage(usages)
             entry: dict[str, Any] = {
                 "label": process.spec.label,
                 "node": process.spec.node,

@@ -8,10 +8,11 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from pyros1.launch.usage import UNKNOWN, Usage
 from pyros1.launch.warden import group_exists, leaderless
 
 if TYPE_CHECKING:
@@ -69,6 +70,8 @@ class Process:
         held: stopped by the user, who may start it again.
         restarting: to be started again as soon as it has ended.
         machine: where it runs, empty for this machine.
+        stranded: its machine cannot be reached now.
+        due: it is to be started as soon as its machine is back.
     """
 
     spec: ProcessSpec
@@ -81,6 +84,8 @@ class Process:
     held: bool = False
     restarting: bool = False
     machine: str = ""
+    stranded: bool = False
+    due: bool = False
     _popen: subprocess.Popen[bytes] | None = None
     _ended: threading.Event = field(default_factory=threading.Event)
     _watcher: threading.Thread | None = None
@@ -167,6 +172,14 @@ class Process:
         for group in self._groups():
             with contextlib.suppress(OSError):
                 os.killpg(group, number)
+
+    def usage(self, here: Mapping[int, Usage]) -> Usage:
+        """What it uses.
+
+        Args:
+            here: what the process groups of this machine use.
+        """
+        return here.get(self.pid, UNKNOWN) if self.alive else UNKNOWN
 
     def wait(self, deadline: float) -> bool:
         """Wait until it has ended or `deadline` (monotonic seconds); return whether it has ended."""

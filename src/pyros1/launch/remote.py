@@ -1,7 +1,11 @@
 """Nodes on other machines, through the user's own ``ssh`` with its configuration, keys and agent (X91).
 
 One connection per machine runs the program in `agent` there. What nodes say and how they end comes back through it,
-and when it breaks, for whatever reason, the agent ends the nodes. No launcher need be installed there, and nothing
+and when it breaks, for whatever reason, the agent ends the nodes: at once if the connection is closed, after 30 seconds
+of silence if the network fails. Meanwhile the machine is tried again, after 1, 2, 4, ... 30 seconds; nodes with
+``respawn`` are started again then, and those that `pyros1 node start` names.
+
+No launcher need be installed there, only a ``python3`` and pyros1 or stock ROS for it to find nodes with, and nothing
 there has to reach this launcher; but nodes there have to reach the master, and each other, as always.
 """
 
@@ -9,6 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import shlex
 import subprocess
 import sys
@@ -23,7 +28,9 @@ from pyros1.launch.conditions import parse_seconds
 from pyros1.launch.console import Console
 from pyros1.launch.plan import MachinePlan, NodePlan
 from pyros1.launch.process import Process, ProcessSpec
+from pyros1.launch.remote_process import RemoteProcess
 from pyros1.launch.screen import Screen
+from pyros1.launch.usage import UNKNOWN, Usage
 from pyros1.launch.warden import Warden
 
 SSH_VARIABLE = "PYROS1_SSH"
@@ -34,7 +41,9 @@ _OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
 _BOOT = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
 _HEARTBEAT = 5.0
 _CONNECT_TIMEOUT = "10"
-_LOST = 255
+_DELAYS = (1.0, 30.0)
+_USAGE_WAIT = 1.0
+_USAGE_AGE = 0.2
 _DEFAULT_LOADERS = "/opt/ros/noetic/env.sh"
 _Factory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", "Screen | None"], Process]
 
@@ -46,7 +55,8 @@ def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
     Without an ``env-loader`` the usual one is used if the machine has it.
     """
     settings = dict(machine.settings)
-    words = [*shlex.split(environ.get(SSH_VARIABLE) or "ssh"), *_OPTIONS]
+    patience = math.ceil(_timeout(settings))
+    words = [*shlex.split(environ.get(SSH_VARIABLE) or "ssh"), *_OPTIONS, "-o", f"ConnectTimeout={patience}"]
     if settings.get("ssh-port"):
         words += ["-p", settings["ssh-port"]]
     if settings.get("user"):
@@ -60,6 +70,10 @@ def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
     return [*words, "--", machine.address, f"exec sh -c {shlex.quote(command)}"]
 
 
+def _timeout(settings: Mapping[str, str]) -> float:
+    return parse_seconds(settings.get("timeout") or _CONNECT_TIMEOUT, "timeout")
+
+
 class Machine:
     """A connection to a machine.
 
@@ -69,6 +83,7 @@ class Machine:
         master_uri: what nodes there find in ROS_MASTER_URI.
         stages: seconds that nodes there have after SIGINT and after SIGTERM when the connection breaks.
         console: where lines for the user go.
+        on_back: called with the machine's processes, by a thread, when a broken connection has been made again.
     """
 
     def __init__(
@@ -78,17 +93,22 @@ class Machine:
         master_uri: str,
         stages: tuple[float, float],
         console: Console,
+        on_back: Callable[[list[Process]], object] | None = None,
     ) -> None:
         self.plan = plan
         self.master_uri = master_uri
         self._environ = environ
         self._stages = stages
         self._console = console
+        self._on_back = on_back
         self._ssh: subprocess.Popen[bytes] | None = None
         self._processes: dict[str, RemoteProcess] = {}
         self._changed = threading.Condition()
         self._ready = False
         self._lost = False
+        self._usages: dict[str, Usage] = {}
+        self._usages_at = -_USAGE_AGE
+        self._usages_known = threading.Event()
         self._closed = threading.Event()
         self._threads: list[threading.Thread] = []
 
@@ -98,22 +118,29 @@ class Machine:
         Raises:
             LaunchError: there is no ssh.
         """
-        words = ssh_words(self.plan, self._environ)
         self._console.line(f"remote[{self.plan.name}] connecting to {self.plan.address}")
-        try:
-            # In a session of its own no Ctrl-C of the user ends the connection before the nodes have ended.
-            self._ssh = subprocess.Popen(
-                words, env=self._environ, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
-            )
-        except OSError as error:
-            raise LaunchError(f"cannot run {words[0]}: {error.strerror}") from error
-        source = (resources.files("pyros1.launch") / "agent.py").read_bytes()
-        self._write(b"%d\n%s" % (len(source), source))
-        self.send({"do": "hello", "stages": list(self._stages)})
-        for target in (self._listen, self._beat):
+        self._open()
+        for target in (self._run, self._beat):
             thread = threading.Thread(target=target, name=f"machine {self.plan.name}", daemon=True)
             thread.start()
             self._threads.append(thread)
+
+    def _open(self) -> None:
+        words = ssh_words(self.plan, self._environ)
+        with self._changed:
+            if self._closed.is_set():
+                return
+            try:
+                # In a session of its own no Ctrl-C of the user ends the connection before the nodes have ended.
+                self._ssh = subprocess.Popen(
+                    words, env=self._environ, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+                )
+            except OSError as error:
+                raise LaunchError(f"cannot run {words[0]}: {error.strerror}") from error
+        folder = resources.files("pyros1.launch")
+        source = (folder / "agent.py").read_bytes()
+        self._write(b"%d\n%s" % (len(source), source))
+        self.send({"do": "hello", "stages": list(self._stages), "usage": (folder / "usage.py").read_text("utf-8")})
 
     def wait_ready(self) -> None:
         """Wait until nodes can be started there.
@@ -121,7 +148,7 @@ class Machine:
         Raises:
             LaunchError: that was not so within the machine's ``timeout``.
         """
-        timeout = parse_seconds(dict(self.plan.settings).get("timeout") or _CONNECT_TIMEOUT, "timeout")
+        timeout = _timeout(dict(self.plan.settings))
         with self._changed:
             self._changed.wait_for(lambda: self._ready or self._lost, timeout)
             if self._ready:
@@ -157,6 +184,51 @@ class Machine:
                 pipe.write(data)
                 pipe.flush()
 
+    def _run(self) -> None:
+        """Listen until the connection ends; if it has once been good, make it again."""
+        proven, delay = False, _DELAYS[0]
+        while True:
+            self._listen()
+            with self._changed:
+                worked, self._ready, self._lost = self._ready, False, True
+                self._changed.notify_all()
+            proven = proven or worked
+            if self._closed.is_set() or not proven:
+                return
+            if worked:
+                delay = _DELAYS[0]
+                self._say_lost()
+            while True:
+                self._bury()
+                if self._closed.wait(delay):
+                    return
+                delay = min(2 * delay, _DELAYS[1])
+                with contextlib.suppress(LaunchError):
+                    self._open()
+                    break
+
+    def _say_lost(self) -> None:
+        self._console.error(
+            f"the connection to machine [{self.plan.name}] ({self.plan.address}) is lost; its nodes are ended there. "
+            "It is tried again, and nodes with respawn are started when it is back, others by pyros1 node start. "
+            f"Check the network, and: ssh {self.plan.address}"
+        )
+        for process in list(self._processes.values()):
+            process.lost()
+
+    def _bury(self) -> None:
+        """Forget the ssh that has ended."""
+        with self._changed:
+            if self._ssh is None:
+                return
+            for pipe in (self._ssh.stdin, self._ssh.stdout):
+                if pipe is not None:
+                    with contextlib.suppress(OSError):
+                        pipe.close()
+            self._ssh.kill()
+            self._ssh.wait()
+            self._ssh = None
+
     def _listen(self) -> None:
         pipe = self._ssh.stdout if self._ssh is not None else None
         for line in pipe or ():
@@ -167,21 +239,40 @@ class Machine:
                 continue
             if isinstance(message, dict):
                 self._heard(message)
-        with self._changed:
-            self._lost = True
-            self._changed.notify_all()
-        for process in list(self._processes.values()):
-            process.lost()
 
     def _heard(self, message: dict[str, Any]) -> None:
         if message.get("event") == "ready":
             with self._changed:
-                self._ready = True
+                again, self._ready, self._lost = self._lost, True, False
                 self._changed.notify_all()
+            if again:
+                self._console.line(f"remote[{self.plan.name}] connected to {self.plan.address} again")
+                if self._on_back is not None:
+                    self._on_back(list(self._processes.values()))
+            return
+        if message.get("event") == "usage":
+            self._usages = {label: Usage(*numbers) for label, numbers in message["of"].items()}
+            self._usages_known.set()
             return
         process = self._processes.get(message.get("label", ""))
         if process is not None:
             process.heard(message)
+
+    def usage(self, label: str) -> Usage:
+        """Return what a process there uses; the answer may be a moment old, and is unknown if none comes soon."""
+        now = time.monotonic()
+        if now - self._usages_at > _USAGE_AGE and not self._lost:
+            self._usages_known.clear()
+            self.send({"do": "usage"})
+            if not self._usages_known.wait(_USAGE_WAIT):
+                self._usages = {}
+            self._usages_at = time.monotonic()
+        return self._usages.get(label, UNKNOWN)
+
+    @property
+    def lost(self) -> bool:
+        """Whether the connection is broken now."""
+        return self._lost
 
     def _beat(self) -> None:
         while not self._closed.wait(_HEARTBEAT):
@@ -190,134 +281,40 @@ class Machine:
     def close(self) -> None:
         """End the connection, and with it whatever still runs there."""
         self._closed.set()
-        if self._ssh is None:
-            return
-        with self._changed, contextlib.suppress(OSError):
-            if self._ssh.stdin is not None:
-                self._ssh.stdin.close()
-        try:
-            self._ssh.wait(sum(self._stages) + 5.0 if self._ready else 0.5)
-        except subprocess.TimeoutExpired:
-            self._ssh.kill()
-            self._ssh.wait()
+        with self._changed:
+            ssh = self._ssh
+            if ssh is not None and ssh.stdin is not None:
+                with contextlib.suppress(OSError):
+                    ssh.stdin.close()
+        if ssh is not None:
+            try:
+                ssh.wait(sum(self._stages) + 5.0 if self._ready else 0.5)
+            except subprocess.TimeoutExpired:
+                ssh.kill()
+                ssh.wait()
         for thread in self._threads:
             thread.join(5.0)
-        if self._ssh.stdout is not None:
-            self._ssh.stdout.close()
-
-
-class RemoteProcess(Process):
-    """A process on another machine."""
-
-    def attach(self, machine: Machine, node: NodePlan, run_id: str) -> None:
-        """Say where it is to run, and what."""
-        self._machine, self._node, self._run_id = machine, node, run_id
-        self.machine = machine.plan.name
-        self._answer: dict[str, Any] | None = None
-        self._answered = threading.Event()
-        self._pid = 0
-        self._running = False
-
-    @property
-    def pid(self) -> int:
-        """Process id over there, 0 before the first start."""
-        return self._pid
-
-    @property
-    def alive(self) -> bool:
-        """Whether it runs, as far as is known here."""
-        return self._running
-
-    @property
-    def gone(self) -> bool:
-        """Whether it does not run; the agent sees to what it leaves behind."""
-        return not self._running
-
-    def start(self) -> None:
-        """Start it, or start it again.
-
-        Raises:
-            OSError: it cannot be started, or the machine cannot be reached.
-        """
-        node = self._node
-        env = {"ROS_MASTER_URI": self._machine.master_uri}
-        if node.namespace.strip("/"):
-            env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
-        self._answer = None
-        self._answered.clear()
-        self._ended = threading.Event()
-        self._machine.send(
-            {
-                "do": "start",
-                "label": self.spec.label,
-                "package": node.package,
-                "type": node.type,
-                "prefix": node.prefix,
-                "args": [*node.args, *(f"{old}:={new}" for old, new in node.remappings), f"__name:={node.name}"],
-                "env": {**env, **node.env},
-                "cwd": node.cwd,
-                "run_id": self._run_id,
-                "screen": self.spec.to_screen,
-                "again": bool(self.spawn_count),
-            }
-        )
-        self._answered.wait(10.0)
-        answer = self._answer
-        if answer is None or answer.get("event") != "started":
-            why = answer.get("why") if answer else "the connection is lost"
-            raise OSError(0, str(why), f"machine {self._machine.plan.name}")
-        self.exit_code = None
-        self.spawn_count += 1
-        self.started = time.monotonic()
-
-    def heard(self, message: dict[str, Any]) -> None:
-        """Take what the agent says about it; called by the thread that listens to the machine."""
-        event = message.get("event")
-        if event == "output":
-            stream = sys.stderr if message.get("stream") == 2 else sys.stdout
-            self._show(str(message.get("text", "")), stream)
-        elif event == "ended":
-            self._over(int(message.get("code", 0)))
-        else:
-            self._pid = int(message.get("pid", 0))
-            self._running = event == "started"
-            self._answer = message
-            self._answered.set()
-
-    def _show(self, text: str, stream: Any) -> None:
-        if self.screen is not None:
-            self.screen.write(self.spec.node, stream, text)
-            return
-        with contextlib.suppress(OSError, ValueError):
-            stream.write(text)
-            stream.flush()
-
-    def lost(self) -> None:
-        """The connection has broken: over there it is being ended."""
-        self._answered.set()
-        if self._running:
-            self._over(_LOST)
-
-    def _over(self, code: int) -> None:
-        self.exit_code = code
-        self._running = False
-        self._ended.set()
-        self.on_exit(self)
-
-    def signal(self, number: int) -> None:
-        """Send a signal to the process and all that it started in its group."""
-        if self._running:
-            self._machine.send({"do": "signal", "label": self.spec.label, "number": int(number)})
+        self._bury()
 
 
 def make_machine(
-    plan: MachinePlan, environ: Mapping[str, str], master_uri: str, stages: tuple[float, float], console: Console
+    plan: MachinePlan,
+    environ: Mapping[str, str],
+    master_uri: str,
+    stages: tuple[float, float],
+    console: Console,
+    on_back: Callable[[list[Process]], object],
 ) -> Machine:
-    """Return a machine to connect to, with a warning if nodes there cannot reach the master."""
+    """Return a machine to connect to, with warnings if nodes there cannot reach the master, or if it has a password."""
+    if dict(plan.settings).get("password"):
+        console.warning(
+            f"the password of machine [{plan.name}] is not used, and anybody can read it in the launch file: let ssh "
+            f"find a key instead (ssh-keygen, then ssh-copy-id {plan.address})"
+        )
     host = master_uri.partition("://")[2].partition(":")[0]
     if host == "localhost" or host.startswith("127."):
         console.warning(
             f"nodes on machine [{plan.name}] are told that the master is at {master_uri}, which there is that machine; "
             "set ROS_MASTER_URI to a name that it knows"
         )
-    return Machine(plan, environ, master_uri, stages, console)
+    return Machine(plan, environ, master_uri, stages, console, on_back)

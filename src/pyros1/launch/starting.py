@@ -76,12 +76,15 @@ class Starter:
                 wanted[machine.name] = machine
         for machine in wanted.values():
             stages = (self.options.sigint_timeout, self.options.sigterm_timeout)
-            connection = make_machine(machine, self.environ, self.run.master_uri, stages, self.console)
+            connection = make_machine(machine, self.environ, self.run.master_uri, stages, self.console, self._back)
             self._machines[machine.name] = connection
         for connection in self._machines.values():
             connection.connect()
         for connection in self._machines.values():
             connection.wait_ready()
+
+    def _back(self, processes: list[Process]) -> None:
+        self.supervisor.do(lambda: self.supervisor.resume(processes))
 
     def start(self, node: NodePlan) -> None:
         """Start a node, or let it wait for what it needs; what goes wrong is said on the console."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import queue
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Literal
 
 from pyros1.errors import LaunchError
@@ -177,6 +177,9 @@ class Supervisor:
         if spec.decisive:
             self._retire(process)
             return True
+        if spec.respawn and process.stranded:
+            process.due = True
+            return False
         if spec.respawn:
             self._later(spec.label, spec.respawn_delay, lambda: self._again(process))
             return False
@@ -196,9 +199,22 @@ class Supervisor:
 
     def _again(self, process: Process) -> None:
         process.join()
+        process.due = process.stranded
+        if process.due:
+            self._console.line(f"[{process.spec.label}] waits for machine [{process.machine}]")
+            return
         self._console.line(f"[{process.spec.label}] restarting process")
         if not self._start(process):
-            self._retire(process)
+            process.due = process.stranded and process.spec.respawn
+            if not process.due:
+                self._retire(process)
+
+    def resume(self, processes: Iterable[Process]) -> None:
+        """The machine of these processes is back; to be called by the thread in `run`."""
+        for process in processes:
+            process.stranded = False
+            if process.due and not process.held:
+                self._again(process)
 
     # What users ask for while it runs --------------------------------------------------------------------------------
 
