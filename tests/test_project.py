@@ -18,8 +18,9 @@ LEVELS = [
     {"values", "wire", "msgs"},
     {"net"},
     {"master", "node"},
-    {"graph", "aio"},
-    {"rospy", "launch", "bag", "views"},
+    {"graph", "aio", "packaging"},
+    {"rospy", "launch", "bag", "views", "topic_tools"},
+    {"doctor"},
     {"cli"},
 ]
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}

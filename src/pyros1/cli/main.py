@@ -19,15 +19,25 @@ COMMANDS = {
     "param": ("param", "show and set parameters: list get set load dump delete"),
     "msg": ("msg", "show message types: show list md5 package packages"),
     "srv": ("srv", "show service types: show list md5 package packages"),
+    "log": ("log", "show and set log levels, print log messages: list get set echo"),
+    "graph": ("graph_cmd", "print nodes and their connections"),
+    "clean": ("clean", "show and remove log files: check purge"),
+    "version": ("version", "print versions of packages and the name of the distribution"),
+    "pkg": ("pkg", "find and make packages: create find list depends depends-on depends-why export plugins ..."),
+    "stack": ("pkg_stack", "find stacks: find list contents contains depends"),
+    "topic_tools": ("topic_tools", "forward topics: relay drop throttle mux demux transform relay_field"),
     "msg-proto": ("msg_proto", "print a message or service request to fill in"),
+    "bag": ("bag", "record, play, look at and change bags: info reindex filter compress merge ..."),
 }
 """Command -> module in pyros1.cli, and what it does."""
+CALLED_OTHERWISE = {"rosconsole": "log", "rospack": "pkg", "rosstack": "stack"}
+"""Stock name -> command, where that is not what follows ``ros``."""
 
 
 def usage() -> str:
     """The text of ``pyros1 help``."""
     lines = ["usage: pyros1 <command> [arguments]", "", "Commands:"]
-    lines += [f"  {name:9} {about}" for name, (_, about) in COMMANDS.items()]
+    lines += [f"  {name:11} {about}" for name, (_, about) in COMMANDS.items()]
     lines += ["", "Each takes the arguments of the ROS 1 tool of that name: `pyros1 topic list` is `rostopic list`."]
     lines += ["Type pyros1 <command> -h for more. pyros1 --version shows the version."]
     return "\n".join(lines)
@@ -37,6 +47,8 @@ def command_name(word: str) -> str | None:
     """The command that a word means: ``topic`` or, by its stock name, ``rostopic``. None if there is none."""
     if word in COMMANDS:
         return word
+    if word in CALLED_OTHERWISE:
+        return CALLED_OTHERWISE[word]
     return word[3:] if word.startswith("ros") and word[3:] in COMMANDS else None
 
 

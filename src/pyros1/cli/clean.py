@@ -1,0 +1,169 @@
+"""``pyros1 clean``: rosclean (L179). Nothing outside the log folder is touched, and no log that is being written."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from pyros1.cli.common import print_json, program_name
+from pyros1.doctor.disk import files_in_use, folder_size, human_size
+from pyros1.launch.logs import log_folder, ros_home
+
+_MEGABYTE = 1024 * 1024
+
+
+def main(argv: list[str]) -> int:
+    """Run ``clean check`` or ``clean purge``.
+
+    Args:
+        argv: the words behind ``clean``.
+
+    Returns:
+        The exit code: 1 if something could not be removed.
+    """
+    program = program_name("rosclean")
+    ours = program != "rosclean"
+    parser = argparse.ArgumentParser(prog=program)
+    verbs = parser.add_subparsers(required=True, dest="{check,purge}")
+    check_parser = verbs.add_parser("check", help="Check usage of log files")
+    check_parser.add_argument("--json", action="store_true", help="print JSON" if ours else argparse.SUPPRESS)
+    check_parser.set_defaults(verb=check)
+    purge_parser = verbs.add_parser("purge", help="Remove log files")
+    purge_parser.add_argument("-y", action="store_true", dest="yes", help="remove without asking")
+    purge_parser.add_argument("--size", type=int, help="keep the newest, up to this many MB in all")
+    purge_parser.add_argument(
+        "--running",
+        action="store_true",
+        help="also remove what running programs write to" if ours else argparse.SUPPRESS,
+    )
+    purge_parser.set_defaults(verb=purge)
+    options = parser.parse_args(argv)
+    code: int = options.verb(options)
+    return code
+
+
+def _folders() -> Iterator[tuple[Path, str]]:
+    """Folders that are there, with their name in texts; what they link to, if they are links."""
+    for folder, label in (
+        (log_folder(os.environ), "ROS node logs"),
+        (ros_home(os.environ) / "rosmake", "rosmake logs"),
+    ):
+        if folder.is_dir():
+            yield folder.resolve() if folder.is_symlink() else folder, label
+
+
+def check(options: argparse.Namespace) -> int:
+    """``clean check``: how much is there."""
+    rows = [(label, folder, folder_size(folder, on_disk=True)) for folder, label in _folders()]
+    if options.json:
+        print_json([{"what": label, "folder": str(folder), "bytes": size} for label, folder, size in rows])
+        return 0
+    for label, _, size in rows:
+        print(f"{human_size(size)} {label}")
+    return 0
+
+
+def purge(options: argparse.Namespace) -> int:
+    """``clean purge``: remove all, or the oldest until the rest is small enough."""
+    done = True
+    for folder, label in _folders():
+        if _holds_home(folder):
+            print(f"will not remove {folder}: that is no folder of logs only; is ROS_LOG_DIR right?", file=sys.stderr)
+            return 1
+        kept = set() if options.running else _in_use(folder)
+        removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept)
+        if removed is None:  # the user said no
+            if options.size:
+                return 0
+            continue
+        done = done and removed
+        if kept:
+            names = ", ".join(sorted(kept))
+            print(f"kept, since running programs write to it: {names} (--running removes it, too)", file=sys.stderr)
+    return 0 if done else 1
+
+
+def _in_use(folder: Path) -> set[str]:
+    """The entries of a folder in which running programs have files open, and links to these, such as ``latest``."""
+    used = {path.relative_to(folder).parts[0] for path in files_in_use(folder)}
+    real = folder.resolve()
+    links = {path.name for path in folder.iterdir() if path.is_symlink()} if used else set()
+    return used | {name for name in links if {real / other for other in used} & {(folder / name).resolve()}}
+
+
+def _purge_all(folder: Path, label: str, options: argparse.Namespace, kept: set[str]) -> bool | None:
+    """Remove all; returns whether that went well, None if the user did not agree."""
+    print(f"Purging {label}.")
+    if not options.yes:
+        print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
+        quoted = f'"{folder}"' if " " in str(folder) else str(folder)
+        excepted = f" (but for {', '.join(map(shlex.quote, sorted(kept)))})" if kept else ""
+        if not _ask(f"rm -rf {quoted}{excepted}"):
+            return None
+    if not kept:
+        return _remove(folder)
+    removed = [_remove(folder / name) for name in os.listdir(folder) if name not in kept]
+    return all(removed)
+
+
+def _purge_to_size(folder: Path, label: str, options: argparse.Namespace, kept: set[str]) -> bool | None:
+    """Remove the oldest; returns as `_purge_all`."""
+    limit, size = options.size * _MEGABYTE, folder_size(folder)
+    if size <= limit:
+        print(
+            f"Directory size of {label} is {size // _MEGABYTE} MB which is already below the requested threshold of "
+            f"{options.size} MB."
+        )
+        return True
+    print(
+        f"Purging {label} until directory size is at most {options.size} MB (currently {size // _MEGABYTE} MB).",
+        flush=True,
+    )
+    if not options.yes:
+        print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
+        if not _ask(f"Purge some of old logs in {folder}"):
+            return None
+    done = True
+    for path in sorted(folder.iterdir(), key=lambda path: path.lstat().st_mtime):
+        if size <= limit:
+            break
+        if path.name not in kept:
+            size -= folder_size(path)
+            done = _remove(path) and done
+    return done
+
+
+def _ask(what: str) -> bool:
+    """Ask until there is an answer; the end of the input is a no."""
+    print(f"Okay to perform:\n\n{what}\n(y/n)?", flush=True)
+    for line in sys.stdin:
+        answer = line.strip().lower()
+        if answer in ("y", "n"):
+            return answer == "y"
+    return False
+
+
+def _remove(path: Path) -> bool:
+    """Remove a file, a link itself, or a folder with all below it, of which links are removed and not followed."""
+    try:
+        if path.is_symlink() or not path.is_dir():
+            path.unlink()
+        else:
+            shutil.rmtree(path)
+    except FileNotFoundError:
+        pass  # somebody else was faster
+    except OSError as error:
+        print(f"FAILED to execute command: cannot remove {error.filename}: {error.strerror}", file=sys.stderr)
+        return False
+    return True
+
+
+def _holds_home(folder: Path) -> bool:
+    """Whether a folder is the user's home or lies above it, as ``/`` does."""
+    home, folder = Path.home().resolve(), folder.resolve()
+    return folder == home or folder in home.parents

@@ -1,0 +1,83 @@
+"""What folders of logs take of the disk, and which of their files are being written."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from time import monotonic
+
+
+def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = None) -> int:
+    """Return the bytes of a file, or of a folder and all below it; links count themselves, hard links once.
+
+    Args:
+        path: file or folder.
+        on_disk: count what is taken of the disk, not what the files hold.
+        deadline: of the monotonic clock: what was not counted then is left out.
+    """
+    seen: set[tuple[int, int]] = set()
+    total = 0
+    for name in _all_below(path):
+        if deadline is not None and monotonic() > deadline:
+            break
+        try:
+            status = os.lstat(name)
+        except OSError:
+            continue  # it went meanwhile
+        if status.st_nlink > 1:
+            if (status.st_dev, status.st_ino) in seen:
+                continue
+            seen.add((status.st_dev, status.st_ino))
+        total += status.st_blocks * 512 if on_disk else status.st_size
+    return total
+
+
+def _all_below(path: Path) -> Iterator[str]:
+    yield str(path)
+    if path.is_symlink():
+        return
+    for base, folders, files in os.walk(path):
+        for name in (*folders, *files):
+            yield os.path.join(base, name)
+
+
+def human_size(size: int) -> str:
+    """Return a size as ``du -h`` prints it, for example ``272K``: rounded up, with one digit behind the point below 10.
+
+    Args:
+        size: bytes.
+    """
+    if size < 1024:
+        return str(size)
+    power = 0
+    scale = 1
+    while size > 1023 * scale and power < 5:  # 1023.5K is 1.0M
+        power += 1
+        scale *= 1024
+    tenths = -(-size * 10 // scale)
+    text = f"{tenths // 10}.{tenths % 10}" if tenths < 100 else str(-(-size // scale))
+    return text + " KMGTP"[power]
+
+
+def files_in_use(folder: Path) -> list[Path]:
+    """Return the files below a folder that running programs have open; empty where the system does not tell.
+
+    Args:
+        folder: where to look; links are resolved, since open files are known by their real names.
+    """
+    found: set[Path] = set()
+    real = str(folder.resolve()) + os.sep
+    for descriptors in Path("/proc").glob("[0-9]*/fd"):
+        try:
+            names = os.listdir(descriptors)
+        except OSError:
+            continue  # somebody else's process, or one that ended
+        for name in names:
+            try:
+                target = os.readlink(descriptors / name)
+            except OSError:
+                continue
+            if target.startswith(real) and os.path.exists(target):
+                found.add(folder / target[len(real) :])
+    return sorted(found)

@@ -1,0 +1,57 @@
+"""Many questions at once, with one deadline for all: a host that does not answer delays nobody."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Hashable, Mapping
+from time import monotonic
+from typing import TypeVar
+
+from pyros1.errors import DeadlineError
+
+_K = TypeVar("_K", bound=Hashable)
+_V = TypeVar("_V")
+
+MOST_THREADS = 64
+
+
+def together(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dict[_K, _V | Exception]:
+    """Run functions at the same time.
+
+    Args:
+        jobs: functions by a key of the caller's. One that is not done in time is left behind on its daemon thread, as a
+            look-up of a host name cannot be interrupted.
+        seconds: for all of them.
+
+    Returns:
+        For each key, in the same order, what its function returned or raised, or a DeadlineError.
+    """
+    waiting: queue.SimpleQueue[_K] = queue.SimpleQueue()
+    answers: queue.SimpleQueue[tuple[_K, _V | Exception]] = queue.SimpleQueue()
+    for key in jobs:
+        waiting.put(key)
+    deadline = monotonic() + seconds
+
+    def work() -> None:
+        while monotonic() < deadline:
+            try:
+                key = waiting.get_nowait()
+            except queue.Empty:
+                return
+            try:
+                answers.put((key, jobs[key]()))
+            except Exception as error:  # noqa: BLE001 - whatever it is, it is this job's answer
+                answers.put((key, error))
+
+    for number in range(min(len(jobs), MOST_THREADS)):
+        threading.Thread(target=work, name=f"question {number}", daemon=True).start()
+    results: dict[_K, _V | Exception] = {}
+    while len(results) < len(jobs):
+        try:
+            key, answer = answers.get(timeout=max(0.0, deadline - monotonic()))
+        except queue.Empty:
+            break
+        results[key] = answer
+    late = DeadlineError(f"no answer within {seconds:g} s")
+    return {key: results.get(key, late) for key in jobs}

@@ -1,0 +1,94 @@
+"""log: levels and messages of running nodes (L176)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from pyros1.msgs.rosgraph_msgs.msg import Log
+
+from pyros1 import Time
+from pyros1.cli import log
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Run:
+    for key, value in environ.items():
+        monkeypatch.setenv(key, value)
+    monkeypatch.delenv("ROS_NAMESPACE", raising=False)
+
+    def call(*words: str) -> tuple[int, str, str]:
+        try:
+            code = log.main(list(words))
+        except SystemExit as end:
+            code = int(end.code or 0)
+        return (code, *capsys.readouterr())
+
+    return call
+
+
+def test_levels_are_listed_read_and_set_l176(run: Run, make_node: Callable[..., Any]) -> None:
+    make_node("talker")
+    assert "rosout" in run("list", "talker")[1].split()
+    assert run("set", "/talker", "rosout", "WARN") == (0, "", "")
+    assert run("get", "/talker", "rosout")[1].strip().lower() == "warn"
+    assert {"logger": "rosout", "level": run("get", "/talker", "rosout")[1].strip()} in json.loads(
+        run("list", "--json", "/talker")[1]
+    )
+
+
+def test_what_is_misspelt_is_named(run: Run, make_node: Callable[..., Any]) -> None:
+    make_node("talker")
+    assert run("set", "/talker", "rosuot", "warn") == (
+        2,
+        "",
+        "pyros1 log: error: node /talker does not contain logger rosuot (did you mean 'rosout'?)\n",
+    )
+    code, _, err = run("set", "/talker", "rosout", "wran")
+    assert code == 2 and "invalid level (did you mean 'warn'?)" in err
+    code, _, err = run("list", "/talkr")
+    assert code == 1 and "node '/talkr' doesn't exist" in err and "did you mean '/talker'?" in err
+    assert run("get", "/talker")[0] == 2 and run("list")[0] == 2 and run("list", "a", "b")[0] == 2
+    assert run()[0] == 64 and "pyros1 log echo" in run("nonsense")[1]
+
+
+@pytest.mark.parametrize("topic", ["/rosout", "/rosout_agg"])
+def test_echo_prints_what_comes_from_the_aggregator_if_there_is_one(
+    run: Run, make_node: Callable[..., Any], topic: str
+) -> None:
+    node = make_node("talker", rosout=False)
+    message = Log(level=8, name="/talker", msg="bad", file="a.py", line=3, function="f")
+    message.header.stamp = Time(1, 500_000_000)
+    node.advertise(topic, Log, latch=True).publish(message)
+    assert run("echo", "-1") == (0, "[ ERROR ] [/talker]: bad\n", "")
+    assert run("echo", "-1", "-v", "talk", "-l", "error") == (
+        0,
+        "[ ERROR ] [/talker]: bad\n          [1970-01-01 00:00:01.500000+00:00 (1.500000)] [f]: a.py:3\n",
+        "",
+    )
+    assert json.loads(run("echo", "-1", "--json", "--topic", topic)[1])["text"] == "bad"
+
+
+def test_echo_refuses_what_it_does_not_understand(run: Run) -> None:
+    code, _, err = run("echo", "[")
+    assert code == 2 and "'[' is not a regular expression" in err
+    assert run("echo", "-l", "loud")[0] == 2
+    assert run("echo", "a", "b")[0] == 2
+
+
+def test_colours_only_on_request() -> None:
+    message: Any = SimpleNamespace(level=16, name="/n", msg="m")
+    assert log.line(message) == "[ FATAL ] [/n]: m"
+    assert log.line(message, colour=True) == "[ \x1b[95mFATAL\x1b[0m ] [\x1b[1m/n\x1b[0m]: m"
+    assert log.line(SimpleNamespace(level=3, name="/n", msg="m")) == "[ 3     ] [/n]: m"
+
+
+def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
+    assert run("echo") == (1, "", "ERROR: Unable to communicate with master!\n")
+    assert run("list", "x") == (1, "", "ERROR: Unable to communicate with master!\n")
