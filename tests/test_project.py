@@ -18,7 +18,7 @@ LEVELS = [
     {"values", "wire", "msgs"},
     {"net"},
     {"master", "node"},
-    {"graph", "aio", "packaging"},
+    {"graph", "aio", "packaging", "tf"},
     {"rospy", "launch", "bag", "views", "topic_tools"},
     {"doctor"},
     {"cli"},

@@ -1,0 +1,64 @@
+"""Telling others where frames are."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.msgs import load_message
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+
+class TransformBroadcaster:
+    """Publishes transforms on /tf, for frames that move.
+
+    Args:
+        node: the sender.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._message: Any = load_message("tf2_msgs/TFMessage")
+        self._publisher = node.advertise("/tf", self._message, queue_size=100)
+
+    def send_transform(self, transform: Any) -> None:
+        """Publish a geometry_msgs/TransformStamped, or several in one message."""
+        self._publisher.publish(self._message(_listed(transform)))
+
+    def close(self) -> None:
+        """Stop publishing."""
+        self._publisher.unregister()
+
+
+class StaticTransformBroadcaster:
+    """Publishes transforms that hold at all times on /tf_static, latched. One per node is enough.
+
+    What was sent before is sent again with each new transform, since only the last message reaches those who come
+    later; a transform of the same child frame is replaced.
+
+    Args:
+        node: the sender.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._message: Any = load_message("tf2_msgs/TFMessage")
+        self._publisher = node.advertise("/tf_static", self._message, queue_size=100, latch=True)
+        self._lock = threading.Lock()
+        self._sent: dict[str, Any] = {}
+
+    def send_transform(self, transform: Any) -> None:
+        """Publish a geometry_msgs/TransformStamped, or several."""
+        with self._lock:
+            for item in _listed(transform):
+                self._sent[item.child_frame_id] = item
+            self._publisher.publish(self._message(list(self._sent.values())))
+
+    def close(self) -> None:
+        """Stop publishing: those who come later do not get the transforms any more."""
+        self._publisher.unregister()
+
+
+def _listed(transform: Any) -> list[Any]:
+    return list(transform) if isinstance(transform, Iterable) else [transform]

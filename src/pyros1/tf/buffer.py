@@ -1,0 +1,299 @@
+"""The buffer of transforms that programs ask, for any number of threads."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable
+from time import monotonic
+from typing import Any, TypeVar
+
+from pyros1.errors import NodeShutdownError
+from pyros1.msgs import load_message
+from pyros1.tf.errors import ConnectivityException, ExtrapolationException, LookupException
+from pyros1.tf.rotation import Transform
+from pyros1.tf.tree import Tree
+from pyros1.timing import Time
+
+_T = TypeVar("_T")
+_NS = 1_000_000_000
+_LATE = (LookupException, ConnectivityException, ExtrapolationException)
+"""What a transform that comes later can cure."""
+
+When = Any
+"""A Time (anything with secs and nsecs), seconds as a number, or None or 0 for the latest time."""
+
+Span = Any
+"""Seconds as a number, a Duration, or None or 0 for no time at all."""
+
+
+class Buffer:
+    """Transforms of the last seconds, and the way between any two frames.
+
+    Fed by a `TransformListener`, or with `set_transform`. Frames are named without a leading slash.
+
+    Args:
+        cache_time: seconds for which transforms are kept, before the newest of their frame.
+        warn: called with a text when a transform is ignored; None writes it to stderr until a listener is attached,
+            and then to its node's log. The same problem of a frame is told the 1st, 10th, 100th... time.
+    """
+
+    def __init__(self, cache_time: Span = 10.0, *, warn: Callable[[str], object] | None = None) -> None:
+        self.cache_time = _seconds(cache_time)
+        self.warn = warn
+        self._tree = Tree(round(self.cache_time * _NS))
+        self._changed = threading.Condition(threading.Lock())
+        self._waiting = 0
+        self._now: Callable[[], float] = monotonic
+        self._ended = False
+        self._told: dict[str, int] = {}
+        self._stamped: Any = load_message("geometry_msgs/TransformStamped")
+        self._header: Any = load_message("std_msgs/Header")
+        self._transform: Any = load_message("geometry_msgs/Transform")
+        self._vector: Any = load_message("geometry_msgs/Vector3")
+        self._quaternion: Any = load_message("geometry_msgs/Quaternion")
+
+    # Filling ----------------------------------------------------------------------------------------------------------
+
+    def set_transform(self, transform: Any, authority: str = "default_authority") -> None:
+        """Take a transform.
+
+        Args:
+            transform: a geometry_msgs/TransformStamped.
+            authority: who says so.
+        """
+        self.set_transforms([transform], authority)
+
+    def set_transform_static(self, transform: Any, authority: str = "default_authority") -> None:
+        """Take a transform that holds at all times."""
+        self.set_transforms([transform], authority, static=True)
+
+    def set_transforms(self, transforms: list[Any], authority: str, *, static: bool = False) -> None:
+        """Take several transforms; who waits for one of them is told once."""
+        problems: list[str] = []
+        insert = self._tree.insert
+        with self._changed:
+            for item in transforms:
+                header = item.header
+                stamp = header.stamp
+                transform = item.transform
+                v = transform.translation
+                q = transform.rotation
+                problems += insert(
+                    header.frame_id,
+                    item.child_frame_id,
+                    stamp.secs * _NS + stamp.nsecs,
+                    (v.x, v.y, v.z, q.x, q.y, q.z, q.w),
+                    static,
+                    authority,
+                )
+            if self._waiting:
+                self._changed.notify_all()
+        for problem in problems:
+            self._tell(problem)
+
+    def clear(self) -> None:
+        """Forget all transforms but the static ones."""
+        with self._changed:
+            self._tree.clear()
+
+    def _tell(self, problem: str) -> None:
+        """Say why a transform is ignored: the first time, and then ever more rarely, since it may come each time."""
+        words = problem.split(" at time ", maxsplit=1)[0].split(" in the transform ", maxsplit=1)[0]
+        count = self._told[words] = self._told.get(words, 0) + 1
+        if count > 1:
+            if str(count).strip("0") != "1":
+                return
+            problem += f" ({count} times)"
+        if self.warn is None:
+            sys.stderr.write(f"Warning: {problem}\n")
+        else:
+            self.warn(problem)
+
+    # Asking -----------------------------------------------------------------------------------------------------------
+
+    def lookup_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> Any:
+        """Return where ``source_frame`` is in ``target_frame``: the transform that takes data from source to target.
+
+        Args:
+            time: at which time; None or 0: the latest that the frames between the two have in common.
+            timeout: seconds to wait for it, in the listener's node's time; from a node that ends, waits end.
+
+        Returns:
+            A geometry_msgs/TransformStamped.
+
+        Raises:
+            LookupException: a frame does not exist, or the tree has a loop.
+            ConnectivityException: there is no way between the frames.
+            ExtrapolationException: there is no data of that time.
+            InvalidArgumentException: a frame's name is empty or begins with a slash.
+            NodeShutdownError: the node ended during the wait.
+        """
+        when = _ns(time)
+        if not timeout:
+            with self._changed:
+                stamp, transform = self._tree.lookup(target_frame, source_frame, when)
+        else:
+            stamp, transform = self._await(lambda: self._tree.lookup(target_frame, source_frame, when), timeout)
+        return self._message(target_frame, source_frame, stamp, transform)
+
+    def lookup_transform_full(
+        self,
+        target_frame: str,
+        target_time: When,
+        source_frame: str,
+        source_time: When,
+        fixed_frame: str,
+        timeout: Span = None,
+    ) -> Any:
+        """Return where ``source_frame`` was at ``source_time``, seen from ``target_frame`` at ``target_time``.
+
+        Args:
+            fixed_frame: a frame that did not move meanwhile, such as the map.
+            timeout: as `lookup_transform`, which names the errors, too.
+        """
+        arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
+        stamp, transform = self._await(lambda: self._tree.lookup_full(*arguments), timeout)
+        return self._message(target_frame, source_frame, stamp, transform)
+
+    def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
+        """Tell whether `lookup_transform` would succeed, now or within ``timeout`` seconds."""
+        when = _ns(time)
+        return self._await_none(lambda: self._tree.can_transform(target_frame, source_frame, when), timeout) is None
+
+    def can_transform_full(
+        self,
+        target_frame: str,
+        target_time: When,
+        source_frame: str,
+        source_time: When,
+        fixed_frame: str,
+        timeout: Span = None,
+    ) -> bool:
+        """Tell whether `lookup_transform_full` would succeed, now or within ``timeout`` seconds."""
+        arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
+        return self._await_none(lambda: self._tree.can_transform_full(*arguments), timeout) is None
+
+    def why_not(self, target_frame: str, source_frame: str, time: When = None) -> str | None:
+        """Return None if there is such a transform, else why not, in tf2's words (which may be none)."""
+        with self._changed:
+            return self._tree.can_transform(target_frame, source_frame, _ns(time))
+
+    def why_not_full(
+        self, target_frame: str, target_time: When, source_frame: str, source_time: When, fixed_frame: str
+    ) -> str | None:
+        """Return `why_not` for `lookup_transform_full`."""
+        arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
+        with self._changed:
+            return self._tree.can_transform_full(*arguments)
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
+        """Return the latest time at which all frames between the two are known; 0 if all of them are static.
+
+        Raises:
+            LookupException: a frame does not exist.
+            ConnectivityException: there is no way between the frames.
+        """
+        with self._changed:
+            return Time(0, self._tree.latest_common_time(target_frame, source_frame))
+
+    def chain(
+        self, target_frame: str, source_frame: str, time: When = None, fixed_frame: str | None = None
+    ) -> list[str]:
+        """Return the names of the frames from source (over ``fixed_frame``) to target, both included; raises as
+        `lookup_transform`."""
+        when = _ns(time)
+        with self._changed:
+            return self._tree.chain(target_frame, when, source_frame, when, fixed_frame or source_frame)
+
+    def frames(self) -> list[str]:
+        """Return the names of all frames, in the order in which they became known."""
+        with self._changed:
+            return list(self._tree.frames)
+
+    def has_frame(self, name: str) -> bool:
+        """Tell whether a frame of that name is known."""
+        return name in self._tree.frames
+
+    def all_frames_as_yaml(self, now: float | None = None) -> str:
+        """Return parent, broadcaster, rate and times of each frame; with ``now``, in seconds, the delay too."""
+        with self._changed:
+            return self._tree.as_yaml(now)
+
+    def all_frames_as_string(self) -> str:
+        """Return a line about each frame."""
+        with self._changed:
+            return self._tree.as_string()
+
+    def _message(self, target: str, source: str, stamp: int, transform: Transform) -> Any:
+        x, y, z, qx, qy, qz, qw = transform
+        header = self._header(0, Time(stamp // _NS, stamp % _NS), target)
+        body = self._transform(self._vector(x, y, z), self._quaternion(qx, qy, qz, qw))
+        return self._stamped(header, source, body)
+
+    # Waiting ----------------------------------------------------------------------------------------------------------
+
+    def use_time(self, now: Callable[[], float]) -> None:
+        """Count timeouts in this time, in seconds; whoever sets it calls `wake` when the time changes."""
+        self._now = now
+
+    def wake(self) -> None:
+        """Let those who wait look at the time again."""
+        with self._changed:
+            self._changed.notify_all()
+
+    def end_waits(self) -> None:
+        """End all waits with NodeShutdownError, and those to come: nothing will arrive any more."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def _await(self, ask: Callable[[], _T], timeout: Span) -> _T:
+        """Ask until there is an answer; when the time is over, raise what was the matter."""
+        with self._changed:
+            deadline: float | None = None
+            while True:
+                try:
+                    return ask()
+                except _LATE:
+                    if not timeout:
+                        raise
+                    if deadline is None:
+                        deadline = self._now() + _seconds(timeout)
+                    if not self._wait(deadline):
+                        raise
+
+    def _await_none(self, ask: Callable[[], str | None], timeout: Span) -> str | None:
+        with self._changed:
+            deadline = self._now() + _seconds(timeout)
+            while (problem := ask()) is not None and timeout and self._wait(deadline):
+                pass
+            return problem
+
+    def _wait(self, deadline: float) -> bool:
+        """Wait for a change; return whether there was time left. Call it with the lock held."""
+        if self._ended:
+            raise NodeShutdownError("the node has ended, and with it the wait for a transform")
+        left = deadline - self._now()
+        if left <= 0:
+            return False
+        self._waiting += 1
+        try:
+            self._changed.wait(left if self._now is monotonic else None)
+        finally:
+            self._waiting -= 1
+        return True
+
+
+def _ns(time: When) -> int:
+    if not time:
+        return 0
+    if isinstance(time, (int, float)):
+        time = Time.from_sec(time)
+    return int(time.secs * _NS + time.nsecs)
+
+
+def _seconds(span: Span) -> float:
+    if not span:
+        return 0.0
+    return float(span if isinstance(span, (int, float)) else span.to_sec())

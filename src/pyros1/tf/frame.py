@@ -1,0 +1,155 @@
+"""What is known of one frame: its transforms to its parent, by time."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+
+from pyros1.tf.rotation import Transform, interpolate
+
+_COMPACT = 512
+
+Entry = tuple["Frame", Transform]
+"""A frame's parent, and the transform from the frame into it."""
+
+
+class Frame:
+    """A frame and its recent past. Times are nanoseconds.
+
+    Attributes:
+        name: without a leading slash.
+        static: whether its transform holds at all times; None as long as the frame is known as a parent only. What
+            came first decides for ever, as in tf2.
+        authority: the node that sent the last transform.
+    """
+
+    __slots__ = ("_entries", "_head", "_stamps", "authority", "name", "static")
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.static: bool | None = None
+        self.authority = "no recorded authority"
+        # In order of time. What lies before _head is out of date; it is removed when it has become much.
+        self._stamps: list[int] = []
+        self._entries: list[Entry] = []
+        self._head = 0
+
+    def insert(self, time: int, entry: Entry, keep: int) -> str | None:
+        """Take a transform.
+
+        Args:
+            time: its stamp.
+            keep: how long transforms are kept, in ns before the newest.
+
+        Returns:
+            None, or why it is not taken, in tf2's words.
+        """
+        if self.static:
+            self._stamps = [0]
+            self._entries = [entry]
+            return None
+        stamps = self._stamps
+        if not stamps or time > stamps[-1]:
+            stamps.append(time)
+            self._entries.append(entry)
+        else:
+            if stamps[-1] > time + keep:
+                return (
+                    "TF_OLD_DATA ignoring data from the past (Possible reasons are listed at "
+                    "http://wiki.ros.org/tf/Errors%20explained)"
+                )
+            place = bisect_right(stamps, time, self._head)
+            if place > self._head and stamps[place - 1] == time:
+                return "TF_REPEATED_DATA ignoring data with redundant timestamp"
+            stamps.insert(place, time)
+            self._entries.insert(place, entry)
+        oldest = stamps[-1] - keep
+        head = self._head
+        while stamps[head] < oldest:
+            head += 1
+        if head > _COMPACT:
+            del stamps[:head], self._entries[:head]
+            head = 0
+        self._head = head
+        return None
+
+    def at(self, time: int) -> Entry | None:
+        """Return parent and transform at a time, 0 for the newest; None if there are none, see `why_not`."""
+        entries = self._entries
+        if self.static or (not time and entries):
+            return entries[-1]
+        stamps = self._stamps
+        if not stamps or time > stamps[-1]:
+            return None
+        place = bisect_right(stamps, time, self._head) - 1
+        if place < self._head:
+            return None
+        before = stamps[place]
+        older = entries[place]
+        if before == time:
+            return older
+        newer = entries[place + 1]
+        if newer[0] is not older[0]:
+            return older  # the frame has got another parent between the two
+        return older[0], interpolate(older[1], newer[1], (time - before) / (stamps[place + 1] - before))
+
+    def why_not(self, time: int) -> str:
+        """Return why there is no transform at a time, in tf2's words."""
+        if not self._stamps:
+            return ""
+        earliest, latest = self.oldest, self.latest
+        if len(self) == 1:
+            return (
+                f"Lookup would require extrapolation at time {_seconds(time)}, "
+                f"but only time {_seconds(latest)} is in the buffer"
+            )
+        if time > latest:
+            return (
+                f"Lookup would require extrapolation {_seconds(time - latest)}s into the future.  "
+                f"Requested time {_seconds(time)} but the latest data is at time {_seconds(latest)}"
+            )
+        return (
+            f"Lookup would require extrapolation {_seconds(earliest - time)}s into the past.  "
+            f"Requested time {_seconds(time)} but the earliest data is at time {_seconds(earliest)}"
+        )
+
+    def clear(self) -> None:
+        """Forget all transforms, but not a static one."""
+        if not self.static:
+            self._stamps = []
+            self._entries = []
+            self._head = 0
+
+    @property
+    def latest(self) -> int:
+        """Stamp of the newest transform; 0 without one and for a static one."""
+        return self._stamps[-1] if self._stamps else 0
+
+    @property
+    def oldest(self) -> int:
+        """Stamp of the oldest transform; 0 without one and for a static one."""
+        return self._stamps[self._head] if self._stamps else 0
+
+    @property
+    def parent(self) -> Frame | None:
+        """The parent now."""
+        return self._entries[-1][0] if self._entries else None
+
+    def __len__(self) -> int:
+        return len(self._stamps) - self._head
+
+    def __bool__(self) -> bool:
+        return True
+
+    @property
+    def rate(self) -> float:
+        """Transforms per second of the buffer's length, in Hz; 10000 for one alone, as tf2 says."""
+        return len(self) / max(to_sec(self.latest) - to_sec(self.oldest), 0.0001)
+
+
+def to_sec(time: int) -> float:
+    """Return seconds as roscpp rounds them: what is printed of them agrees to the last digit."""
+    return time // 1_000_000_000 + 1e-9 * (time % 1_000_000_000)
+
+
+def _seconds(time: int) -> str:
+    return f"{time // 1_000_000_000}.{time % 1_000_000_000:09d}"

@@ -1,0 +1,90 @@
+"""Filling a buffer from /tf and /tf_static."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+from pyros1.msgs import load_message
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+    from pyros1.tf.buffer import Buffer
+
+_QUEUE = 100
+
+
+class TransformListener:
+    """Puts what comes on /tf and /tf_static into a buffer, until the node ends. Also a context manager.
+
+    The callbacks run in threads of their own, in a node that spins too: a lookup may wait for them. When simulated time
+    jumps back, the buffer is cleared; static transforms stay.
+
+    Args:
+        node: whose topics, time and end count.
+        buffer: where the transforms go.
+    """
+
+    def __init__(self, node: Node, buffer: Buffer) -> None:
+        self.buffer = buffer
+        self._node = node
+        self._lock = threading.Lock()
+        self._last = node.now()
+        self._subscribers: list[Any] = []
+        if buffer.warn is None:
+            buffer.warn = lambda text: node.log.warn("%s", text)
+        tf_message = load_message("tf2_msgs/TFMessage")
+        if node.params.get("/use_sim_time", False) is True:
+            buffer.use_time(lambda: node.now().to_sec())
+            self._subscribe("/clock", load_message("rosgraph_msgs/Clock"), self._ticked, 1)
+        self._subscribe("/tf", tf_message, self._received, _QUEUE)
+        self._subscribe("/tf_static", tf_message, self._received_static, None)
+        node.on_shutdown(self._end)
+
+    def _subscribe(self, topic: str, message_class: Any, callback: Any, queue_size: int | None) -> None:
+        # direct: not through the queue of a node that spins, which may be waiting in a lookup
+        topics = self._node._topics
+        name = self._node.resolve(topic)
+        self._subscribers.append(topics.subscribe(name, message_class, callback, queue_size, direct=True))
+
+    def _received(self, message: Any) -> None:
+        self._look_at_time()
+        self.buffer.set_transforms(message.transforms, _sender(message))
+
+    def _received_static(self, message: Any) -> None:
+        self._look_at_time()
+        self.buffer.set_transforms(message.transforms, _sender(message), static=True)
+
+    def _ticked(self, _: Any) -> None:
+        self._look_at_time()
+        self.buffer.wake()
+
+    def _look_at_time(self) -> None:
+        with self._lock:
+            now = self._node.now()
+            jump = (now - self._last).to_sec()
+            self._last = now
+            if jump < 0:
+                self.buffer.clear()  # within the lock: what another topic brings now is of the new time, and stays
+        if jump < 0:
+            self._node.log.warn("Detected jump back in time of %fs. Clearing TF buffer.", -jump)
+
+    def _end(self) -> None:
+        self.buffer.end_waits()
+
+    def close(self) -> None:
+        """Stop listening; the buffer keeps what it has."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        self._subscribers = []
+
+    def __enter__(self) -> TransformListener:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _sender(message: Any) -> str:
+    header = message._connection_header
+    return header.get("callerid", "default_authority") if header else "default_authority"

@@ -1,0 +1,87 @@
+"""Quaternions and rigid transforms as tuples, in tf2's order of operations: results agree to the last bits.
+
+A quaternion is (x, y, z, w), a transform (x, y, z, qx, qy, qz, qw). Quaternions need not have unit length: tf2 admits
+deviations up to half a percent and calculates with what it got, and so do we.
+"""
+
+from __future__ import annotations
+
+from math import acos, sin, sqrt
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Transform = tuple[float, float, float, float, float, float, float]
+
+IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+
+def chain(first: Transform, second: Transform) -> Transform:
+    """Apply ``second``, then ``first``: parent <- child of ``first`` times child <- grandchild of ``second``."""
+    tx, ty, tz, ax, ay, az, aw = first
+    x, y, z, bx, by, bz, bw = second
+    # first's rotation times the vector, as quaternion (its conjugate follows below)
+    px = aw * x + ay * z - az * y
+    py = aw * y + az * x - ax * z
+    pz = aw * z + ax * y - ay * x
+    pw = -ax * x - ay * y - az * z
+    return (
+        -pw * ax + px * aw - py * az + pz * ay + tx,
+        -pw * ay + py * aw - pz * ax + px * az + ty,
+        -pw * az + pz * aw - px * ay + py * ax + tz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by + ay * bw + az * bx - ax * bz,
+        aw * bz + az * bw + ax * by - ay * bx,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def invert(transform: Transform) -> Transform:
+    """Return the way back."""
+    x, y, z, qx, qy, qz, qw = transform
+    moved = chain((0.0, 0.0, 0.0, -qx, -qy, -qz, qw), (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
+    return (moved[0], moved[1], moved[2], -qx, -qy, -qz, qw)
+
+
+def interpolate(one: Transform, two: Transform, ratio: float) -> Transform:
+    """Return the transform between two: on the straight line, and on the shortest arc of rotation (slerp).
+
+    Args:
+        ratio: 0 for ``one``, 1 for ``two``.
+    """
+    x1, y1, z1, ax, ay, az, aw = one
+    x2, y2, z2, bx, by, bz, bw = two
+    rest = 1.0 - ratio
+    dot = ax * bx + ay * by + az * bz + aw * bw
+    length = sqrt((ax * ax + ay * ay + az * az + aw * aw) * (bx * bx + by * by + bz * bz + bw * bw))
+    theta = acos(min(1.0, abs(dot) / length))
+    if theta == 0.0:
+        return (rest * x1 + ratio * x2, rest * y1 + ratio * y2, rest * z1 + ratio * z2, ax, ay, az, aw)
+    scale = 1.0 / sin(theta)
+    s = sin(rest * theta)
+    t = sin(ratio * theta)
+    if dot < 0.0:
+        t = -t  # q and -q are one rotation: take the nearer of the two
+    return (
+        rest * x1 + ratio * x2,
+        rest * y1 + ratio * y2,
+        rest * z1 + ratio * z2,
+        (ax * s + bx * t) * scale,
+        (ay * s + by * t) * scale,
+        (az * s + bz * t) * scale,
+        (aw * s + bw * t) * scale,
+    )
+
+
+def chain_normalized(first: Transform, second: Transform) -> Transform:
+    """Return `chain` for unit quaternions, which both are made to be, with the sign that a rotation matrix gives."""
+    x, y, z, *rotation = chain(_unit(first), _unit(second))
+    # From a matrix the quaternion comes with positive w, or, if that is small, with its largest part positive.
+    largest = 3 if rotation[3] * rotation[3] > 0.25 else max(range(3), key=lambda i: abs(rotation[i]))
+    qx, qy, qz, qw = rotation if rotation[largest] >= 0 else [-part for part in rotation]
+    return (x, y, z, qx, qy, qz, qw)
+
+
+def _unit(transform: Transform) -> Transform:
+    x, y, z, qx, qy, qz, qw = transform
+    length = sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+    return (x, y, z, qx / length, qy / length, qz / length, qw / length)

@@ -1,0 +1,357 @@
+"""All frames and the ways between them: tf2's rules for lookups. Pure, not locked; times are nanoseconds."""
+
+from __future__ import annotations
+
+from math import isnan
+
+from pyros1.tf.errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TransformException,
+)
+from pyros1.tf.frame import Frame, to_sec
+from pyros1.tf.rotation import IDENTITY, Transform, chain, chain_normalized, invert
+
+_MAX_DEPTH = 1000
+"""A way of more frames than these must be a loop."""
+
+_TOLERANCE = 10e-3
+"""How far the square of a quaternion's length may be from 1."""
+
+
+class Tree:
+    """Frames by name.
+
+    Args:
+        keep: how long transforms are kept, in ns.
+    """
+
+    def __init__(self, keep: int) -> None:
+        self.keep = keep
+        self.frames: dict[str, Frame] = {}
+
+    # Filling ----------------------------------------------------------------------------------------------------------
+
+    def insert(
+        self, parent: str, child: str, time: int, transform: Transform, static: bool, authority: str
+    ) -> list[str]:
+        """Take a transform.
+
+        Returns:
+            Why it was ignored, in tf2's words; empty if it was not.
+        """
+        if parent[:1] == "/":
+            parent = parent[1:]
+        if child[:1] == "/":
+            child = child[1:]
+        x, y, z, qx, qy, qz, qw = transform
+        total = x + y + z + qx + qy + qz + qw
+        length = qx * qx + qy * qy + qz * qz + qw * qw
+        if child == parent or not child or not parent or isnan(total) or not abs(length - 1.0) < _TOLERANCE:
+            problems = _problems(parent, child, transform, authority)
+            if problems:
+                return problems
+        frames = self.frames
+        frame = frames.get(child)
+        if frame is None:
+            frame = frames[child] = Frame(child)
+        if frame.static is None:
+            frame.static = static
+        above = frames.get(parent)
+        if above is None:
+            above = frames[parent] = Frame(parent)
+        problem = frame.insert(time, (above, transform), self.keep)
+        if problem is None:
+            frame.authority = authority
+            return []
+        return [f"{problem} for frame {child} at time {to_sec(time):.6f} according to authority {authority}"]
+
+    def clear(self) -> None:
+        """Forget all transforms that are not static. The frames stay known."""
+        for frame in self.frames.values():
+            frame.clear()
+
+    # Asking -----------------------------------------------------------------------------------------------------------
+
+    def lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
+        """Return stamp and transform of ``source`` in ``target``; time 0 is the latest that all have in common.
+
+        Raises:
+            TransformException: see `pyros1.tf.errors`.
+        """
+        if target == source:
+            frame = self.frames.get(target)
+            return (frame.latest if frame is not None and not time else time), IDENTITY
+        into = self._find("lookupTransform argument target_frame", target)
+        return self._walk(into, self._find("lookupTransform argument source_frame", source), time)
+
+    def lookup_full(
+        self, target: str, target_time: int, source: str, source_time: int, fixed: str
+    ) -> tuple[int, Transform]:
+        """Return stamp and transform of ``source`` then in ``target`` now, with ``fixed`` standing still meanwhile.
+
+        Raises:
+            TransformException: see `pyros1.tf.errors`.
+        """
+        self._find("lookupTransform argument target_frame", target)
+        self._find("lookupTransform argument source_frame", source)
+        self._find("lookupTransform argument fixed_frame", fixed)
+        _, first = self.lookup(fixed, source, source_time)
+        stamp, second = self.lookup(target, fixed, target_time)
+        return stamp, chain_normalized(second, first)
+
+    def latest_common_time(self, target: str, source: str) -> int:
+        """Return the newest time at which all frames between the two are known; 0 if all are static.
+
+        Raises:
+            LookupException: a frame does not exist, or there is a loop.
+            ConnectivityException: there is no way between them.
+        """
+        into = self._find("get_latest_common_time", target)
+        return self._common_time(into, self._find("get_latest_common_time", source))
+
+    def chain(self, target: str, target_time: int, source: str, source_time: int, fixed: str) -> list[str]:
+        """Return the names of the frames on the way from source through ``fixed`` to target, both included.
+
+        Raises:
+            TransformException: see `pyros1.tf.errors`.
+        """
+        into = self._find("chainAsVector argument target_frame", target)
+        start = self._find("chainAsVector argument source_frame", source)
+        middle = self._find("chainAsVector argument fixed_frame", fixed)
+        names = self._names(middle, start, source_time)
+        rest = self._names(into, middle, target_time)
+        if names and rest and names[-1] == rest[0]:
+            rest = rest[1:]
+        return names + rest
+
+    def _find(self, argument: str, name: str) -> Frame:
+        frame = self.frames.get(name)
+        if frame is not None and name[0] != "/":
+            return frame
+        problem = bad_name(argument, name)
+        if problem:
+            raise InvalidArgumentException(problem)
+        raise LookupException(f'"{name}" passed to {argument} does not exist. ')
+
+    def _walk(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
+        """Climb from both frames until they meet."""
+        if target is source:
+            return time or source.latest, IDENTITY
+        if not time:
+            time = self._common_time(target, source)
+        up = IDENTITY  # from source to top
+        top = source
+        depth = 0
+        while top is not target:
+            entry = top.at(time)
+            if entry is None:
+                break
+            top, step = entry
+            up = chain(step, up) if depth else step
+            depth += 1
+            if depth > _MAX_DEPTH:
+                raise self._loop()
+        else:
+            return time, up
+        stuck = top
+        down = IDENTITY  # from target to its ancestor
+        frame = target
+        depth = 0
+        while frame is not top:
+            entry = frame.at(time)
+            if entry is None:
+                if frame.static is not None:
+                    raise ExtrapolationException(frame.why_not(time) + _between(source, target))
+                if stuck.static is not None:
+                    raise ExtrapolationException(stuck.why_not(time) + _between(source, target))
+                raise _apart(source, target)
+            frame, step = entry
+            down = chain(step, down) if depth else step
+            if frame is source:
+                return time, invert(down)
+            depth += 1
+            if depth > _MAX_DEPTH:
+                raise self._loop()
+        return time, chain(invert(down), up)
+
+    def _common_time(self, target: Frame, source: Frame) -> int:
+        if target is source:
+            return source.latest
+        times: dict[Frame, int] = {}  # ancestor of source -> newest time at which it can be reached from there
+        frame = source
+        common = 0
+        while (parent := frame.parent) is not None:
+            latest = frame.latest
+            if latest and (not common or latest < common):
+                common = latest
+            if parent is target:
+                return common
+            frame = parent
+            if frame in times:
+                raise self._loop()
+            times[frame] = common
+        frame = target
+        common = 0
+        seen = 0
+        while (parent := frame.parent) is not None:
+            latest = frame.latest
+            if latest and (not common or latest < common):
+                common = latest
+            if parent in times:
+                other = times[parent]
+                return min(common, other) if common and other else common or other
+            frame = parent
+            if frame is source:
+                return common
+            seen += 1
+            if seen > _MAX_DEPTH:
+                raise self._loop()
+        raise _apart(source, target)
+
+    def _names(self, target: Frame, source: Frame, time: int) -> list[str]:
+        time, _ = self._walk(target, source, time)
+        ups = self._ancestors(source, time)
+        downs = self._ancestors(target, time)
+        while len(ups) > 1 and len(downs) > 1 and ups[-2] is downs[-2]:
+            ups.pop()
+            downs.pop()
+        if target in ups:
+            return [frame.name for frame in ups[: ups.index(target) + 1]]
+        if source in downs:
+            return [frame.name for frame in reversed(downs[: downs.index(source) + 1])]
+        return [frame.name for frame in [*ups, *reversed(downs[:-1])]]
+
+    @staticmethod
+    def _ancestors(frame: Frame, time: int) -> list[Frame]:
+        """Return the frame and what it hangs on, up to the root."""
+        found = [frame]
+        while (entry := found[-1].at(time)) is not None and len(found) <= _MAX_DEPTH:
+            found.append(entry[0])
+        return found
+
+    def can_transform(self, target: str, source: str, time: int) -> str | None:
+        """Return None if `lookup` would succeed, else why not."""
+        if target == source:
+            return None
+        return self._missing(target_frame=target, source_frame=source) or self._try(target, source, time)
+
+    def can_transform_full(
+        self, target: str, target_time: int, source: str, source_time: int, fixed: str
+    ) -> str | None:
+        """Return None if `lookup_full` would succeed, else why not."""
+        return (
+            self._missing(target_frame=target, source_frame=source, fixed_frame=fixed)
+            or self._try(target, fixed, target_time)
+            or self._try(fixed, source, source_time)
+        )
+
+    def _missing(self, **named: str) -> str:
+        """Return which of the frames are badly named or do not exist; empty if all are there."""
+        for role, name in named.items():
+            problem = bad_name(f"canTransform argument {role}", name)
+            if problem:
+                return problem
+        missing = [
+            f"canTransform: {role} {name} does not exist." for role, name in named.items() if name not in self.frames
+        ]
+        return " ".join(missing)
+
+    def _try(self, target: str, source: str, time: int) -> str | None:
+        try:
+            self._walk(self.frames[target], self.frames[source], time)
+        except TransformException as error:
+            return str(error)
+        return None
+
+    # Telling ----------------------------------------------------------------------------------------------------------
+
+    def _loop(self) -> LookupException:
+        return LookupException(f"The tf tree is invalid because it contains a loop.\n{self.as_string()}\n")
+
+    def as_string(self) -> str:
+        """Return a line for each frame, in the order in which they became known."""
+        lines = []
+        for frame in self.frames.values():
+            if frame.static is not None:
+                parent = frame.parent
+                lines.append(f"Frame {frame.name} exists with parent {parent.name if parent else 'NO_PARENT'}.\n")
+        return "".join(lines)
+
+    def as_yaml(self, now: float | None = None) -> str:
+        """Return parent, broadcaster, rate and times of each frame.
+
+        Args:
+            now: the time in seconds, for the transforms' age; None leaves that out.
+        """
+        if not self.frames:
+            return "{}"
+        out = []
+        for frame in self.frames.values():
+            parent = frame.parent
+            if parent is None:
+                continue
+            latest, oldest = to_sec(frame.latest), to_sec(frame.oldest)
+            out.append(
+                f"{frame.name}: \n  parent: '{parent.name}'\n  broadcaster: '{frame.authority}'\n"
+                f"  rate: {frame.rate:.3f}\n  most_recent_transform: {latest:.3f}\n  oldest_transform: {oldest:.3f}\n"
+            )
+            if now:
+                out.append(f"  transform_delay: {now - latest:.3f}\n")
+            out.append(f"  buffer_length: {latest - oldest:.3f}\n")
+        return "".join(out)
+
+
+def bad_name(argument: str, name: str) -> str:
+    """Return what is wrong with a frame's name in a question, in tf2's words; empty if nothing is."""
+    if not name:
+        return f"Invalid argument passed to {argument} in tf2 frame_ids cannot be empty"
+    if name[0] == "/":
+        return f"Invalid argument \"{name}\" passed to {argument} in tf2 frame_ids cannot start with a '/' like: "
+    return ""
+
+
+def _between(source: Frame, target: Frame) -> str:
+    return f", when looking up transform from frame [{source.name}] to frame [{target.name}]"
+
+
+def _apart(source: Frame, target: Frame) -> ConnectivityException:
+    return ConnectivityException(
+        f"Could not find a connection between '{target.name}' and '{source.name}' because they are not part of the "
+        f"same tree.Tf has two or more unconnected trees."
+    )
+
+
+def _problems(parent: str, child: str, transform: Transform, authority: str) -> list[str]:
+    """Return why a transform cannot be used; empty if it can."""
+    found = []
+    if child == parent:
+        found.append(
+            f'TF_SELF_TRANSFORM: Ignoring transform from authority "{authority}" with frame_id and child_frame_id  '
+            f'"{child}" because they are the same'
+        )
+    if not child:
+        found.append(
+            f'TF_NO_CHILD_FRAME_ID: Ignoring transform from authority "{authority}" because child_frame_id not set '
+        )
+    if not parent:
+        found.append(
+            f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}"  from authority "{authority}" because '
+            f"frame_id not set"
+        )
+    numbers = [f"{part:.6f}" for part in transform]
+    rotation = " ".join(numbers[3:])
+    if any(map(isnan, transform)):
+        found.append(
+            f'TF_NAN_INPUT: Ignoring transform for child_frame_id "{child}" from authority "{authority}" because of a '
+            f"nan value in the transform ({' '.join(numbers[:3])}) ({rotation})"
+        )
+    x, y, z, w = transform[3:]
+    if not abs(w * w + x * x + y * y + z * z - 1.0) < _TOLERANCE:
+        found.append(
+            f'TF_DENORMALIZED_QUATERNION: Ignoring transform for child_frame_id "{child}" from authority "{authority}" '
+            f"because of an invalid quaternion in the transform ({rotation})"
+        )
+    return found
