@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import queue
 import subprocess
 import sys
@@ -160,6 +161,31 @@ def test_services_and_parameters_as_json(run: Any, make_node: Callable[..., Any]
     assert json.loads(run("param", "get", "--json", "/gains")[1]) == {"p": 1.5, "i": [1, 2]}
     assert "/gains/p" in json.loads(run("param", "list", "--json")[1])
     assert "did you mean '/gains/p'?" in run("param", "get", "/gain/p")[2]
+
+
+def test_nodes_as_json_and_as_a_tree(run: Any, make_node: Callable[..., Any]) -> None:
+    talker, listener = make_node("talker", namespace="ns", rosout=False), make_node("listener", rosout=False)
+    talker.advertise("t", String)
+    listener.subscribe("/ns/t", String, lambda message: None)
+    talker.advertise_service("flip", SetBool, lambda request: SetBoolResponse())
+    assert json.loads(run("node", "list", "--json")[1]) == [
+        {"node": "/listener", "uri": listener.uri},
+        {"node": "/ns/talker", "uri": talker.uri},
+    ]
+    facts = json.loads(run("node", "info", "--json", "/ns/talker")[1])[0]
+    assert facts["pid"] == os.getpid() and facts["publishes"] == ["/ns/t"] and facts["uri"] == talker.uri
+    assert run("node", "tree")[1].split("\n") == [
+        "/",
+        "├─ listener",
+        "│    <─ /ns/t [std_msgs/String] /ns/talker",
+        "└─ ns/",
+        "   └─ talker",
+        "        ─> /ns/t [std_msgs/String] /listener",
+        "        () /ns/flip",
+        "",
+    ]
+    assert json.loads(run("node", "tree", "--json", "/ns")[1])[0]["services"] == ["/ns/flip"]
+    assert "did you mean '/listener'?" in run("node", "info", "listenr")[2]
 
 
 def test_topics_are_found_by_what_they_are_like(run: Any, make_node: Callable[..., Any]) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import socket
 import sys
+from typing import Any
 
-from pyros1.cli.common import CommandError, Invocation, run
+from pyros1.cli.common import CommandError, Invocation, did_you_mean, print_json, run
 from pyros1.errors import DeadlineError, UnreachableError
 from pyros1.graph import Connection, Graph, SystemState, in_namespace
 from pyros1.net.hosts import parse_uri
@@ -33,7 +34,8 @@ def _ours(program: str) -> str:
     """What stock's tool has not, and therefore does not list."""
     if program == "rosnode":
         return ""
-    return f"""\t{program} status\tlist the processes of running launches: pid, CPU, memory, restarts, uptime
+    return f"""\t{program} tree\tnodes by namespace, with their topics and services
+\t{program} status\tlist the processes of running launches: pid, CPU, memory, restarts, uptime
 \t{program} stop\tstop a node of a launch
 \t{program} start\tstart a stopped node of a launch
 \t{program} restart\tstop a node of a launch and start it again
@@ -42,18 +44,22 @@ def _ours(program: str) -> str:
 
 def list_nodes(invocation: Invocation) -> None:
     """``node list [/namespace]`` (L70)."""
-    namespace, uris, everything = None, False, False
+    namespace, uris, everything, json = None, False, False, False
     if invocation.args:
         parser = invocation.parser("list")
         parser.add_option("-u", action="store_true", dest="uris", help="list XML-RPC URIs")
         parser.add_option("-a", "--all", action="store_true", help="list all information")
+        invocation.add_json(parser, "print a JSON list of objects: node, uri")
         options, args = parser.parse_args(invocation.args)
         if len(args) > 1:
             parser.error("invalid args: you may only specify one namespace")
         namespace = invocation.resolve(args[0]) if args else None
-        uris, everything = bool(options.uris), bool(options.all)
+        uris, everything, json = bool(options.uris), bool(options.all), options.json
     graph = invocation.graph
     names = sorted(in_namespace(graph.state().nodes(), namespace))
+    if json:
+        print_json([{"node": name, "uri": graph.node_uri(name)} for name in names])
+        return
     if everything:
         names = [f"{graph.node_uri(name) or 'unknown address'} \t{name}" for name in names]
     elif uris:
@@ -70,10 +76,15 @@ def info(invocation: Invocation) -> None:
         action="store_true",
         help="Prints only basic information such as pubs/subs and does not contact nodes for more information",
     )
+    invocation.add_json(parser, "print a JSON list of objects, one for each node")
     options, args = parser.parse_args(invocation.args)
     if not args:
         parser.error("You must specify at least one node name")
     graph = invocation.graph
+    if options.json:
+        state = graph.state()
+        print_json([_facts(graph, state, name, contact=not options.quiet) for name in map(invocation.resolve, args)])
+        return
     for name in map(invocation.resolve, args):
         print(_RULE)
         state = graph.state()
@@ -81,9 +92,33 @@ def info(invocation: Invocation) -> None:
         uri = graph.node_uri(name)
         if uri is None:
             sys.stdout.flush()
-            print(f"cannot contact [{name}]: unknown node", file=sys.stderr)
+            hint = did_you_mean(name, state.nodes())
+            print(f"cannot contact [{name}]: unknown node{hint}", file=sys.stderr)
         elif not options.quiet:
             _contact(graph, state, uri)
+
+
+def _facts(graph: Graph, state: SystemState, name: str, *, contact: bool) -> dict[str, Any]:
+    registered = state.of_node(name)
+    facts: dict[str, Any] = {
+        "node": name,
+        "uri": graph.node_uri(name),
+        "publishes": registered.publications,
+        "subscribes": registered.subscriptions,
+        "services": registered.services,
+    }
+    if facts["uri"] is None:
+        raise CommandError(f"unknown node {name}{did_you_mean(name, state.nodes())}")
+    if contact:
+        node = graph.node(facts["uri"])
+        try:
+            facts["pid"] = node.pid()
+            facts["connections"] = [connection._asdict() for connection in node.connections()]
+        except (UnreachableError, DeadlineError) as error:
+            facts["error"] = str(error)
+        finally:
+            node.close()
+    return facts
 
 
 def description(name: str, state: SystemState, types: dict[str, str]) -> str:
@@ -175,6 +210,12 @@ def _reach(invocation: Invocation) -> int | None:
     return verbs[invocation.verb](invocation)
 
 
+def _tree(invocation: Invocation) -> None:
+    from pyros1.cli.node_tree import tree  # noqa: PLC0415 - as above
+
+    tree(invocation)
+
+
 def _control(invocation: Invocation) -> None:
     from pyros1.cli import node_control  # noqa: PLC0415 - the other verbs do without
 
@@ -191,6 +232,7 @@ _VERBS = {
     "list": list_nodes,
     "info": info,
     "machine": machine,
+    "tree": _tree,
     **dict.fromkeys(("ping", "kill", "cleanup"), _reach),
     **dict.fromkeys(("status", "stop", "start", "restart"), _control),
 }

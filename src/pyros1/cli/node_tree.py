@@ -1,0 +1,82 @@
+"""``node tree``: nodes by namespace, each with what it publishes, subscribes and offers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pyros1.cli.common import Invocation, print_json
+from pyros1.graph import SystemState, in_namespace
+
+_QUIET_TOPICS = ("/rosout", "/rosout_agg", "/clock")
+_QUIET_SERVICES = ("/get_loggers", "/set_logger_level")
+
+
+def tree(invocation: Invocation) -> None:
+    """``node tree [options] [/namespace]``."""
+    parser = invocation.parser("tree [options] [/namespace]")
+    parser.add_option("-a", "--all", action="store_true", help="also what every node has, such as /rosout")
+    invocation.add_json(parser, "print a JSON list of objects: node, publishes, subscribes, services")
+    options, args = parser.parse_args(invocation.args)
+    if len(args) > 1:
+        parser.error("you may only specify one input namespace")
+    graph = invocation.graph
+    state = graph.state()
+    names = in_namespace(sorted(state.nodes()), invocation.resolve(args[0]) if args else None)
+    table = {name: facts(state, name, everything=bool(options.all)) for name in names}
+    if options.json:
+        print_json([{"node": name, **table[name]} for name in names])
+        return
+    print("\n".join(render(table, graph.topic_types(), state)))
+
+
+def facts(state: SystemState, name: str, *, everything: bool) -> dict[str, list[str]]:
+    """What a node publishes, subscribes and offers; without what all nodes have, unless ``everything``."""
+    own = state.of_node(name)
+    quiet_services = () if everything else tuple(name + service for service in _QUIET_SERVICES)
+    quiet_topics = () if everything else _QUIET_TOPICS
+    return {
+        "publishes": [topic for topic in sorted(own.publications) if topic not in quiet_topics],
+        "subscribes": [topic for topic in sorted(own.subscriptions) if topic not in quiet_topics],
+        "services": [service for service in sorted(own.services) if service not in quiet_services],
+    }
+
+
+def render(table: dict[str, dict[str, list[str]]], types: dict[str, str], state: SystemState) -> Iterator[str]:
+    """Return the lines of the tree."""
+    root: dict[str, Any] = {}
+    for name in table:
+        branch = root
+        for part in name.strip("/").split("/"):
+            branch = branch.setdefault(part, {})
+    yield "/"
+    yield from _branch(root, "", "", table, types, state)
+
+
+def _branch(
+    branch: dict[str, Any],
+    path: str,
+    indent: str,
+    table: dict[str, dict[str, list[str]]],
+    types: dict[str, str],
+    state: SystemState,
+) -> Iterator[str]:
+    for number, (part, below) in enumerate(branch.items(), 1):
+        name, last = f"{path}/{part}", number == len(branch)
+        inner = indent + ("   " if last else "│  ")
+        own = table.get(name)
+        yield f"{indent}{'└─' if last else '├─'} {part}{'/' if own is None else ''}"
+        if own is not None:
+            edge = inner + ("│ " if below else "  ")
+            for topic in own["publishes"]:
+                yield f"{edge}─> {topic} [{types.get(topic, 'unknown type')}]{_others(state.subscribers, topic, name)}"
+            for topic in own["subscribes"]:
+                yield f"{edge}<─ {topic} [{types.get(topic, 'unknown type')}]{_others(state.publishers, topic, name)}"
+            for service in own["services"]:
+                yield f"{edge}() {service}"
+        yield from _branch(below, name, inner, table, types, state)
+
+
+def _others(table: dict[str, list[str]], topic: str, name: str) -> str:
+    nodes = [node for node in table.get(topic, []) if node != name]
+    return f" {', '.join(nodes)}" if nodes else " nobody"
