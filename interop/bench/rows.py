@@ -1,6 +1,7 @@
 """What is measured, and what is wanted: the rows of the table.
 
-Columns of the groups master, start and codec: the third one is rosmaster, rospy and rostopic, and genpy.
+Columns of the groups master, start, launch and codec: the third one is rosmaster, rospy and rostopic, roslaunch, and
+genpy.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from collections.abc import Iterator
 
 from codec import LABELS
 from harness import STOCK_PYTHON
+from launch import ALONE, DOWN, KINDS, UP
 from master import FIGURES
 from model import COLUMNS, OURS, ROSCPP, ROSPY, Goal, Row, Step
 from steps import Command, FanOut, Import, Program, Script, Together
@@ -148,6 +150,16 @@ def start() -> Iterator[Row]:
     yield Row("start", "topic list", "ms", "ms", steps, goal, less=True)
 
 
+def launch() -> Iterator[Row]:
+    about = {"light": "nodes that only register", "roscpp": "roscpp relays", "python": "Python nodes of ours"}
+    for kind in KINDS:
+        name, steps = f"50 {about[kind]}", both("launch.py")
+        yield Row("launch", f"{name}: {UP}", "s", f"{kind} {UP}", steps, at_least(rospy=3), less=True)
+        yield Row("launch", f"{name}: {DOWN}", "s", f"{kind} {DOWN}", steps, less=True)
+        if kind != "light":
+            yield Row("launch", f"{name}: their own work on all processors", "s", f"{kind} {ALONE}", steps, less=True)
+
+
 def codec() -> Iterator[Row]:
     for label in LABELS:
         for work in ("encode", "decode"):
@@ -156,5 +168,5 @@ def codec() -> Iterator[Row]:
 
 def all_rows() -> list[Row]:
     """The whole table."""
-    groups = (messages, images, latency, fan_out, services, process, master, start, codec)
+    groups = (messages, images, latency, fan_out, services, process, master, start, launch, codec)
     return [row for group in groups for row in group()]

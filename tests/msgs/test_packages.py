@@ -130,6 +130,17 @@ def test_g28_spaces_and_python_packages(tmp_path: Path, monkeypatch: pytest.Monk
     assert [index.find(name) for name in ("one", "two", "three")] == [in_space, in_share, in_python]
 
 
+def test_an_executable_that_was_moved_is_found_again(tmp_path: Path) -> None:
+    package = make_package(tmp_path / "ws/p")
+    packages = index(tmp_path, "ws")
+    assert packages.find_executable("p", "run") == []
+    for folder in ("one", "two"):
+        (package / folder).mkdir()
+        (package / folder / "run").touch(0o755)
+        assert packages.find_executable("p", "run") == [package / folder / "run"]
+        (package / folder / "run").unlink()
+
+
 def test_places_are_named_once_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "path", [])
     with pytest.raises(PackageNotFoundError) as error:

@@ -68,6 +68,7 @@ class PackageIndex:
         self._own = own
         self._found: dict[str, Path] = {}
         self._crawled: dict[Path, dict[str, Path]] = {}
+        self._executables: dict[tuple[str, str], _Paths] = {}
 
     def find(self, name: str) -> Path:
         """Return the folder of the package.
@@ -130,6 +131,9 @@ class PackageIndex:
         """
         folder = self.find(package)
         own = self._own in folder.parents
+        known = self._executables.get((package, name))
+        if known and all(path.is_file() for path in known):
+            return list(known)
         prefixes = list(self._prefixes)
         if folder.parent.name == "share":
             prefixes.append(folder.parent.parent)
@@ -141,7 +145,9 @@ class PackageIndex:
             if own and not name.endswith(".py"):
                 candidates.extend(_walk(folder, name + ".py"))
         # Installers may drop the executable bit of a package's data files; ours are started through their interpreter.
-        return _unique(path for path in candidates if path.is_file() and (own or os.access(path, os.X_OK)))
+        found = _unique(path for path in candidates if path.is_file() and (own or os.access(path, os.X_OK)))
+        self._executables[package, name] = found
+        return list(found)
 
     def executables(self, package: str) -> _Names:
         """Return the names of everything in a package that can be started, sorted.
