@@ -6,6 +6,7 @@ import os
 import sys
 from importlib import import_module
 
+from pyros1.cli.pkg_here import add_packages_here
 from pyros1.errors import Error
 
 COMMANDS = {
@@ -19,6 +20,8 @@ COMMANDS = {
     "param": ("param", "show and set parameters: list get set load dump delete"),
     "msg": ("msg", "show message types: show list md5 package packages"),
     "srv": ("srv", "show service types: show list md5 package packages"),
+    "wtf": ("wtf", "find what is wrong with this machine and the running system, and the cure"),
+    "doctor": ("wtf", "the same as wtf"),
     "log": ("log", "show and set log levels, print log messages: list get set echo"),
     "graph": ("graph_cmd", "print nodes and their connections"),
     "clean": ("clean", "show and remove log files: check purge"),
@@ -100,6 +103,7 @@ def _entry(words: list[str]) -> int:
 
 def _run(module: str, arguments: list[str]) -> int:
     try:
+        add_packages_here(os.environ)
         code: int = import_module(f"pyros1.cli.{module}").main(arguments)
         return code
     except KeyboardInterrupt:

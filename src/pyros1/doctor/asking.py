@@ -1,0 +1,181 @@
+"""Questions to single nodes and services, each with a deadline of its own.
+
+A subscriber tells nobody its type but the publishers that it connects to, so it is asked by posing as one: only if it
+has no link where it should have one, and its list of publishers is put right afterwards.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import socket
+from collections.abc import Callable
+from email.utils import parsedate_to_datetime
+from time import monotonic, time
+from typing import Any
+from xmlrpc.server import SimpleXMLRPCServer
+
+from pyros1.doctor.facts import OTHER, REFUSED, TIMEOUT, UNRESOLVED, Failure, NodeFacts, Offer
+from pyros1.errors import DeadlineError, Error, ProtocolError, UnreachableError
+from pyros1.graph import NodeApi
+from pyros1.net.hosts import parse_uri
+from pyros1.net.resolve import direct_addresses, look_up
+from pyros1.net.xmlrpc_client import XmlRpcClient
+from pyros1.wire.header import HeaderReader, encode_header
+from pyros1.wire.xmlrpc import dumps_call
+
+NODE_TIMEOUT = 2.5
+"""Seconds for one node's answers."""
+
+
+def failure_of(error: BaseException) -> Failure:
+    """Return why a question was not answered, of the error that it ended with."""
+    causes: list[BaseException] = []
+    cause: BaseException | None = error
+    while cause is not None:
+        causes.append(cause)
+        cause = cause.__cause__
+    if any(isinstance(each, (DeadlineError, TimeoutError)) for each in causes):
+        return Failure(TIMEOUT, str(error))
+    if any(isinstance(each, socket.gaierror) for each in causes):
+        return Failure(UNRESOLVED, str(error))
+    if any(isinstance(each, ConnectionError) for each in causes):
+        return Failure(REFUSED, str(error))
+    if any(isinstance(each, OSError) for each in causes):  # no route to the host, network unreachable
+        return Failure(TIMEOUT, str(error))
+    return Failure(OTHER, str(error))
+
+
+def addresses(host: str) -> list[str] | None:
+    """Return the addresses of a host name, None if it cannot be resolved; may block as long as the resolver does."""
+    try:
+        return direct_addresses(host) or look_up(host)
+    except OSError:
+        return None
+
+
+def ask_node(caller_id: str, uri: str) -> NodeFacts:
+    """Ask a node for its connections and its clock."""
+    try:
+        host, port = parse_uri(uri)
+    except ProtocolError as error:
+        return NodeFacts(uri, uri, None, Failure(OTHER, str(error)))
+    found = addresses(host)
+    if found is None:
+        return NodeFacts(uri, host, None, Failure(UNRESOLVED, f"unknown host {host}"))
+    facts = NodeFacts(uri, host, found)
+    api = NodeApi(caller_id, uri, NODE_TIMEOUT)
+    try:
+        facts.connections = api.connections()
+        facts.clock_offset = clock_offset(caller_id, host, port)
+    except Error as error:
+        facts.failure = failure_of(error)
+    finally:
+        api.close()
+    return facts
+
+
+def clock_offset(caller_id: str, host: str, port: int) -> float | None:
+    """Return how many seconds a machine's clock is ahead of ours, by the ``Date`` of a node's HTTP answer.
+
+    Returns:
+        Within about a second; None where the answer has no date.
+    """
+    connection = http.client.HTTPConnection(host, port, timeout=NODE_TIMEOUT)
+    try:
+        before = time()
+        connection.request("POST", "/", dumps_call("getPid", (caller_id,)), {"Content-Type": "text/xml"})
+        date = connection.getresponse().getheader("Date")
+        now = (before + time()) / 2
+        if date is None:
+            return None
+        # The date is cut to whole seconds.
+        return parsedate_to_datetime(date).timestamp() + 0.5 - now
+    except (OSError, http.client.HTTPException, ValueError, TypeError):
+        return None
+    finally:
+        connection.close()
+
+
+def ask_publisher(caller_id: str, uri: str, topic: str) -> Offer:
+    """Ask a publisher for type and md5sum, with the greeting of a subscriber that takes anything."""
+    api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
+    try:
+        answer = api.call("requestTopic", caller_id, topic, [["TCPROS"]])
+        code, text, protocol = answer
+        if code != 1 or not protocol or protocol[0] != "TCPROS":
+            return Offer(failure=Failure(OTHER, f"it refuses: {text}"))
+        greeting = {"callerid": caller_id, "topic": topic, "type": "*", "md5sum": "*", "message_definition": ""}
+        header = _greet(str(protocol[1]), int(protocol[2]), greeting)
+        if "error" in header:
+            return Offer(failure=Failure(OTHER, f"it refuses: {header['error']}"))
+        return Offer(header.get("type", "*"), header.get("md5sum", "*"))
+    except (Error, OSError, ValueError, TypeError) as error:
+        return Offer(failure=failure_of(error))
+    finally:
+        api.close()
+
+
+def _greet(host: str, port: int, greeting: dict[str, str]) -> dict[str, str]:
+    with socket.create_connection((host, port), NODE_TIMEOUT) as sock:
+        sock.sendall(encode_header(greeting))
+        return _read_header(sock, monotonic() + NODE_TIMEOUT)
+
+
+def _read_header(sock: socket.socket, deadline: float) -> dict[str, str]:
+    reader = HeaderReader()
+    while True:
+        sock.settimeout(max(0.001, deadline - monotonic()))
+        data = sock.recv(4096)
+        if not data:
+            raise UnreachableError("the connection was closed before the answer")
+        header = reader.feed(data)
+        if header is not None:
+            return header
+
+
+def ask_subscriber(uri: str, topic: str, publishers: Callable[[], list[str]]) -> Offer:
+    """Ask a subscriber for type and md5sum, by posing as one more publisher of the topic.
+
+    Args:
+        uri: of the subscriber's API.
+        topic: name.
+        publishers: returns the URIs of the topic's publishers, as the master knows them now. The subscriber keeps
+            these, and is told them again in the end.
+    """
+    own_host = _own_address(uri)
+    api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
+    with (
+        socket.create_server(("", 0)) as listener,
+        SimpleXMLRPCServer(("", 0), logRequests=False, allow_none=True) as server,
+    ):
+        port = listener.getsockname()[1]
+
+        def request_topic(*_: Any) -> Any:
+            return [1, "", ["TCPROS", own_host, port]]
+
+        server.register_function(request_topic, "requestTopic")
+        server.timeout = NODE_TIMEOUT / 2
+        own_uri = f"http://{own_host}:{server.server_address[1]}/"
+        try:
+            api.call("publisherUpdate", "/master", topic, [*publishers(), own_uri])
+            server.handle_request()
+            listener.settimeout(NODE_TIMEOUT / 2)
+            connection, _ = listener.accept()
+            with connection:
+                header = _read_header(connection, monotonic() + NODE_TIMEOUT / 2)
+                connection.sendall(encode_header({"error": "pyros1 wtf only asks for the type"}))
+            return Offer(header.get("type", "*"), header.get("md5sum", "*"))
+        except (Error, OSError) as error:
+            return Offer(failure=failure_of(error))
+        finally:
+            with contextlib.suppress(Error):  # unless it ended
+                api.call("publisherUpdate", "/master", topic, publishers())
+            api.close()
+
+
+def _own_address(uri: str) -> str:
+    """The address of this machine under which the node at a URI can reach it."""
+    host, port = parse_uri(uri)
+    with socket.create_connection((host, port), NODE_TIMEOUT) as sock:
+        return str(sock.getsockname()[0])

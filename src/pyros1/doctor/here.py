@@ -1,0 +1,176 @@
+"""Collects the facts of this machine and this shell."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import socket
+import sys
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from time import monotonic
+
+from pyros1.doctor.asking import addresses
+from pyros1.doctor.disk import folder_size
+from pyros1.doctor.facts import Disk, LocalProcess, Machine
+from pyros1.doctor.together import together
+from pyros1.errors import Error
+from pyros1.launch.logs import log_folder, ros_home
+from pyros1.net.hosts import DEFAULT_MASTER_URI, interface_addresses, parse_uri
+from pyros1.net.xmlrpc_client import XmlRpcClient
+
+MASTER_PORTS = range(11311, 11321)
+"""Where masters are looked for on this machine, besides where ROS_MASTER_URI says."""
+_TIMEOUT = 2.0
+_COUNTING = 1.0
+
+
+def collect_machine(environ: Mapping[str, str]) -> Machine:
+    """Return the facts of this machine, after about three seconds at most.
+
+    Args:
+        environ: environment variables.
+    """
+    hostname = socket.gethostname()
+    names = {hostname, environ.get("ROS_HOSTNAME", ""), environ.get("ROS_IP", "")}
+    master = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
+    if master is not None:
+        names.add(master[0])
+    found = together({name: partial(addresses, name) for name in names if name}, _TIMEOUT)
+    logs = log_folder(environ)
+    missing = [
+        part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part and not os.path.isdir(part)
+    ]
+    return Machine(
+        environ=environ,
+        hostname=hostname,
+        interfaces=interface_addresses(),
+        resolved={name: None if isinstance(answer, Exception) else answer for name, answer in found.items()},
+        missing_paths=missing,
+        disks=[_disk(folder) for folder in dict.fromkeys((_existing(logs), _existing(ros_home(environ))))],
+        log_folder=str(logs),
+        log_size=folder_size(logs.resolve(), on_disk=True, deadline=monotonic() + _COUNTING) if logs.exists() else 0,
+        masters=local_masters(environ),
+        processes=ros_processes(),
+        python=(sys.version_info[0], sys.version_info[1]),
+    )
+
+
+def _host_and_port(uri: str) -> tuple[str, int] | None:
+    try:
+        return parse_uri(uri)
+    except Error:
+        return None
+
+
+def _existing(folder: Path) -> Path:
+    """The folder, or the one above it in which it would be made."""
+    while not folder.is_dir() and folder != folder.parent:
+        folder = folder.parent
+    return folder
+
+
+def _disk(folder: Path) -> Disk:
+    usage = shutil.disk_usage(folder)
+    return Disk(str(folder), usage.free, usage.total, os.access(folder, os.W_OK | os.X_OK))
+
+
+def local_masters(environ: Mapping[str, str]) -> list[str]:
+    """Return the URIs of the masters that answer on this machine."""
+    ports = dict.fromkeys(MASTER_PORTS)
+    own = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
+    if own is not None and own[0] in ("localhost", "127.0.0.1", socket.gethostname()):
+        ports[own[1]] = None
+    uris = [f"http://localhost:{port}/" for port in ports]
+    answers = together({uri: partial(_is_master, uri) for uri in uris}, _TIMEOUT)
+    return [uri for uri, answer in answers.items() if answer is True]
+
+
+def _is_master(uri: str) -> bool:
+    client = XmlRpcClient(uri, timeout=_TIMEOUT / 2)
+    try:
+        return bool(client.call("getUri", "/roswtf")[0] == 1)  # a node has no such method
+    except (Error, LookupError, TypeError):
+        return False
+    finally:
+        client.close()
+
+
+def ros_processes() -> list[LocalProcess]:
+    """Return the programs of this machine that have a ROS_MASTER_URI and listen, as all nodes do; Linux only."""
+    listening = _listening_sockets()
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        if int(folder.name) == os.getpid():
+            continue
+        try:
+            environ = _environ(folder)
+            if "ROS_MASTER_URI" not in environ or not _has_socket(folder, listening):
+                continue
+            words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
+        except OSError:
+            continue  # somebody else's, or it ended
+        host = environ.get("ROS_HOSTNAME") or environ.get("ROS_IP") or ""
+        found.append(LocalProcess(int(folder.name), _program(words), environ["ROS_MASTER_URI"], host))
+    return sorted(found)
+
+
+def _environ(folder: Path) -> dict[str, str]:
+    entries = (folder / "environ").read_bytes().decode(errors="replace").split("\0")
+    return dict(entry.split("=", 1) for entry in entries if "=" in entry)
+
+
+def _has_socket(folder: Path, wanted: set[str]) -> bool:
+    for entry in os.scandir(folder / "fd"):
+        try:
+            if os.readlink(entry.path) in wanted:
+                return True
+        except OSError:
+            continue
+    return False
+
+
+def _listening_sockets() -> set[str]:
+    """Sockets that listen, as the system names them in ``/proc/PID/fd``."""
+    found = set()
+    for table in ("/proc/net/tcp", "/proc/net/tcp6"):
+        try:
+            rows = Path(table).read_text().splitlines()[1:]
+        except OSError:
+            continue
+        found |= {f"socket:[{row[9]}]" for row in map(str.split, rows) if len(row) > 9 and row[3] == "0A"}
+    return found
+
+
+def _program(words: list[str]) -> str:
+    """The name to show for a command line: the script's, where an interpreter runs one."""
+    name = os.path.basename(words[0])
+    if re.fullmatch(r"python[\d.]*", name):
+        script = next((word for word in words[1:] if word and not word.startswith("-")), "")
+        name = f"{name} {os.path.basename(script)}".strip()
+    return name
+
+
+def check_packages(environ: Mapping[str, str]) -> list[str]:
+    """Return what is wrong with the ``package.xml`` of the packages that are found."""
+    # Only --all needs these; defusedxml has no stubs.
+    from defusedxml.ElementTree import ParseError, parse  # type: ignore[import-untyped]  # noqa: PLC0415
+
+    from pyros1.msgs.packages import PackageIndex  # noqa: PLC0415
+
+    problems = []
+    for name, folder in sorted(PackageIndex(environ).paths().items()):
+        file = folder / "package.xml"
+        if not file.is_file():
+            continue
+        try:
+            root = parse(file).getroot()
+        except (ParseError, ValueError, OSError) as error:
+            problems.append(f"{name} ({file}): {error}")
+            continue
+        lacking = [tag for tag in ("name", "version", "description") if root.find(tag) is None]
+        if lacking:
+            problems.append(f"{name} ({file}): there is no <{'>, <'.join(lacking)}>")
+    return problems

@@ -1,0 +1,236 @@
+"""Checks of this machine and this shell; no master is needed. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pyros1.doctor.disk import human_size
+from pyros1.doctor.facts import Machine
+from pyros1.doctor.finding import ERROR, WARNING, Finding
+from pyros1.errors import ProtocolError
+from pyros1.net.hosts import DEFAULT_MASTER_URI, parse_uri
+
+LEAST_FREE = 100 << 20
+"""Bytes that should be free on the disk of the logs."""
+MOST_LOGS = 1 << 30
+"""Bytes of logs from which on a warning is due; the stock tools begin to warn there, too."""
+OLDEST_PYTHON = (3, 10)
+
+
+def check_machine(machine: Machine) -> list[Finding]:
+    """Return what is wrong with a machine and its environment."""
+    checks = (_master_uri, _own_address, _own_name, _package_path, _disks, _masters, _versions, _given)
+    return [finding for check in checks for finding in check(machine)]
+
+
+def is_loopback(address: str) -> bool:
+    """Whether an address can be reached from its own machine only."""
+    return address.startswith("127.") or address in ("::1", "localhost")
+
+
+def address_of(machine: Machine) -> str:
+    """An address under which others may reach the machine, for texts."""
+    return next((address for address in machine.interfaces if not is_loopback(address)), "<address of this machine>")
+
+
+def _master_uri(machine: Machine) -> Iterator[Finding]:
+    uri = machine.environ.get("ROS_MASTER_URI")
+    if not uri:
+        return  # the default holds
+    try:
+        host, _ = parse_uri(uri)
+    except ProtocolError:
+        yield Finding(
+            "master-uri",
+            ERROR,
+            f"ROS_MASTER_URI [{uri}] is not a valid URL",
+            f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}, or the address of the robot in place of localhost",
+        )
+        return
+    if machine.resolved.get(host, ()) is None:
+        yield Finding(
+            "master-host",
+            ERROR,
+            f"Cannot resolve hostname in ROS_MASTER_URI [{uri}]: unknown host {host}",
+            f"use the master's IP address in ROS_MASTER_URI, or add a line 'ADDRESS {host}' to /etc/hosts",
+        )
+
+
+def _own_address(machine: Machine) -> Iterator[Finding]:
+    name, address = machine.environ.get("ROS_HOSTNAME"), machine.environ.get("ROS_IP")
+    if name is not None and address is not None and name != address:
+        yield Finding(
+            "both-set",
+            WARNING,
+            f"both ROS_HOSTNAME [{name}] and ROS_IP [{address}] are set: ROS_HOSTNAME is what counts",
+            "unset the one that you do not want",
+        )
+    here = address_of(machine)
+    for variable, value in (("ROS_IP", address), ("ROS_HOSTNAME", name)):
+        if value is None or (variable == "ROS_IP" and name):
+            continue
+        found = machine.resolved.get(value)
+        if not value or "://" in value:
+            yield Finding(
+                "own-address",
+                ERROR,
+                f"{variable} [{value}] is neither a host name nor an address",
+                f"export ROS_IP={here}, or unset {variable}",
+            )
+        elif found is None:
+            yield Finding(
+                "own-address",
+                ERROR,
+                f"{variable} may be incorrect: [{value}] cannot be resolved, so nobody will reach nodes of this shell",
+                f"export ROS_IP={here} and unset ROS_HOSTNAME, or add a line '{here} {value}' to /etc/hosts everywhere",
+            )
+        elif not any(is_loopback(each) or each in machine.interfaces for each in found):
+            yield Finding(
+                "own-address",
+                ERROR,
+                f"{variable} may be incorrect: {variable} [{value}] does not appear to be an address of a local "
+                f"network interface (one of {', '.join(machine.interfaces)})",
+                f"export {variable}={here}, or unset {variable}; then restart the nodes of this shell",
+            )
+        elif all(map(is_loopback, found)) and not _master_is_here(machine):
+            yield Finding(
+                "own-address",
+                ERROR,
+                f"{variable} [{value}] means this machine only, but the master is on another one: "
+                "nodes there cannot reach nodes of this shell",
+                f"export ROS_IP={here} and unset ROS_HOSTNAME; then restart the nodes of this shell",
+            )
+
+
+def _master_is_here(machine: Machine) -> bool:
+    try:
+        host, _ = parse_uri(machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
+    except ProtocolError:
+        return True  # that is said elsewhere
+    addresses = machine.resolved.get(host)
+    return addresses is None or any(is_loopback(each) or each in machine.interfaces for each in addresses)
+
+
+def _own_name(machine: Machine) -> Iterator[Finding]:
+    """What nodes tell others where neither variable is set: the machine's name."""
+    if machine.environ.get("ROS_HOSTNAME") or machine.environ.get("ROS_IP"):
+        return
+    found, here = machine.resolved.get(machine.hostname), address_of(machine)
+    if found is None:
+        yield Finding(
+            "own-name",
+            ERROR,
+            f"the name of this machine [{machine.hostname}] cannot be resolved, and nodes give it as address",
+            f"export ROS_IP={here}, or add a line '127.0.0.1 {machine.hostname}' to /etc/hosts",
+        )
+    elif all(map(is_loopback, found)) and not _master_is_here(machine):
+        yield Finding(
+            "own-name",
+            WARNING,
+            f"the name of this machine [{machine.hostname}] is {', '.join(found)} here, and nodes give it as their "
+            "address: other machines may not know the name, or take it for themselves",
+            f"export ROS_IP={here}",
+        )
+    elif not any(is_loopback(each) or each in machine.interfaces for each in found):
+        yield Finding(
+            "own-name",
+            ERROR,
+            f"the name of this machine [{machine.hostname}] resolves to {', '.join(found)}, which is no address of it",
+            f"correct the line of {machine.hostname} in /etc/hosts, or export ROS_IP={here}",
+        )
+
+
+def _package_path(machine: Machine) -> Iterator[Finding]:
+    if machine.missing_paths:
+        path = machine.environ.get("ROS_PACKAGE_PATH", "")
+        yield Finding(
+            "package-path",
+            ERROR,
+            f"Not all paths in ROS_PACKAGE_PATH [{path}] point to an existing directory: ",
+            "remove them from ROS_PACKAGE_PATH, or source the setup file of the workspace anew",
+            tuple(machine.missing_paths),
+        )
+
+
+def _disks(machine: Machine) -> Iterator[Finding]:
+    for disk in machine.disks:
+        if not disk.writable:
+            yield Finding(
+                "not-writable",
+                ERROR,
+                f"[{disk.folder}] cannot be written to: nodes cannot log",
+                f"sudo chown -R $USER {disk.folder}, or set ROS_LOG_DIR to another folder",
+            )
+        elif disk.free < LEAST_FREE:
+            yield Finding(
+                "disk-full",
+                ERROR,
+                f"the disk of [{disk.folder}] is full: {human_size(disk.free)} of {human_size(disk.total)} are free",
+                "make room: `pyros1 clean purge` removes old logs; large bags may be what fills it",
+            )
+    if machine.log_size > MOST_LOGS:
+        yield Finding(
+            "log-size",
+            WARNING,
+            f"the log folder [{machine.log_folder}] holds {human_size(machine.log_size)}",
+            "pyros1 clean purge --size 500",
+        )
+
+
+def _masters(machine: Machine) -> Iterator[Finding]:
+    if len(machine.masters) > 1:
+        yield Finding(
+            "several-masters",
+            WARNING,
+            f"{len(machine.masters)} masters run on this machine, and nodes of one do not see those of another",
+            "end those that are not wanted, or check that ROS_MASTER_URI is the same in all shells",
+            tuple(machine.masters),
+        )
+    mine = machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+    others = [p for p in machine.processes if p.master_uri and not _same_uri(p.master_uri, mine)]
+    if others:
+        yield Finding(
+            "other-master-uri",
+            WARNING,
+            f"programs of this machine run with another ROS_MASTER_URI than this shell's [{mine}]",
+            "if they belong together, restart them with the same ROS_MASTER_URI",
+            tuple(f"{p.name} (pid {p.pid}): {p.master_uri}" for p in others),
+        )
+
+
+def _same_uri(one: str, other: str) -> bool:
+    try:
+        (host, port), (other_host, other_port) = parse_uri(one), parse_uri(other)
+    except ProtocolError:
+        return one == other
+    local = {"localhost", "127.0.0.1", "::1"}
+    return port == other_port and (host == other_host or {host, other_host} <= local)
+
+
+def _versions(machine: Machine) -> Iterator[Finding]:
+    if machine.python < OLDEST_PYTHON:
+        yield Finding(
+            "python",
+            ERROR,
+            f"this is Python {machine.python[0]}.{machine.python[1]}; pyros1 needs 3.10 or newer",
+            "install a newer Python and pyros1 into it",
+        )
+
+
+def _given(machine: Machine) -> Iterator[Finding]:
+    if machine.launch_problems:
+        yield Finding(
+            "launch-file",
+            ERROR,
+            "the launch files have problems:",
+            "correct them; `pyros1 launch --check FILE` checks them again",
+            tuple(machine.launch_problems),
+        )
+    if machine.package_problems:
+        yield Finding(
+            "package",
+            ERROR,
+            "packages cannot be used:",
+            "correct their package.xml",
+            tuple(machine.package_problems),
+        )

@@ -1,0 +1,160 @@
+"""Checks of a running system: who cannot be reached, whose clock is wrong. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pyros1.doctor.facts import REFUSED, TIMEOUT, UNRESOLVED, Machine, NodeFacts, System
+from pyros1.doctor.finding import ERROR, WARNING, Finding
+from pyros1.doctor.machine_checks import address_of, is_loopback
+from pyros1.errors import ProtocolError
+from pyros1.net.hosts import parse_uri
+
+MOST_SKEW_S = 1.5
+"""Seconds that clocks may differ; they are told in whole seconds."""
+
+
+def check_reach(system: System, machine: Machine) -> list[Finding]:
+    """Return what is wrong with the nodes' addresses, services and clocks."""
+    checks = (_unresolved, _dead, _silent, _loopback, _services, _clocks)
+    return [finding for check in checks for finding in check(system, machine)]
+
+
+def _failed(system: System, kind: str) -> dict[str, list[str]]:
+    """Host -> nodes there that failed in one way."""
+    hosts: dict[str, list[str]] = {}
+    for name, node in sorted(system.nodes.items()):
+        if node.failure is not None and node.failure.kind == kind:
+            hosts.setdefault(node.host, []).append(name)
+    return hosts
+
+
+def _unresolved(system: System, machine: Machine) -> Iterator[Finding]:
+    for host, nodes in _failed(system, UNRESOLVED).items():
+        yield Finding(
+            "unknown-host",
+            ERROR,
+            f"Nodes are registered under the host name [{host}], which is not known here",
+            f"on their machine export ROS_IP=<its address>{_who(machine, host)} and restart them, "
+            f"or add a line 'ADDRESS {host}' to /etc/hosts here",
+            tuple(nodes),
+        )
+
+
+def _who(machine: Machine, host: str) -> str:
+    """Processes of this machine that give the host as their address: then it is here where the cure is due."""
+    pids = [f"{process.name}, pid {process.pid}" for process in machine.processes if process.host == host]
+    return f" (here: {address_of(machine)}; {'; '.join(pids)})" if pids else ""
+
+
+def _dead(system: System, machine: Machine) -> Iterator[Finding]:
+    nodes = [
+        (name, node) for name, node in sorted(system.nodes.items()) if node.failure and node.failure.kind == REFUSED
+    ]
+    if nodes:
+        yield Finding(
+            "dead-node",
+            ERROR,
+            "Could not contact the following nodes: they are registered, but nobody listens at their address",
+            "if they have ended: pyros1 node cleanup; if they run, they gave a wrong address: restart them with "
+            "ROS_IP=<address of their machine>",
+            tuple(f"{name} ({node.uri})" for name, node in nodes),
+        )
+
+
+def _silent(system: System, machine: Machine) -> Iterator[Finding]:
+    for host, nodes in _failed(system, TIMEOUT).items():
+        where = ", ".join(system.nodes[nodes[0]].addresses or ())
+        local = _who(machine, host)
+        yield Finding(
+            "unreachable-host",
+            ERROR,
+            f"Nodes at [{host}]{f' ({where})' if where not in ('', host) else ''} do not answer in time",
+            f"ping {host}: if it answers, a firewall or a node that hangs is in the way; if not, that machine is off "
+            f"or gave a wrong address: export ROS_IP=<its address> there{local} and restart the nodes",
+            tuple(nodes),
+        )
+    others = [
+        f"{name} ({node.uri}): {node.failure.text}"
+        for name, node in sorted(system.nodes.items())
+        if node.failure and node.failure.kind not in (UNRESOLVED, REFUSED, TIMEOUT)
+    ]
+    if others:
+        yield Finding(
+            "broken-node",
+            ERROR,
+            "The following nodes do not answer as nodes do",
+            "another program may have taken their port: pyros1 node cleanup, then restart them",
+            tuple(others),
+        )
+
+
+def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
+    """Nodes that only their own machine can reach, in a system of several machines."""
+    local = [name for name, node in sorted(system.nodes.items()) if _is_local_only(node)]
+    away = [name for name, node in system.nodes.items() if node.addresses and not _is_here(node, machine)]
+    master_away = not _master_is_here(system, machine)
+    if local and (away or master_away):
+        why = "the master is" if master_away else f"nodes are, for example {away[0]}"
+        yield Finding(
+            "loopback-node",
+            ERROR,
+            f"The following nodes gave an address that means 'this machine' to everybody, and {why} on another one",
+            f"where they run: unset ROS_HOSTNAME, export ROS_IP=<address of that machine, here {address_of(machine)}>, "
+            "look for 127.0.1.1 in /etc/hosts, and restart them",
+            tuple(f"{name} ({system.nodes[name].uri})" for name in local),
+        )
+
+
+def _is_local_only(node: NodeFacts) -> bool:
+    return bool(node.addresses) and all(map(is_loopback, node.addresses or ()))
+
+
+def _is_here(node: NodeFacts, machine: Machine) -> bool:
+    return any(is_loopback(address) or address in machine.interfaces for address in node.addresses or ())
+
+
+def _master_is_here(system: System, machine: Machine) -> bool:
+    try:
+        host, _ = parse_uri(system.master_uri)
+    except ProtocolError:
+        return True
+    addresses = machine.resolved.get(host) or (host,)
+    return any(is_loopback(address) or address in machine.interfaces for address in addresses)
+
+
+def _services(system: System, machine: Machine) -> Iterator[Finding]:
+    broken = [
+        f"service [{name}] appears to be malfunctioning: {failure.text}"
+        for name, (_, failure) in sorted(system.services.items())
+        if failure is not None and not _owner_is_down(system, name)
+    ]
+    if broken:
+        yield Finding(
+            "service",
+            ERROR,
+            "Errors connecting to the following services:",
+            "restart the nodes that provide them (`pyros1 service node NAME` tells which)",
+            tuple(broken),
+        )
+
+
+def _owner_is_down(system: System, service: str) -> bool:
+    """Whether all nodes that provide a service do not answer: that is said once, for the node."""
+    owners = [system.nodes[name] for name in system.state.services.get(service, ()) if name in system.nodes]
+    return bool(owners) and all(node.failure is not None for node in owners)
+
+
+def _clocks(system: System, machine: Machine) -> Iterator[Finding]:
+    hosts: dict[str, float] = {}
+    for node in system.nodes.values():
+        if node.clock_offset is not None and abs(node.clock_offset) > MOST_SKEW_S:
+            hosts.setdefault(node.host, node.clock_offset)
+    for host, offset in sorted(hosts.items()):
+        yield Finding(
+            "clock-skew",
+            WARNING if system.use_sim_time else ERROR,
+            f"the clock of [{host}] is {abs(offset):.0f} s {'ahead of' if offset > 0 else 'behind'} this machine's: "
+            "tf and everything that compares stamps will fail",
+            "synchronize the clocks: chrony on both machines, or now: sudo ntpdate pool.ntp.org",
+        )

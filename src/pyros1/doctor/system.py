@@ -1,0 +1,132 @@
+"""Collects the facts of a running system, everybody asked at the same time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from time import sleep
+
+from pyros1.doctor.asking import NODE_TIMEOUT, ask_node, ask_publisher, ask_subscriber, failure_of
+from pyros1.doctor.facts import TIMEOUT, End, Failure, NodeFacts, Offer, System
+from pyros1.doctor.together import together
+from pyros1.doctor.topic_checks import missing_edges
+from pyros1.errors import Error
+from pyros1.graph import Graph, SystemState, probe_service
+from pyros1.net.hosts import parse_uri
+from pyros1.net.master_client import MasterClient
+
+ROUND = NODE_TIMEOUT + 0.5
+"""Seconds for one round of questions."""
+_SETTLE = 1.0
+"""Seconds that nodes which have just come get for connecting."""
+_MOST_SUBSCRIBERS = 16
+
+
+def collect_system(master: MasterClient) -> System:
+    """Ask the master, then all nodes and services, then who sends what.
+
+    Args:
+        master: of the system.
+
+    Returns:
+        The facts, after about ten seconds at most.
+
+    Raises:
+        MasterUnreachableError: there is no master.
+    """
+    state = Graph(master).state()
+    simulated = _parameter(master, "/use_sim_time") is True
+    uris = _uris(master, "lookupNode", sorted(state.nodes()))
+    service_uris = _uris(master, "lookupService", sorted(state.services))
+    jobs: dict[tuple[str, str], Callable[[], NodeFacts | dict[str, str]]] = {
+        ("node", name): partial(ask_node, master.caller_id, uri) for name, uri in uris.items()
+    }
+    jobs |= {
+        ("service", name): partial(probe_service, name, uri, master.caller_id, NODE_TIMEOUT)
+        for name, uri in service_uris.items()
+    }
+    answers = together(jobs, ROUND)
+    nodes = {name: _node(uris[name], answers["node", name]) for name in uris}
+    services = {name: (uri, _failure(answers["service", name])) for name, uri in service_uris.items()}
+    system = System(master.uri, state, nodes, services, use_sim_time=simulated)
+    if missing_edges(system):
+        sleep(_SETTLE)  # what has just been started may not be connected yet
+        lost = {name for edge in missing_edges(system) for name in (edge.publisher, edge.subscriber)}
+        again = together({name: partial(ask_node, master.caller_id, uris[name]) for name in lost}, ROUND)
+        system.nodes = {**nodes, **{name: _node(uris[name], answer) for name, answer in again.items()}}
+    _ask_for_types(master, system)
+    return system
+
+
+def _parameter(master: MasterClient, name: str) -> object:
+    try:
+        return master.get_param(name)
+    except Error:
+        return None
+
+
+def _uris(master: MasterClient, method: str, names: list[str]) -> dict[str, str]:
+    """URIs of nodes or services, without those that went meanwhile; in one call where the master allows it."""
+    if not names:
+        return {}
+    try:
+        values = master.multicall([(method, [name]) for name in names])
+    except Error:
+        values = [_one(master, method, name) for name in names]
+    return {name: value for name, value in zip(names, values, strict=True) if isinstance(value, str)}
+
+
+def _one(master: MasterClient, method: str, name: str) -> object:
+    try:
+        return master.call(method, name)
+    except Error as error:
+        return error
+
+
+def _node(uri: str, answer: object) -> NodeFacts:
+    if isinstance(answer, NodeFacts):
+        return answer
+    try:
+        host = parse_uri(uri)[0]
+    except Error:
+        host = uri
+    return NodeFacts(uri, host, (), Failure(TIMEOUT, str(answer)))
+
+
+def _failure(answer: object) -> Failure | None:
+    return failure_of(answer) if isinstance(answer, Exception) else None
+
+
+def _ask_for_types(master: MasterClient, system: System) -> None:
+    """Ask publishers for types where more than one end could differ, and those subscribers that have no link."""
+    state, nodes = system.state, system.nodes
+    shared = [topic for topic, who in state.publishers.items() if len(who) + len(state.subscribers.get(topic, ())) > 1]
+    ends = [
+        End(topic, node)
+        for topic in shared
+        for node in state.publishers[topic]
+        if node in nodes and nodes[node].failure is None
+    ]
+    offers = together(
+        {end: partial(ask_publisher, master.caller_id, nodes[end.node].uri, end.topic) for end in ends}, ROUND
+    )
+    system.publications = _offers(offers)
+    lonely = dict.fromkeys(End(edge.topic, edge.subscriber) for edge in missing_edges(system))
+    asked = {
+        end: partial(ask_subscriber, nodes[end.node].uri, end.topic, partial(_publishers, master, state, end.topic))
+        for end in list(lonely)[:_MOST_SUBSCRIBERS]
+    }
+    system.subscriptions = _offers(together(asked, 2 * ROUND))
+
+
+def _offers(answers: Mapping[End, Offer | Exception]) -> dict[End, Offer]:
+    return {
+        end: Offer(failure=failure_of(answer)) if isinstance(answer, Exception) else answer
+        for end, answer in answers.items()
+    }
+
+
+def _publishers(master: MasterClient, state: SystemState, topic: str) -> list[str]:
+    """The URIs of a topic's publishers as the master knows them at this moment."""
+    now = Graph(master).state().publishers.get(topic, [])
+    return list(_uris(master, "lookupNode", now).values())
