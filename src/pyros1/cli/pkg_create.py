@@ -1,0 +1,132 @@
+"""``pyros1 pkg create``: a new package; also as catkin_create_pkg and roscreate-pkg (L185, L204)."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from pyros1.cli.common import did_you_mean
+from pyros1.cli.pkg_here import add_packages_here
+from pyros1.msgs.library import SHIPPED
+from pyros1.packaging.crawl import all_packages
+from pyros1.packaging.create import CreateError, NewPackage, create, name_problem
+
+EXAMPLES = """
+examples:
+  {0} my_robot std_msgs               nodes, a message and a launch file, ready to run
+  {0} my_robot --no-examples roscpp   package.xml and CMakeLists.txt only
+"""
+STOCK = ("catkin_create_pkg", "roscreate-pkg")
+
+
+def main(argv: list[str]) -> int:
+    """Run ``pyros1 pkg create``.
+
+    Args:
+        argv: the words behind.
+
+    Returns:
+        The exit code: 1 if the package could not be made, 2 if the words are wrong.
+    """
+    called = os.path.basename(sys.argv[0]) if sys.argv else ""
+    stock = called in STOCK
+    options = _parser(called if stock else "pyros1 pkg create", stock).parse_args(argv)
+    problem = name_problem(options.name)
+    if problem and not stock:
+        print(f"ERROR: '{options.name}' is no name for a package: {problem}", file=sys.stderr)
+        return 1
+    if problem:
+        print(f"WARNING: '{options.name}' is not a good name for a package: {problem}", file=sys.stderr)
+    package = NewPackage(
+        options.name,
+        depends=options.dependencies,
+        system=options.sys_deps or (),
+        boost=options.boost_comps or (),
+        version=options.pkg_version,
+        description=options.description or "",
+        licenses=options.license or (),
+        authors=options.author or (),
+        maintainers=options.maintainer or (),
+        meta=options.meta,
+        examples=not (stock or options.no_examples),
+    )
+    known = {found.name: found.folder for found in reversed(all_packages(os.environ))}
+    try:
+        made = create(package, Path.cwd())
+    except CreateError as error:
+        print(f"{called if stock else 'ERROR'}: {error}", file=sys.stderr)
+        return 2 if stock else 1
+    _warn(package, known)
+    if stock:
+        _say_as_stock(package, made)
+    else:
+        _say(package, made)
+    return 0
+
+
+def _parser(program: str, stock: bool) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog=program,
+        description="Creates a new package",
+        epilog="" if stock else EXAMPLES.format(program),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("name", help="The name for the package")
+    parser.add_argument("dependencies", nargs="*", help="packages that it needs")
+    if not stock:
+        parser.add_argument("--no-examples", action="store_true", help="no nodes, message and launch file")
+    parser.add_argument("--meta", action="store_true", help="a package that only stands for others")
+    parser.add_argument("-s", "--sys-deps", nargs="*", help="what it needs of the system")
+    parser.add_argument("-b", "--boost-comps", nargs="*", help="components of Boost")
+    parser.add_argument("-V", "--pkg_version", default="0.0.0", help="first version")
+    parser.add_argument("-D", "--description", help="description")
+    parser.add_argument("-l", "--license", action="append", help="licence, for example BSD")
+    parser.add_argument("-a", "--author", action="append", help="an author; may be given several times")
+    parser.add_argument("-m", "--maintainer", action="append", help="a maintainer, as 'Name <address>'")
+    parser.add_argument("--rosdistro", help="taken for the sake of scripts; package.xml is the same for all")
+    return parser
+
+
+def _warn(package: NewPackage, known: dict[str, str]) -> None:
+    """Say what may surprise: names of packages that are not here, and one that is here twice."""
+    types = {path.name for path in SHIPPED.iterdir()}
+    for name in package.depends:
+        if name not in known and name not in types:
+            hint = did_you_mean(name, {*known, *types})
+            print(
+                f"WARNING: there is no package '{name}' on this machine{hint}; it is named all the same",
+                file=sys.stderr,
+            )
+    other = known.get(package.name)
+    if other is not None:
+        print(f"WARNING: there is another package '{package.name}' in {other}", file=sys.stderr)
+
+
+def _say_as_stock(package: NewPackage, made: list[str]) -> None:
+    for name in made:
+        print(f"Created {'folder' if name.endswith('/') else 'file'} {name.rstrip('/')}")
+    folder = Path.cwd() / package.name
+    print(f"Successfully created files in {folder}. Please adjust the values in package.xml.")
+
+
+def _say(package: NewPackage, made: list[str]) -> None:
+    for name in made:
+        print(f"created {name}")
+    if package.examples and not package.meta:
+        print("\nTry it:")
+        print(f"  pyros1 launch {package.name} minimal.launch")
+        print(f"  pyros1 run {package.name} minimal_publisher")
+        print(f"  pyros1 msg show {package.name}/Measurement")
+    here = str(Path.cwd())
+    set_before = dict(os.environ)
+    add_packages_here(os.environ)
+    found = next((each.folder for each in all_packages(os.environ) if each.name == package.name), None)
+    os.environ.clear()
+    os.environ.update(set_before)
+    if found != str(Path.cwd() / package.name):
+        print(f"\nIt is not found yet: export ROS_PACKAGE_PATH={here}:$ROS_PACKAGE_PATH")
+        return
+    print("\npyros1 finds it from this folder, and from inside it. From elsewhere:")
+    print(f"  export ROS_PACKAGE_PATH={here}:$ROS_PACKAGE_PATH")

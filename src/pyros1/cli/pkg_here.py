@@ -1,0 +1,75 @@
+"""Packages around the current folder: they are found without any setting.
+
+Found are the packages that lie in the current folder; inside a package, it and those beside it; and inside a
+workspace, those in its ``src``. They come behind ``ROS_PACKAGE_PATH``, so what the user has set there has the last
+word, and they are put into it, so that nodes that are started find them wherever they run.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, MutableMapping
+from itertools import islice
+
+_MANIFESTS = ("package.xml", "manifest.xml")
+_WORKSPACE_MARKS = (".catkin_workspace", ".catkin_tools", "devel", "src/CMakeLists.txt")
+_MOST_ENTRIES = 5000
+
+
+def add_packages_here(environ: MutableMapping[str, str]) -> None:
+    """Put the packages around the current folder into ``ROS_PACKAGE_PATH``, behind what is there.
+
+    Args:
+        environ: environment variables; changed.
+    """
+    try:
+        here = os.getcwd()
+    except OSError:  # it was removed
+        return
+    known = [part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+    found = [folder for folder in _around(here) if not any(_is_in(folder, root) for root in known)]
+    if found and os.pathsep not in "".join(found):
+        environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*known, *found])
+
+
+def _around(here: str) -> list[str]:
+    found = list(_packages_in(here))
+    folder = here
+    while not found:
+        if _is_package(folder):
+            found = list(_packages_in(os.path.dirname(folder)))
+        else:
+            source = os.path.join(folder, "src")
+            if os.path.isdir(source):
+                marked = any(os.path.exists(os.path.join(folder, mark)) for mark in _WORKSPACE_MARKS)
+                found = [source] if marked and _may_trust(source, folder) else list(_packages_in(source))
+        above = os.path.dirname(folder)
+        if above == folder:
+            break
+        folder = above
+    return found
+
+
+def _packages_in(folder: str) -> Iterator[str]:
+    try:
+        with os.scandir(folder) as entries:
+            names = sorted(entry.name for entry in islice(entries, _MOST_ENTRIES) if entry.name[0] != ".")
+    except OSError:
+        return
+    for name in names:
+        path = os.path.join(folder, name)
+        if _is_package(path) and _may_trust(path, folder):
+            yield path
+
+
+def _is_package(folder: str) -> bool:
+    return any(os.path.isfile(os.path.join(folder, name)) for name in _MANIFESTS)
+
+
+def _may_trust(folder: str, parent: str) -> bool:
+    """In a place where anybody may put folders, such as /tmp, only one's own count."""
+    return not os.stat(parent).st_mode & 0o002 or os.stat(folder).st_uid == os.getuid()
+
+
+def _is_in(folder: str, root: str) -> bool:
+    return folder == root or folder.startswith(root.rstrip(os.sep) + os.sep)

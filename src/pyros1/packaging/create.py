@@ -1,0 +1,192 @@
+"""Making new packages, for pyros1 and stock catkin alike."""
+
+from __future__ import annotations
+
+import keyword
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+from pyros1.errors import Error
+
+TEMPLATES = Path(__file__).resolve().parent / "templates"
+_NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
+_PERSON = re.compile(r"(.*?)\s*<([^<>]+@[^<>]+)>")
+
+
+class CreateError(Error):
+    """The package cannot be made; nothing was written."""
+
+
+@dataclass
+class NewPackage:
+    """What a package is to be.
+
+    Attributes:
+        name: of the package.
+        depends: packages that it needs, to build and to run.
+        system: what it needs of the system, as rosdep names it.
+        boost: components of Boost to be linked with.
+        version, description, licenses, authors, maintainers: for package.xml; people as ``Name <address>``.
+        meta: a package that only stands for others.
+        examples: with nodes, a message and a launch file.
+    """
+
+    name: str
+    depends: Sequence[str] = ()
+    system: Sequence[str] = ()
+    boost: Sequence[str] = ()
+    version: str = "0.0.0"
+    description: str = ""
+    licenses: Sequence[str] = ()
+    authors: Sequence[str] = ()
+    maintainers: Sequence[str] = ()
+    meta: bool = False
+    examples: bool = True
+
+
+def name_problem(name: str) -> str:
+    """Return what is wrong with a package's name (REP 144); empty if it is good."""
+    if not name:
+        return "it is empty"
+    if name[0].isdigit() or name[0] in "_-":
+        return "it must start with a letter"
+    if not _NAME.fullmatch(name) or len(name) < 2:
+        return "it should be lower case letters, digits and single underscores, two at least, for example my_robot"
+    if keyword.iskeyword(name):
+        return "it is a word of Python, so nothing could be imported from it"
+    return ""
+
+
+def create(package: NewPackage, parent: Path) -> list[str]:
+    """Write a package.
+
+    Args:
+        package: what it is to be.
+        parent: the folder to make it in.
+
+    Returns:
+        What was made, files and folders (with a slash behind), relative to ``parent``, in order.
+
+    Raises:
+        CreateError: the name does not do, or a file is already there. Nothing is written then.
+    """
+    if not re.fullmatch(r"[^\W]([\w-]*)", package.name):
+        raise CreateError(f"'{package.name}' is no name for a package: {name_problem(package.name)}")
+    if not re.fullmatch(r"\d+\.\d+\.\d+", package.version):
+        raise CreateError(f"the version must be three numbers, for example 0.1.0, not '{package.version}'")
+    folder = parent / package.name
+    files = _files(package)
+    for path in [folder, *(folder / name for name in files)]:
+        if path.exists() and (path != folder or not path.is_dir()):
+            raise CreateError(f"{path} is already there; nothing was changed")
+    made = []
+    try:
+        for name, text in files.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+            if name.startswith("scripts/"):
+                path.chmod(0o755)
+            made.append(f"{package.name}/{name}")
+        for name in _folders(package):
+            (folder / name).mkdir(parents=True, exist_ok=True)
+            made.append(f"{package.name}/{name}/")
+    except OSError as error:
+        raise CreateError(f"cannot write {error.filename}: {error.strerror}") from error
+    return made
+
+
+def _folders(package: NewPackage) -> list[str]:
+    if package.meta or package.examples:
+        return []
+    return [
+        *([f"include/{package.name}"] if "roscpp" in package.depends else []),
+        *(["src"] if package.depends else []),
+    ]
+
+
+def _files(package: NewPackage) -> dict[str, str]:
+    files = {"package.xml": package_xml(package), "CMakeLists.txt": cmake_lists(package)}
+    if package.examples and not package.meta:
+        for base, _, names in os.walk(TEMPLATES):
+            for name in sorted(names):
+                path = Path(base, name)
+                text = path.read_text(encoding="utf-8")
+                text = text.replace("@NAME@", package.name).replace("@DESCRIPTION@", _description(package))
+                files[path.relative_to(TEMPLATES).as_posix()] = text
+    return files
+
+
+def _description(package: NewPackage) -> str:
+    return package.description or f"The {package.name} package"
+
+
+def package_xml(package: NewPackage) -> str:
+    """Return the text of package.xml, format 2."""
+    lines = ['<?xml version="1.0"?>', '<package format="2">', f"  <name>{package.name}</name>"]
+    lines += [
+        f"  <version>{package.version}</version>",
+        f"  <description>{escape(_description(package))}</description>",
+    ]
+    user = os.environ.get("USER") or "user"
+    lines += ["", *(_person("maintainer", each) for each in package.maintainers or [f"{user} <{user}@todo.todo>"])]
+    lines += [_person("author", each) for each in package.authors]
+    lines += [f"  <license>{escape(each)}</license>" for each in package.licenses or ["TODO"]]
+    lines += ["", "  <buildtool_depend>catkin</buildtool_depend>"]
+    if package.meta:
+        lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted(package.depends)]
+        lines += ["", "  <export>", "    <metapackage/>", "  </export>"]
+    else:
+        lines += [f"  <depend>{escape(each)}</depend>" for each in _depends(package)]
+        if _has_messages(package):
+            lines += ["  <build_depend>message_generation</build_depend>"]
+            lines += [f"  <{tag}>message_runtime</{tag}>" for tag in ("build_export_depend", "exec_depend")]
+    return "\n".join([*lines, "</package>", ""])
+
+
+def _depends(package: NewPackage) -> list[str]:
+    generated = {"message_generation", "message_runtime"} if _has_messages(package) else set()
+    return sorted({*package.depends, *package.system, *(["boost"] if package.boost else [])} - generated)
+
+
+def _has_messages(package: NewPackage) -> bool:
+    return package.examples and not package.meta
+
+
+def _person(tag: str, text: str) -> str:
+    match = _PERSON.fullmatch(text)
+    if match:
+        return f"  <{tag} email={quoteattr(match[2])}>{escape(match[1] or match[2])}</{tag}>"
+    address = f' email="{re.sub(r"[^a-z0-9.]+", ".", text.lower()) or "user"}@todo.todo"' if tag == "maintainer" else ""
+    return f"  <{tag}{address}>{escape(text)}</{tag}>"
+
+
+def cmake_lists(package: NewPackage) -> str:
+    """Return the text of CMakeLists.txt."""
+    lines = ["cmake_minimum_required(VERSION 3.0.2)", f"project({package.name})", ""]
+    if package.meta:
+        return "\n".join([*lines, "find_package(catkin REQUIRED)", "catkin_metapackage()", ""])
+    messages = _has_messages(package)
+    depends = sorted({*package.depends} - {"catkin", "message_generation", "message_runtime"})
+    components = [*depends, *(["message_generation"] if messages else [])]
+    lines.append(" ".join(["find_package(catkin REQUIRED", *(["COMPONENTS", *components] if components else [])]) + ")")
+    lines += [f"find_package({each} REQUIRED)" for each in package.system]
+    if package.boost:
+        lines.append(f"find_package(Boost REQUIRED COMPONENTS {' '.join(package.boost)})")
+    if messages:
+        lines += ["", "add_message_files(FILES Measurement.msg)"]
+        lines += ["# Behind DEPENDENCIES name the packages whose messages yours have as fields:"]
+        lines += ["# generate_messages(DEPENDENCIES std_msgs)", "generate_messages()"]
+    exported = [*depends, *(["message_runtime"] if messages else [])]
+    lines += ["", f"catkin_package({' '.join(['CATKIN_DEPENDS', *exported])})" if exported else "catkin_package()"]
+    if messages:
+        lines += ["", "catkin_install_python(PROGRAMS scripts/minimal_publisher scripts/minimal_subscriber"]
+        lines += ["  DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})"]
+        lines += ["install(DIRECTORY launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})"]
+    else:
+        lines += ["", "include_directories(${catkin_INCLUDE_DIRS})"] if "roscpp" in package.depends else []
+    return "\n".join([*lines, ""])

@@ -1,0 +1,115 @@
+"""What a package says about itself: package.xml of formats 1 to 3 (REP 127, 140, 149) and rosbuild's manifest.xml."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError
+
+from pyros1.errors import Error
+
+RUN_TAGS = ("run_depend", "exec_depend", "depend")
+"""Tags of what a catkin package needs when it runs, in the order in which rospack takes them."""
+
+_DEPENDENCY_TAGS = frozenset(
+    [
+        *RUN_TAGS,
+        "build_depend",
+        "build_export_depend",
+        "buildtool_depend",
+        "buildtool_export_depend",
+        "test_depend",
+        "doc_depend",
+    ]
+)
+
+
+class ManifestError(Error):
+    """A package.xml or manifest.xml cannot be read; the text names it."""
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """A package's manifest.
+
+    Attributes:
+        name: of the package.
+        path: of the file.
+        catkin: a package.xml, not a manifest.xml.
+        depends: (tag, package) of each dependency, as written.
+        exports: (tag, attributes) of each export.
+        system: names of system packages, of a manifest.xml's ``rosdep`` tags.
+        version_control: (type, url) of each ``versioncontrol`` tag.
+        version: as written; empty if there is none.
+        metapackage: whether it only stands for others.
+    """
+
+    name: str
+    path: Path
+    catkin: bool
+    version: str = ""
+    depends: list[tuple[str, str]] = field(default_factory=list)
+    exports: list[tuple[str, dict[str, str]]] = field(default_factory=list)
+    system: list[str] = field(default_factory=list)
+    version_control: list[tuple[str, str]] = field(default_factory=list)
+    metapackage: bool = False
+
+    def runs_with(self) -> list[str]:
+        """Return the packages that it needs when it runs, each once."""
+        if not self.catkin:
+            return list(dict.fromkeys(name for _, name in self.depends))
+        return list(dict.fromkeys(name for tag in RUN_TAGS for each, name in self.depends if each == tag))
+
+    def exported(self, language: str, attribute: str) -> list[str]:
+        """Return the values of an export's attribute, with ``${prefix}`` put in."""
+        prefix = str(self.path.parent)
+        values = [values[attribute] for tag, values in self.exports if tag == language and attribute in values]
+        return [value.replace("${prefix}", prefix) for value in values]
+
+
+def read_manifest(path: Path, name: str = "") -> Manifest:
+    """Read a manifest.
+
+    Args:
+        path: of package.xml, manifest.xml or stack.xml.
+        name: of the package, where the file has none; empty takes the folder's.
+
+    Raises:
+        ManifestError: it is not there, or not XML, or of another kind.
+    """
+    from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped] # noqa: PLC0415 - most commands need names only
+    from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped] # noqa: PLC0415
+
+    try:
+        root = fromstring(path.read_bytes())
+    except OSError as error:
+        raise ManifestError(f"cannot read {path}: {error.strerror}") from error
+    except (ParseError, DefusedXmlException, ValueError) as error:
+        raise ManifestError(f"cannot understand {path}: {error}") from error
+    if root.tag not in ("package", "stack"):
+        raise ManifestError(f"{path}: the root element is <{root.tag}>, not <package>")
+    name = _text(root.find("name")) or name or path.parent.name
+    catkin = path.name == "package.xml"
+    exports = [(child.tag, dict(child.attrib)) for tag in root.findall("export") for child in tag]
+    return Manifest(
+        name,
+        path,
+        catkin,
+        version=_text(root.find("version")),
+        depends=_depends(root, catkin),
+        exports=exports,
+        system=[child.attrib["name"] for child in root.findall("rosdep") if "name" in child.attrib],
+        version_control=[(c.get("type", ""), c.get("url", "")) for c in root.findall("versioncontrol")],
+        metapackage=any(tag == "metapackage" for tag, _ in exports),
+    )
+
+
+def _depends(root: Element, catkin: bool) -> list[tuple[str, str]]:
+    if catkin:
+        return [(child.tag, _text(child)) for child in root if child.tag in _DEPENDENCY_TAGS and _text(child)]
+    names = [(child.get("package") or child.get("stack") or "") for child in root.findall("depend")]
+    return [("depend", name) for name in names if name]
+
+
+def _text(element: Element | None) -> str:
+    return (element.text or "").strip() if element is not None else ""
