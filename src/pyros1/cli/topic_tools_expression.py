@@ -1,0 +1,255 @@
+"""What expressions of transform and relay_field may use: the filters' language, comprehensions, and a few modules.
+
+A module is a list of what is allowed of it; nothing else can be reached, and nothing is imported for a user's word.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Iterable, Mapping
+from importlib import import_module
+from typing import Any
+
+from pyros1.cli.expression import _FUNCTIONS, _STRING_METHODS, _TIME_METHODS
+from pyros1.errors import Error, UnknownTypeError
+from pyros1.expressions import ExpressionError, Interpreter, require
+from pyros1.msgs import Message, load_message
+from pyros1.timing import Duration, Time, TVal
+
+_MAX_ITEMS = 1_000_000
+_NUMPY = """
+abs absolute all amax amin any arccos arccosh arcsin arcsinh arctan arctan2 arctanh argmax argmin argsort around
+array asarray average bool_ cbrt ceil clip concatenate cos cosh count_nonzero cross cumsum deg2rad degrees diff
+divide dot e equal exp fabs float32 float64 floor fmod greater greater_equal hypot inf int16 int32 int64 int8
+isfinite isinf isnan less less_equal log log10 log2 logical_and logical_not logical_or max maximum mean median
+min minimum mod multiply nan nanmax nanmean nanmin negative newaxis not_equal pi power prod rad2deg radians
+remainder rint round sign sin sinc sinh sort sqrt square std subtract sum tan tanh trunc uint16 uint32 uint64
+uint8 unique var vstack where
+"""
+_LINALG = ["norm", "det", "inv"]
+_ARRAY = """
+T all any argmax argmin astype clip dot flatten max mean min ndim prod round shape size std sum tolist var
+"""
+
+
+class Module:
+    """A named set of values, which may itself be callable (as ``rospy.Time`` is)."""
+
+    def __init__(self, name: str, members: Mapping[str, Any], call: Callable[..., Any] | None = None) -> None:
+        self.name = name
+        self._members = members
+        self._call = call
+
+    def get(self, name: str) -> Any:
+        """Return a member.
+
+        Raises:
+            ExpressionError: there is none of that name.
+        """
+        if name not in self._members:
+            there = ", ".join(sorted(self._members))
+            raise ExpressionError(f"{self.name}.{name} is not for expressions; of {self.name} there is: {there}")
+        return self._members[name]
+
+    def __call__(self, *args: Any) -> Any:
+        """Call it.
+
+        Raises:
+            TypeError: it cannot be called.
+        """
+        if self._call is None:
+            raise TypeError(f"{self.name} is a module")
+        return self._call(*args)
+
+
+class _MessageModule(Module):
+    def __init__(self, package: str) -> None:
+        super().__init__(package, {})
+
+    def get(self, name: str) -> Any:
+        try:
+            return self if name == "msg" else load_message(f"{self.name}/{name}")
+        except UnknownTypeError as error:
+            raise ExpressionError(str(error)) from None
+
+
+class ModuleError(Error):
+    """A module that was asked for is not there."""
+
+
+def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any]:
+    """Return modules by name; math is always among them, and numpy if it is installed.
+
+    Args:
+        names: what users ask for: math, numpy, rospy (times), tf (transformations), or a package of messages.
+        now: what rospy.Time.now returns.
+
+    Raises:
+        ModuleError: there is no such module.
+    """
+    modules: dict[str, Any] = {"math": Module("math", {k: v for k, v in vars(math).items() if k in _MATH.split()})}
+    wanted = {name.partition(".")[0] for name in names}
+    try:
+        modules["numpy"] = _numpy()
+    except ImportError:
+        if "numpy" in wanted:
+            raise ModuleError("numpy is not installed: pip install numpy") from None
+    for name in wanted - modules.keys():
+        if name == "rospy":
+            modules[name] = _rospy(now)
+        elif name == "tf":
+            modules[name] = Module("tf", {"transformations": Module("tf.transformations", _TRANSFORMATIONS)})
+        else:
+            modules[name] = _messages(name)
+    return modules
+
+
+def _numpy() -> Module:
+    numpy: Any = import_module("numpy")
+    members = {name: getattr(numpy, name) for name in _NUMPY.split() if hasattr(numpy, name)}
+    linalg = Module("numpy.linalg", {name: getattr(numpy.linalg, name) for name in _LINALG})
+    return Module("numpy", {**members, "linalg": linalg})
+
+
+def _rospy(now: Callable[[], Time]) -> Module:
+    time = Module("rospy.Time", {"now": now, "from_sec": Time.from_sec}, Time)
+    duration = Module("rospy.Duration", {"from_sec": Duration.from_sec}, Duration)
+    members = {"Time": time, "Duration": duration, "get_rostime": now, "get_time": lambda: now().to_sec()}
+    return Module("rospy", members)
+
+
+def _messages(package: str) -> Module:
+    try:
+        import_module(f"pyros1.msgs.{package}.msg")
+    except (ImportError, ValueError):
+        raise ModuleError(
+            f"there is no {package!r} for expressions: they can import math, numpy, rospy, tf (its transformations), "
+            "and packages of messages"
+        ) from None
+    return _MessageModule(package)
+
+
+def _euler_from_quaternion(quaternion: Any) -> tuple[float, float, float]:
+    """Roll, pitch and yaw of a quaternion x, y, z, w."""
+    x, y, z, w = map(float, quaternion)
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    if not length:
+        return (0.0, 0.0, 0.0)
+    x, y, z, w = x / length, y / length, z / length, w / length
+    sine = 2 * (w * y - x * z)
+    if abs(sine) > 1 - 1e-12:  # straight up or down: roll and yaw turn about the same axis
+        return (math.atan2(2 * (x * w - y * z), 1 - 2 * (x * x + z * z)), math.copysign(math.pi / 2, sine), 0.0)
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    return (roll, math.asin(sine), math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def _quaternion_from_euler(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    """The quaternion x, y, z, w of roll, pitch and yaw."""
+    cr, cp, cy = (math.cos(angle / 2) for angle in (roll, pitch, yaw))
+    sr, sp, sy = (math.sin(angle / 2) for angle in (roll, pitch, yaw))
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+_TRANSFORMATIONS = {
+    "euler_from_quaternion": _euler_from_quaternion,
+    "quaternion_from_euler": _quaternion_from_euler,
+}
+_MATH = """
+acos acosh asin asinh atan atan2 atanh ceil copysign cos cosh degrees e exp expm1 fabs floor fmod fsum hypot inf
+isclose isfinite isinf isnan log log10 log1p log2 nan pi radians sin sinh sqrt tan tanh tau trunc
+"""
+
+
+def _range(*args: int) -> list[int]:
+    numbers = range(*args)
+    require(len(numbers), _MAX_ITEMS)
+    return list(numbers)
+
+
+_MORE_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "list": list,
+    "tuple": tuple,
+    "range": _range,
+    "zip": lambda *sequences: list(zip(*sequences, strict=False)),
+    "enumerate": lambda items: list(enumerate(items)),
+    "reversed": lambda items: list(reversed(items)),
+}
+
+
+class MessageExpression(Interpreter):
+    """A checked expression of a message ``m``; see `Interpreter` for arguments and errors."""
+
+    nodes = Interpreter.nodes | {ast.Attribute, ast.Call, ast.ListComp, ast.GeneratorExp}
+    max_items = _MAX_ITEMS
+    formatting = True
+
+    def check(self, node: ast.AST) -> None:
+        """Refuse what may not be in an expression; see `Interpreter`."""
+        super().check(node)
+        if isinstance(node, ast.comprehension) and not isinstance(node.target, ast.Name):
+            raise ExpressionError("a comprehension has one name for its items")
+        if isinstance(node, (ast.ListComp, ast.GeneratorExp)) and len(node.generators) > 1:
+            raise ExpressionError("a comprehension has one `for`")
+
+    def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
+        """Return the value of a node; see `Interpreter`."""
+        if isinstance(node, (ast.ListComp, ast.GeneratorExp)):
+            return self._comprehension(node, names)
+        return super().value(node, names)
+
+    def _comprehension(self, node: ast.ListComp | ast.GeneratorExp, names: Mapping[str, Any]) -> list[Any]:
+        loop = node.generators[0]
+        assert isinstance(loop.target, ast.Name)
+        inner = dict(names)
+        result = []
+        for item in self.value(loop.iter, names):
+            inner[loop.target.id] = item
+            if all(self.value(condition, inner) for condition in loop.ifs):
+                result.append(self.value(node.elt, inner))
+                require(len(result), self.max_items)
+        return result
+
+    def name(self, name: str, names: Mapping[str, Any]) -> Any:
+        """Return what a name stands for; see `Interpreter`."""
+        for place in (names, _FUNCTIONS, _MORE_FUNCTIONS):
+            if name in place:
+                return place[name]
+        known = ", ".join(sorted([*names, *_FUNCTIONS, *_MORE_FUNCTIONS]))
+        raise ExpressionError(f"there is no name {name!r}; there are: {known}")
+
+    def attribute(self, owner: Any, name: str) -> Any:
+        """Return a field, method, or member of a module; see `Interpreter`."""
+        if isinstance(owner, Module):
+            return owner.get(name)
+        if isinstance(owner, Message):
+            allowed = name in owner.__slots__ or name.isupper()
+        elif isinstance(owner, type) and issubclass(owner, Message):
+            allowed = name.isupper()
+        elif isinstance(owner, TVal):
+            allowed = name in _TIME_METHODS
+        elif isinstance(owner, str):
+            allowed = name in _STRING_METHODS
+        else:
+            allowed = type(owner).__module__ == "numpy" and name in _ARRAY.split()
+        return getattr(owner, name) if allowed else super().attribute(owner, name)
+
+
+def names_used(text: str) -> set[str]:
+    """Return the names in an expression, those of its comprehensions left out.
+
+    Raises:
+        SyntaxError, ValueError: it is not Python.
+    """
+    found = [node for node in ast.walk(ast.parse(text.strip(), mode="eval")) if isinstance(node, ast.Name)]
+    return {node.id for node in found} - {node.id for node in found if isinstance(node.ctx, ast.Store)}
+
+
+def is_function(name: str) -> bool:
+    """Whether there is a function of that name."""
+    return name in _FUNCTIONS or name in _MORE_FUNCTIONS

@@ -1,0 +1,58 @@
+"""demux: one topic to one of several outputs, switched by services (https://wiki.ros.org/topic_tools/demux)."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+from pyros1.topic_tools.output import QUEUE_SIZE, Output
+from pyros1.topic_tools.selection import Selection
+
+PATIENCE = 0.5
+"""Seconds that the first message waits, so that the subscribers of its new topic can come."""
+
+
+class Demux:
+    """A demultiplexer.
+
+    Args:
+        node: subscriber, publisher and server.
+        source: topic to subscribe to.
+        targets: topics to choose from; the first is selected.
+    """
+
+    def __init__(self, node: Node, source: str, targets: Sequence[str]) -> None:
+        self._node = node
+        self._ended = threading.Event()
+        node.on_shutdown(self._ended.set)
+        self._selection = Selection(node, "demux", targets)
+        self._outputs: dict[str, Output] = {}
+        for topic in self._selection.topics:
+            self._added(topic)
+        self._selection.added, self._selection.removed = self._added, self._removed
+        node.subscribe(source, AnyMsg, self._receive, queue_size=QUEUE_SIZE)
+        self._selection.serve()
+
+    def run(self) -> None:
+        """Forward until the node shuts down."""
+        self._node.spin()
+
+    def _added(self, topic: str) -> None:
+        self._outputs = {**self._outputs, topic: Output(self._node, topic, latch=False)}
+
+    def _removed(self, topic: str) -> None:
+        output = self._outputs[topic]
+        self._outputs = {name: other for name, other in self._outputs.items() if other is not output}
+        output.close()
+
+    def _receive(self, message: AnyMsg) -> None:
+        outputs = self._outputs
+        selected = outputs.get(self._selection.selected or "")
+        fresh = selected is not None and not selected.advertised
+        good = [message._connection_header is each.header or each.admit(message) for each in outputs.values()]
+        if fresh and all(good):
+            self._ended.wait(PATIENCE)
+        if selected is not None and message._connection_header is selected.header:
+            selected.publish(message)

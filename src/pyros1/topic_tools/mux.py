@@ -1,0 +1,96 @@
+"""mux: one of several topics to one output, switched by services (https://wiki.ros.org/topic_tools/mux)."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+from pyros1.node.subscriber import Subscriber
+from pyros1.topic_tools.output import QUEUE_SIZE, Output
+from pyros1.topic_tools.selection import Selection
+
+
+class Mux:
+    """A multiplexer.
+
+    Args:
+        node: subscriber, publisher and server.
+        target: topic to publish.
+        sources: topics to choose from.
+        initial: the one that is selected first, or ``__none``; empty: the first.
+        lazy: once the type is known, subscribe to the selected topic only, and only while somebody subscribes.
+        latch: latch the output.
+        patience: most seconds that the first message waits for a subscriber.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        target: str,
+        sources: Sequence[str],
+        initial: str = "",
+        lazy: bool = False,
+        latch: bool = False,
+        patience: float = 0.0,
+    ) -> None:
+        self._node = node
+        self._lazy = lazy
+        self._patience = patience
+        self._output = Output(node, target, latch)
+        self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
+        self._stir = threading.Event()  # the type has become known, nobody listens any more, or the node ends
+        node.on_shutdown(self._stir.set)
+        self._selection = Selection(node, "mux", sources, initial)
+        self._selection.added = self._selection.removed = self._arrange
+        self._selection.changed = self._arrange
+        self._arrange()
+        self._selection.serve()
+        node.advertise_service(f"{self._output.topic}_select", "topic_tools/MuxSelect", self._select_deprecated)
+
+    def run(self) -> None:
+        """Forward until the node shuts down."""
+        if not self._lazy:
+            self._node.spin()
+        while self._node.ok():
+            self._stir.wait()
+            self._stir.clear()
+            self._arrange()
+            self._output.wait_until_heard()
+            self._arrange()
+
+    def _select_deprecated(self, request: Any) -> Mapping[str, str]:
+        self._node.log.warn("the service %s_select is deprecated: use mux/select", self._output.topic)
+        return self._selection.select(request)
+
+    def _arrange(self, *_: object) -> None:
+        """Subscribe to what is wanted now, and to nothing else."""
+        with self._selection.lock:
+            wanted = self._selection.topics
+            if self._lazy and self._output.advertised:
+                wanted = [topic for topic in wanted if topic == self._selection.selected and self._output.heard]
+            for topic in [topic for topic in self._subscribers if topic not in wanted]:
+                self._subscribers.pop(topic).unregister()
+            for topic in wanted:
+                if topic not in self._subscribers and self._node.ok():
+                    receive = partial(self._receive, topic)
+                    self._subscribers[topic] = self._node.subscribe(topic, AnyMsg, receive, queue_size=QUEUE_SIZE)
+
+    def _receive(self, topic: str, message: AnyMsg) -> None:
+        output = self._output
+        if message._connection_header is not output.header:
+            first = not output.advertised
+            if not output.admit(message):
+                return
+            if first:
+                output.wait_until_heard(self._patience)
+                self._stir.set()
+        if topic != self._selection.selected:
+            return
+        if self._lazy and not output.heard:
+            self._stir.set()
+        else:
+            output.publish(message)

@@ -1,0 +1,110 @@
+"""A topic that is advertised when the first message tells its type, and takes messages as they came."""
+
+from __future__ import annotations
+
+import threading
+
+from pyros1.errors import Error
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+from pyros1.node.publisher import Publisher
+from pyros1.wire.handshake import TopicType
+
+QUEUE_SIZE = 100
+"""Messages that may wait for a slow subscriber, and in front of a slow forwarder."""
+
+
+class Output:
+    """Where messages are forwarded to.
+
+    Args:
+        node: the publisher.
+        topic: name.
+        latch: whether to latch; None: as the first message's publisher does.
+
+    Attributes:
+        header: connection header of a publisher whose messages are known to be of the topic's type.
+    """
+
+    def __init__(self, node: Node, topic: str, latch: bool | None = None) -> None:
+        self.topic = node.resolve(topic)
+        self.header: dict[str, str] | None = None
+        self._node = node
+        self._latch = latch
+        self._type: TopicType | None = None
+        self._publisher: Publisher[AnyMsg] | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def advertised(self) -> bool:
+        """Whether a message has come."""
+        return self._publisher is not None
+
+    @property
+    def heard(self) -> bool:
+        """Whether somebody subscribes."""
+        return self._publisher is not None and self._publisher.num_connections > 0
+
+    def admit(self, message: AnyMsg) -> bool:
+        """Say whether a message is of the topic's type; the first one decides which that is.
+
+        To be asked whenever ``message._connection_header`` is not `header`.
+        """
+        header = message._connection_header or {}
+        found = TopicType(header.get("type", "*"), header.get("md5sum", "*"), header.get("message_definition", ""))
+        with self._lock:
+            if self._type is None:
+                self._advertise(found, header.get("latching") == "1")
+            wanted = self._type or found
+            if wanted.md5sum != found.md5sum:
+                self._node.log.error(
+                    "%s carries %s, not %s: what %s sends is dropped",
+                    self.topic,
+                    wanted.name,
+                    found.name,
+                    header.get("callerid", "?"),
+                    throttle=10.0,
+                )
+                return False
+            self.header = header
+            return True
+
+    def _advertise(self, found: TopicType, latching: bool) -> None:
+        latch = latching if self._latch is None else self._latch
+        self._publisher = self._node.advertise(self.topic, AnyMsg, queue_size=QUEUE_SIZE, latch=latch, raw_type=found)
+        self._type = found
+        self._node.log.info("advertised %s, %s%s", self.topic, found.name, ", latched" if latch else "")
+
+    def publish(self, message: AnyMsg) -> None:
+        """Send an admitted message."""
+        publisher = self._publisher
+        if publisher is not None:
+            publisher.publish(message)
+
+    def wait_until_heard(self, timeout: float | None = None) -> None:
+        """Wait for a subscriber, or until the node shuts down.
+
+        Args:
+            timeout: most seconds to wait.
+        """
+        if self._publisher is not None:
+            self._publisher.wait_for_subscribers(1, timeout)
+
+    def close(self) -> None:
+        """Unregister."""
+        with self._lock:
+            publisher, self._publisher, self._type, self.header = self._publisher, None, None, None
+        if publisher is not None:
+            publisher.unregister()
+
+
+def base_name(topic: str) -> str:
+    """Return the last part of a topic's name, for the name of the node that forwards it.
+
+    Raises:
+        Error: there is none.
+    """
+    base = topic.rstrip("/").rpartition("/")[2]
+    if not base:
+        raise Error(f"{topic!r} is no topic's name")
+    return base

@@ -1,0 +1,92 @@
+"""relay: one topic to another (https://wiki.ros.org/topic_tools/relay); drop and throttle are relays with a gate."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from pyros1.errors import Error, NodeError
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+from pyros1.topic_tools.output import QUEUE_SIZE, Output
+
+Gate = Callable[[AnyMsg], bool]
+"""Says whether a message passes."""
+
+
+class Relay:
+    """Forwards a topic.
+
+    Args:
+        node: subscriber and publisher.
+        source: topic to subscribe to.
+        output: where to.
+        gate: what decides on each message; None: all pass.
+
+    Raises:
+        NodeError: both topics are the same.
+    """
+
+    def __init__(self, node: Node, source: str, output: Output, gate: Gate | None = None) -> None:
+        self.source = node.resolve(source)
+        if self.source == output.topic:
+            raise NodeError(f"{self.source} would be forwarded to itself")
+        self._node = node
+        self._output = output
+        self._gate = gate
+        self._unheard = threading.Event()  # the last message that came had no subscriber, or the node ends
+        node.on_shutdown(self._unheard.set)
+
+    def run(self) -> None:
+        """Forward until the node shuts down."""
+        self._node.subscribe(self.source, AnyMsg, self._receive, queue_size=QUEUE_SIZE)
+        self._node.spin()
+
+    def run_lazy(self) -> None:
+        """Forward until the node shuts down; stay subscribed only while the output has subscribers."""
+        while self._node.ok():
+            with self._node.subscribe(self.source, AnyMsg, self._receive_heard, queue_size=QUEUE_SIZE):
+                self._unheard.wait()
+            self._unheard.clear()
+            self._output.wait_until_heard()
+
+    def run_stealth(self, monitored: str, period: float) -> None:
+        """Forward until the node shuts down; stay subscribed only while another node subscribes to a topic.
+
+        Args:
+            monitored: the topic.
+            period: seconds between two looks at the master.
+        """
+        monitored = self._node.resolve(monitored)
+        subscriber = None
+        wanted = True
+        while self._node.ok():
+            if wanted and subscriber is None:
+                subscriber = self._node.subscribe(self.source, AnyMsg, self._receive, queue_size=QUEUE_SIZE)
+            elif not wanted and subscriber is not None:
+                subscriber.unregister()
+                subscriber = None
+            self._unheard.wait(period)
+            wanted = self._watched(monitored, wanted)
+
+    def _watched(self, topic: str, before: bool) -> bool:
+        try:
+            _, subscribers, _ = self._node.master.get_system_state()
+        except Error as error:
+            if self._node.ok():
+                self._node.log.error("who subscribes to %s is not known: %s", topic, error, throttle=10.0)
+            return before
+        return any(set(nodes) - {self._node.name} for name, nodes in subscribers if name == topic)
+
+    def _receive(self, message: AnyMsg) -> None:
+        output = self._output
+        if (message._connection_header is output.header or output.admit(message)) and (
+            self._gate is None or self._gate(message)
+        ):
+            output.publish(message)
+
+    def _receive_heard(self, message: AnyMsg) -> None:
+        if self._output.admit(message) and not self._output.heard:
+            self._unheard.set()
+        else:
+            self._receive(message)

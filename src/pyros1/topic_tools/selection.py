@@ -1,0 +1,119 @@
+"""What mux and demux share: topics of which one or none is selected, by services.
+
+Relative to the name ``mux`` (or ``demux``, both are meant to be remapped) these are select, add, delete and list;
+what is selected is published, latched, on ``selected``.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from pyros1.errors import InvalidNameError, NodeError
+from pyros1.node import Node
+from pyros1.node.publisher import Publisher
+
+NONE = "__none"
+"""Selects no topic."""
+
+
+class Selection:
+    """The topics, and their services.
+
+    Args:
+        node: provides the services.
+        kind: ``mux`` or ``demux``.
+        topics: the first one is selected.
+        initial: another one to select, or `NONE`; what is not among the topics stands for `NONE`.
+
+    Attributes:
+        topics: full names.
+        selected: one of them, or None.
+        added, removed, changed: called with a topic that was added or deleted, and after a selection; the thread
+            holds `lock`.
+        lock: held while topics or selection change.
+    """
+
+    def __init__(self, node: Node, kind: str, topics: Sequence[str], initial: str = "") -> None:
+        self.topics = list(dict.fromkeys(map(node.resolve, topics)))
+        self.selected: str | None = self.topics[0]
+        self.added: Callable[[str], object] = _nothing
+        self.removed: Callable[[str], object] = _nothing
+        self.changed: Callable[[], object] = _nothing
+        self.lock = threading.RLock()
+        self._node = node
+        self._kind = kind
+        self._prefix = node.resolve(kind)
+        said = self.selected
+        if initial:
+            self.selected = None if initial == NONE else self._known(initial)
+            said = initial if self.selected else NONE
+        self._publisher: Publisher[Any] = node.advertise(
+            f"{self._prefix}/selected", "std_msgs/String", queue_size=1, latch=True
+        )
+        self._publisher.publish(said)
+
+    def serve(self) -> None:
+        """Provide the services."""
+        word = self._kind.capitalize()
+        handlers = {"Select": self.select, "Add": self._add, "Delete": self._delete, "List": self._list}
+        for verb, handler in handlers.items():
+            self._node.advertise_service(f"{self._prefix}/{verb.lower()}", f"topic_tools/{word}{verb}", handler)
+
+    def select(self, request: Any) -> Mapping[str, str]:
+        """Select a topic, or `NONE`.
+
+        Raises:
+            NodeError: there is no such topic.
+        """
+        with self.lock:
+            before = self.selected
+            if request.topic == NONE:
+                self.selected = None
+            else:
+                self.selected = self._known(request.topic) or self._refuse(f"there is no {request.topic} to select")
+            self._node.log.info("%s: %s is selected", self._kind, self.selected or "nothing")
+            self.changed()
+            self._publisher.publish(request.topic)
+        return {"prev_topic": before or ""}
+
+    def _add(self, request: Any) -> Mapping[str, str]:
+        with self.lock:
+            if request.topic == NONE:
+                self._refuse(f"{NONE} stands for no topic, and cannot be added")
+            if self._known(request.topic):
+                self._refuse(f"{request.topic} is there already")
+            topic = self._node.resolve(request.topic)
+            self.topics.append(topic)
+            self.added(topic)
+            self._node.log.info("%s: added %s", self._kind, topic)
+        return {}
+
+    def _delete(self, request: Any) -> Mapping[str, str]:
+        with self.lock:
+            topic = self._known(request.topic) or self._refuse(f"there is no {request.topic} to delete")
+            if topic == self.selected:
+                self._refuse(f"{topic} is selected, and cannot be deleted")
+            self.topics.remove(topic)
+            self.removed(topic)
+            self._node.log.info("%s: deleted %s", self._kind, topic)
+        return {}
+
+    def _list(self, request: Any) -> Mapping[str, list[str]]:
+        return {"topics": list(self.topics)}
+
+    def _known(self, name: str) -> str | None:
+        try:
+            topic = self._node.resolve(name)
+        except InvalidNameError as error:
+            self._refuse(str(error))
+        return topic if topic in self.topics else None
+
+    def _refuse(self, reason: str) -> Any:
+        self._node.log.warn("%s: %s", self._kind, reason)
+        raise NodeError(reason)
+
+
+def _nothing(*_: object) -> None:
+    """Stand for a callback that nobody set."""

@@ -1,0 +1,71 @@
+"""throttle: at most so many messages, or bytes, in a time (https://wiki.ros.org/topic_tools/throttle)."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from pyros1.msgs import AnyMsg
+
+
+class MessageThrottle:
+    """A gate for `Relay`: messages come with at least a period between them.
+
+    Args:
+        period: nanoseconds.
+        now: returns the time in nanoseconds.
+        jumped: called when time has jumped back; the period then begins anew.
+    """
+
+    def __init__(self, period: int, now: Callable[[], int], jumped: Callable[[], object]) -> None:
+        self._period = period
+        self._now = now
+        self._jumped = jumped
+        self._last = 0
+
+    def __call__(self, message: AnyMsg) -> bool:
+        """Say whether the message passes."""
+        now = self._now()
+        if now < self._last:
+            self._jumped()
+            self._last = now
+        if now - self._last <= self._period:
+            return False
+        self._last = now
+        return True
+
+
+class ByteThrottle:
+    """A gate for `Relay`: a message passes while less than a number of bytes have passed within a window of time.
+
+    Args:
+        most: that number.
+        window: nanoseconds.
+        now: returns the time in nanoseconds.
+        jumped: called when time has jumped back; the window is then empty.
+    """
+
+    def __init__(self, most: int, window: int, now: Callable[[], int], jumped: Callable[[], object]) -> None:
+        self._most = most
+        self._window = window
+        self._now = now
+        self._jumped = jumped
+        self._sent: deque[tuple[int, int]] = deque()
+        self._bytes = 0
+
+    def __call__(self, message: AnyMsg) -> bool:
+        """Say whether the message passes."""
+        now = self._now()
+        sent = self._sent
+        if sent and now < sent[-1][0]:
+            self._jumped()
+            sent.clear()
+            self._bytes = 0
+        while sent and sent[0][0] < now - self._window:
+            self._bytes -= sent.popleft()[1]
+        if self._bytes >= self._most:
+            return False
+        size = len(message._buff)
+        sent.append((now, size))
+        self._bytes += size
+        return True

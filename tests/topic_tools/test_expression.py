@@ -1,0 +1,112 @@
+"""What expressions of transform and relay_field can do, and what they cannot."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from pyros1.cli.topic_tools_expression import MessageExpression, ModuleError, load_modules
+from pyros1.cli.topic_tools_transform import _filler, _transformer
+from pyros1.expressions import ExpressionError
+from pyros1.msgs import Message, load_message
+from pyros1.timing import Time
+
+
+def now() -> Time:
+    return Time(5, 6)
+
+
+def modules(*names: str) -> dict[str, Any]:
+    return load_modules(names, now)
+
+
+def value(text: str, message: Any = None, *names: str) -> Any:
+    return MessageExpression(text).evaluate({**modules(*names), "m": message})
+
+
+def test_functions_and_comprehensions() -> None:
+    scan: Any = load_message("sensor_msgs/LaserScan")(ranges=[0.0, 2.0, 1.0])
+    assert value("min([r for r in m.ranges if r > 0])", scan) == 1.0
+    assert value("[2 * i for i in range(3)]") == [0, 2, 4]
+    assert value("'%.1f' % math.degrees(math.pi)") == "180.0"
+    assert value("zip([1, 2], 'ab')") == [(1, "a"), (2, "b")]
+
+
+def test_numpy() -> None:
+    pytest.importorskip("numpy")
+    quaternion: Any = load_message("geometry_msgs/Quaternion")(0, 0, 3, 4)
+    assert value("numpy.linalg.norm([m.x, m.y, m.z, m.w])", quaternion) == 5.0
+    assert value("numpy.sum(numpy.array([m.z, m.w]) * 2).tolist()", quaternion) == 14.0
+
+
+def test_messages_and_times() -> None:
+    stamped: Any = value("geometry_msgs.msg.Point(x=m, y=2)", 1, "geometry_msgs")
+    assert (stamped.x, stamped.y) == (1, 2)
+    assert value("std_msgs.msg.Header(1, rospy.Time.now(), 'a')", None, "rospy", "std_msgs").stamp == now()
+    assert value("sensor_msgs.msg.Range.INFRARED", None, "sensor_msgs") == 1
+
+
+@pytest.mark.parametrize(
+    "angles", [(0.1, -0.2, 0.3), (3.0, 1.0, -3.0), (0.0, math.pi / 2, 0.0), (0.4, math.pi / 2, 0.0)]
+)
+def test_transformations(angles: tuple[float, float, float]) -> None:
+    text = f"tf.transformations.euler_from_quaternion(tf.transformations.quaternion_from_euler{angles})"
+    assert value(text, None, "tf.transformations") == pytest.approx(angles, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "m.__class__",
+        "numpy.load('/etc/passwd')",
+        "numpy.lib",
+        "open('/etc/passwd')",
+        "(lambda: 1)()",
+        "range(10 ** 9)",
+        "math.factorial(10 ** 6)",
+        "[a for a in [1] for b in [2]]",
+        "str.format",
+        "rospy.Time",
+    ],
+)
+def test_nothing_else_can_be_reached(text: str) -> None:
+    with pytest.raises(ExpressionError):
+        value(text, load_message("std_msgs/String")())
+
+
+def test_other_modules_are_refused() -> None:
+    with pytest.raises(ModuleError, match="no 'os' for expressions"):
+        modules("os")
+
+
+def test_a_wrong_expression_is_refused_at_once() -> None:
+    with pytest.raises(ExpressionError, match="there is no name 'x'"):
+        _transformer("x + m", modules())
+    with pytest.raises(ExpressionError, match="not an expression"):
+        _transformer("m +", modules())
+
+
+def test_a_list_stands_for_the_fields() -> None:
+    assert _transformer("[m, 2]", modules())(1) == [1, 2]
+    assert _transformer("m", modules())("text") == ["text"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "expected"),
+    [
+        ("{seq: 3, stamp: {secs: 1, nsecs: 2}, frame_id: m.data}", (3, Time(1, 2), "here")),
+        ("frame_id: base_link", (0, Time(), "base_link")),
+        ("frame_id: base/link", (0, Time(), "base/link")),
+        ("frame_id: map", (0, Time(), "map")),
+        ("frame_id: max", (0, Time(), "max")),
+        ("{stamp: now, frame_id: m.data + '!'}", (0, now(), "here!")),
+        ("seq: len(m.data)", (4, Time(), "")),
+    ],
+)
+def test_fields_are_texts_or_expressions(fields: str, expected: tuple[int, Time, str]) -> None:
+    header: type[Message] = load_message("std_msgs/Header")
+    made: Any
+    (made,) = _filler(fields, modules(), header, now)(load_message("std_msgs/String")("here"))
+    assert (made.seq, made.stamp, made.frame_id) == expected
