@@ -1,0 +1,271 @@
+"""Bags in Python: messages by time, as objects, and as columns for numpy and pandas."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Iterable, Iterator
+from types import TracebackType
+from typing import Any, NamedTuple
+
+from pyros1.bag.errors import BagError
+from pyros1.bag.info import Summary, summarize
+from pyros1.bag.reader import BagReader, RawMessage
+from pyros1.bag.records import Connection
+from pyros1.errors import MessageError
+from pyros1.msgs import AnyMsg, DefinitionCache, Message
+from pyros1.timing import Duration, Time
+
+When = Time | Duration | float | None
+"""A time: a Time as it is; a Duration or seconds count from the bag's beginning, negative ones from its end."""
+
+
+class BagMessage(NamedTuple):
+    """A message out of a bag.
+
+    Attributes:
+        topic: its topic, as recorded.
+        message: the message; with ``raw=True`` an `AnyMsg`.
+        time: when it was recorded.
+        connection: its publisher's connection, with the whole header.
+    """
+
+    topic: str
+    message: Any
+    time: Time
+    connection: Connection
+
+
+class Bag:
+    """A bag that is open for reading; use it in a ``with`` statement.
+
+    Args:
+        path: the file.
+        unindexed: also read bags that were not closed, by scanning them first.
+        progress: called with the offset in bytes while the file is scanned.
+
+    Raises:
+        BagError: it cannot be read; the text says why and what to do.
+        OSError: it cannot be opened.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        unindexed: bool = True,
+        progress: Callable[[int], object] | None = None,
+    ) -> None:
+        self.reader = BagReader(path, unindexed=unindexed, progress=progress)
+        self._classes = DefinitionCache()
+
+    @property
+    def path(self) -> str:
+        """The file."""
+        return self.reader.path
+
+    @property
+    def start(self) -> Time:
+        """Time of the first message; 0 without messages."""
+        return Time.from_nsec(self.reader.start)
+
+    @property
+    def end(self) -> Time:
+        """Time of the last message; 0 without messages."""
+        return Time.from_nsec(self.reader.end)
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Topic -> type, sorted."""
+        found = {connection.topic: connection.type for connection in self.reader.connections.values()}
+        return dict(sorted(found.items()))
+
+    @property
+    def connections(self) -> list[Connection]:
+        """All connections, in the order of their ids."""
+        return [self.reader.connections[number] for number in sorted(self.reader.connections)]
+
+    def __len__(self) -> int:
+        return self.reader.count()
+
+    def count(self, topics: str | Collection[str] | None = None) -> int:
+        """Return how many messages there are on some topics; None means all."""
+        return self.reader.count(self._ids(topics))
+
+    def summary(self, *, frequencies: bool = False) -> Summary:
+        """Return what ``bag info`` shows."""
+        return summarize(self.reader, frequencies=frequencies)
+
+    def messages(
+        self,
+        topics: str | Collection[str] | None = None,
+        start: When = None,
+        end: When = None,
+        *,
+        raw: bool = False,
+    ) -> Iterator[BagMessage]:
+        """Yield messages by time. Only the chunks that hold some of the wanted time are read.
+
+        Args:
+            topics: one topic or several; None means all. A leading ``/`` does not matter.
+            start: only from this time on.
+            end: only until this time.
+            raw: give `AnyMsg` instead of decoding.
+
+        Raises:
+            BagError: the file is damaged, or a message cannot be decoded.
+        """
+        for stored in self.reader.messages(self._ids(topics), self._nanoseconds(start), self._nanoseconds(end)):
+            message = self._any(stored) if raw else self.decode(stored)
+            yield BagMessage(stored.connection.topic, message, Time.from_nsec(stored.time), stored.connection)
+
+    __iter__ = messages
+
+    def at(self, time: When, topics: str | Collection[str] | None = None) -> dict[str, BagMessage]:
+        """Return the last message of each topic at a time or before: what a late subscriber of latched topics knows.
+
+        Args:
+            time: as for :meth:`messages`.
+            topics: one topic or several; None means all.
+        """
+        wanted = self._ids(topics)
+        missing = set(self.reader.connections) if wanted is None else set(wanted)
+        limit = self._nanoseconds(time)
+        best: dict[str, RawMessage] = {}
+        for chunk in sorted(self.reader.chunks, key=lambda chunk: chunk.end, reverse=True):
+            names = {self.reader.connections[conn].topic for conn in chunk.counts if conn in missing}
+            if (limit is not None and chunk.start > limit) or not names:
+                continue
+            if all(name in best and best[name].time >= chunk.end for name in names):
+                continue
+            content, found = self.reader.content(chunk)
+            for place in found:
+                if place.conn not in missing or (limit is not None and place.time > limit):
+                    continue
+                connection = self.reader.connections[place.conn]
+                if connection.topic not in best or best[connection.topic].time <= place.time:
+                    data = content[place.start : place.end]
+                    best[connection.topic] = RawMessage(connection, place.time, data)
+        return {
+            topic: BagMessage(topic, self.decode(stored), Time.from_nsec(stored.time), stored.connection)
+            for topic, stored in sorted(best.items())
+        }
+
+    def columns(
+        self, topic: str, fields: Iterable[str] | None = None, start: When = None, end: When = None
+    ) -> dict[str, list[Any]]:
+        """Return a topic as columns: ``pandas.DataFrame(bag.columns("/odom"))``.
+
+        Args:
+            topic: the topic.
+            fields: paths such as ``pose.position.x``; None means every field that is not an array.
+            start: as for :meth:`messages`.
+            end: as for :meth:`messages`.
+
+        Returns:
+            ``time`` in seconds, and a list per field, times among them in seconds.
+        """
+        columns: dict[str, list[Any]] = {"time": []}
+        paths = None if fields is None else list(fields)
+        columns |= {path: [] for path in paths or ()}
+        for item in self.messages(topic, start, end):
+            if paths is None:
+                paths = list(_leaves(item.message))
+                columns |= {path: [] for path in paths}
+            columns["time"].append(item.time.to_sec())
+            for path in paths:
+                columns[path].append(_value(item.message, path))
+        return columns
+
+    def decode(self, stored: RawMessage) -> Message:
+        """Return a stored message as an object; its class is made from the definition in the bag.
+
+        Raises:
+            BagError: the bytes are not such a message, or the definition is missing or wrong.
+        """
+        try:
+            cls = self.message_class(stored.connection)
+            message: Message = cls._decode(stored.data, 0, len(stored.data))
+        except MessageError as error:
+            where = f"message on {stored.connection.topic} at {stored.time / 1e9:.6f}"
+            raise BagError(self.path, f"{where}: {error}") from error
+        return message
+
+    def message_class(self, connection: Connection) -> type[Message]:
+        """Return the class of a connection's messages.
+
+        Raises:
+            DefinitionError: its definition is wrong.
+            UnknownTypeError: it has none.
+        """
+        return self._classes.get(connection.type, connection.md5sum, connection.definition)
+
+    def close(self) -> None:
+        """Close the file."""
+        self.reader.close()
+
+    def __enter__(self) -> Bag:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _ids(self, topics: str | Collection[str] | None) -> set[int] | None:
+        if topics is None:
+            return None
+        return self.reader.ids([topics] if isinstance(topics, str) else topics)
+
+    def _nanoseconds(self, when: When) -> int | None:
+        if when is None:
+            return None
+        if isinstance(when, Time):
+            return when.to_nsec()
+        offset = when.to_nsec() if isinstance(when, Duration) else round(when * 1e9)
+        return (self.reader.start if offset >= 0 else self.reader.end) + offset
+
+    @staticmethod
+    def _any(stored: RawMessage) -> AnyMsg:
+        connection = stored.connection
+        return AnyMsg(stored.data, {name: connection.text(name) for name in connection.header})
+
+
+def open(path: str | os.PathLike[str], *, unindexed: bool = True) -> Bag:
+    """Open a bag for reading.
+
+    ::
+
+        with pyros1.bag.open("run.bag") as bag:
+            for topic, message, time, _ in bag.messages("/odom", start=10.0):
+                print(time, message.pose.pose.position.x)
+
+    Args:
+        path: the file.
+        unindexed: also read bags that were not closed.
+
+    Raises:
+        BagError: it cannot be read; the text says why and what to do.
+        OSError: it cannot be opened.
+    """
+    return Bag(path, unindexed=unindexed)
+
+
+def bag_topics(path: str | os.PathLike[str]) -> dict[str, tuple[str, int, int]]:
+    """Return topic -> (type, messages, connections) of a bag, sorted by topic; raises as :func:`open`."""
+    with Bag(path) as bag:
+        return {topic.name: (topic.type, topic.messages, topic.connections) for topic in bag.summary().topics}
+
+
+def _leaves(message: Message, before: str = "") -> Iterator[str]:
+    for name in message.__slots__:
+        value = getattr(message, name)
+        if isinstance(value, Message):
+            yield from _leaves(value, f"{before}{name}.")
+        elif isinstance(value, (bool, int, float, str, Time, Duration)):
+            yield before + name
+
+
+def _value(message: Any, path: str) -> Any:
+    for name in path.split("."):
+        message = getattr(message, name)
+    return message.to_sec() if isinstance(message, (Time, Duration)) else message

@@ -1,0 +1,253 @@
+"""Writes bags: sorted indexes, connection headers as they came, every chunk on its way to the disk when it is full.
+
+Why not the rosbags library's writer: it drops fields of connection headers, keeps 132 bytes per message until the bag
+is closed, and its bag header has another size than that of stock tools, which then spoil the file.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from io import FileIO
+from types import TracebackType
+
+from pyros1.bag.codecs import COMPRESSIONS, MAX_CHUNK, compress
+from pyros1.bag.errors import BagError
+from pyros1.bag.records import (
+    MAGIC_20,
+    MAX_TIME,
+    NS,
+    OP_CHUNK,
+    OP_CHUNK_INFO,
+    OP_INDEX,
+    U32,
+    U64,
+    Connection,
+    make_bag_header,
+    make_connection,
+    make_record,
+    message_head,
+    pack_time,
+)
+
+CHUNK_THRESHOLD = 768 * 1024
+"""Bytes, uncompressed, beyond which a chunk is closed."""
+
+_TIME_AND_SIZE = struct.Struct("<III")
+_ENTRY = struct.Struct("<III")
+
+Index = dict[int, list[tuple[int, int]]]
+"""Connection id -> (time in nanoseconds, offset in the chunk's content) of its messages."""
+
+
+@dataclass(frozen=True)
+class _Info:
+    pos: int
+    start: int
+    end: int
+    counts: dict[int, int]
+
+
+class BagWriter:
+    """A new bag.
+
+    Until it is closed it has no index; all chunks that were written can be brought back by reindexing. If a write
+    fails, for example on a full disk, what is not whole is cut off again, so that the bag can still be closed.
+
+    Args:
+        path: the file; replaced if it exists.
+        compression: ``none``, ``bz2`` or ``lz4``.
+        chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
+
+    Attributes:
+        connections: those added, by id.
+        messages: number of messages written.
+
+    Raises:
+        OSError: the file cannot be made.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        compression: str = "none",
+        chunk_threshold: int = CHUNK_THRESHOLD,
+    ) -> None:
+        if compression not in COMPRESSIONS:
+            raise ValueError(f"the compression {compression!r} is unknown; there are {', '.join(COMPRESSIONS)}")
+        self.path = os.fspath(path)
+        self.compression = compression
+        self.chunk_threshold = chunk_threshold
+        self.connections: dict[int, Connection] = {}
+        self.messages = 0
+        self._heads: dict[int, bytes] = {}
+        self._infos: list[_Info] = []
+        self._content = bytearray()
+        self._index: Index = {}
+        self._file = FileIO(self.path, "wb")
+        self._size = 0
+        self._append(MAGIC_20 + make_bag_header())
+
+    @property
+    def size(self) -> int:
+        """Bytes in the file and in the open chunk."""
+        return self._size + len(self._content)
+
+    @property
+    def pending(self) -> bool:
+        """Whether there is something in the open chunk, which a crash would lose."""
+        return bool(self._content)
+
+    def add_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None = None) -> int:
+        """Add a connection.
+
+        Args:
+            topic: name of its topic.
+            header: connection header, all fields; needs ``type``, ``md5sum`` and ``message_definition``.
+            conn: its id, which no other one has; None takes the next.
+
+        Returns:
+            Its id.
+        """
+        return self.put_connection(topic, header, conn, inside=True)
+
+    def put_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None, *, inside: bool) -> int:
+        """Add a connection as :meth:`add_connection` does.
+
+        Args:
+            inside: whether to write it into the open chunk as well; False if it is in a copied one.
+        """
+        number = len(self.connections) if conn is None else conn
+        fields = {"topic": topic.encode("utf-8", "surrogateescape"), **header}
+        connection = Connection(number, topic, fields)
+        self.connections[number] = connection
+        self._heads[number] = message_head(number)
+        if inside:
+            self._content += make_connection(connection)
+        return number
+
+    def write(self, conn: int, time: int, data: bytes | memoryview) -> None:
+        """Write a message.
+
+        Args:
+            conn: id of its connection.
+            time: receive time in nanoseconds.
+            data: its bytes.
+
+        Raises:
+            BagError: the time does not fit into a bag.
+            OSError: the disk is full, ...
+        """
+        if not 0 <= time <= MAX_TIME:
+            raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags hold 0 to 2^32 s")
+        content = self._content
+        if len(content) + len(data) > MAX_CHUNK and content:
+            self.flush()
+            content = self._content
+        self._index.setdefault(conn, []).append((time, len(content)))
+        secs, nsecs = divmod(time, NS)
+        content += self._heads[conn]
+        content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
+        content += data
+        self.messages += 1
+        if len(content) > self.chunk_threshold:
+            self.flush()
+
+    def flush(self) -> None:
+        """Close the open chunk and hand it to the system: from now on a crash of this process does not lose it."""
+        if self._content:
+            content, index = bytes(self._content), self._index
+            self._content, self._index = bytearray(), {}
+            self.copy_chunk(self.compression, len(content), compress(self.compression, content), index)
+
+    def copy_chunk(self, compression: str, size: int, stored: bytes, index: Index) -> None:
+        """Write a chunk that is ready.
+
+        Args:
+            compression: of its content.
+            size: of its content in bytes, uncompressed.
+            stored: its bytes.
+            index: its messages.
+        """
+        pos = self._size
+        fields = {"op": bytes([OP_CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
+        record = make_record(fields, stored)
+        indexes = b"".join(_index_record(conn, entries) for conn, entries in index.items())
+        try:
+            self._append(record + indexes)
+        except OSError:
+            self.messages -= sum(map(len, index.values()))
+            self._file.truncate(pos)
+            self._file.seek(pos)
+            self._size = pos
+            raise
+        times = [time for entries in index.values() for time, _ in entries]
+        counts = {conn: len(entries) for conn, entries in index.items()}
+        self._infos.append(_Info(pos, min(times, default=0), max(times, default=0), counts))
+
+    def close(self) -> None:
+        """Write the rest and the index, and close the file. A second call does nothing.
+
+        Raises:
+            OSError: that failed; the file is closed all the same, and can be reindexed.
+        """
+        if self._file.closed:
+            return
+        try:
+            try:
+                self.flush()
+            finally:
+                self._write_end()
+        finally:
+            self._file.close()
+
+    def abort(self) -> None:
+        """Close the file as it is, without index."""
+        self._file.close()
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _write_end(self) -> None:
+        index_pos = self._size
+        parts = [make_connection(connection) for connection in self.connections.values()]
+        parts += [_info_record(info) for info in self._infos]
+        self._append(b"".join(parts))
+        self._file.seek(len(MAGIC_20))
+        self._put(make_bag_header(index_pos, len(self.connections), len(self._infos)))
+
+    def _append(self, data: bytes) -> None:
+        self._put(data)
+        self._size += len(data)
+
+    def _put(self, data: bytes) -> None:
+        view = memoryview(data)
+        while view:
+            view = view[self._file.write(view) :]
+
+
+def _index_record(conn: int, entries: list[tuple[int, int]]) -> bytes:
+    fields = {"op": bytes([OP_INDEX]), "ver": U32.pack(1), "conn": U32.pack(conn), "count": U32.pack(len(entries))}
+    pack = _ENTRY.pack
+    # Sorted by time: stock's readers search in it.
+    data = b"".join(pack(*divmod(time, NS), offset) for time, offset in sorted(entries))
+    return make_record(fields, data)
+
+
+def _info_record(info: _Info) -> bytes:
+    fields = {
+        "op": bytes([OP_CHUNK_INFO]),
+        "ver": U32.pack(1),
+        "chunk_pos": U64.pack(info.pos),
+        "start_time": pack_time(info.start),
+        "end_time": pack_time(info.end),
+        "count": U32.pack(len(info.counts)),
+    }
+    return make_record(fields, b"".join(U32.pack(conn) + U32.pack(count) for conn, count in info.counts.items()))

@@ -1,0 +1,33 @@
+"""What can be wrong with a bag file; every text names the file, the place and what to do."""
+
+from __future__ import annotations
+
+from pyros1.errors import Error
+
+
+class BagError(Error):
+    """A bag file cannot be read or written.
+
+    Args:
+        path: the file.
+        reason: what is wrong and what to do.
+        offset: byte offset of the record at fault, None if the whole file is.
+    """
+
+    def __init__(self, path: str, reason: str, offset: int | None = None) -> None:
+        self.path = path
+        self.reason = reason
+        self.offset = offset
+        super().__init__(f"{path}: {reason}" if offset is None else f"{path}: at byte {offset}: {reason}")
+
+
+class NotABagError(BagError):
+    """The file is empty, something else than a bag, or of a version that is not supported."""
+
+
+class UnindexedError(BagError):
+    """The bag was not closed, or its index is damaged: it can be saved with ``pyros1 bag reindex``."""
+
+
+class EncryptedError(BagError):
+    """The bag is encrypted."""

@@ -1,0 +1,207 @@
+"""What all readers of bag files share: opening, the version, single records at a place in the file."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from io import FileIO
+
+from pyros1.bag.errors import BagError, EncryptedError, NotABagError
+from pyros1.bag.records import (
+    MAGIC_12,
+    MAGIC_20,
+    MAX_HEADER,
+    OP_BAG,
+    OP_CHUNK,
+    U32,
+    Fields,
+    RecordError,
+    op_of,
+    parse_fields,
+    u32,
+    u64,
+)
+
+
+@dataclass
+class Chunk:
+    """Messages that are stored together.
+
+    Attributes:
+        pos: offset of its record in the file; of messages outside of chunks, that of the first.
+        start: earliest time in it, in nanoseconds.
+        end: latest time in it.
+        counts: connection id -> messages.
+        loose: bytes of messages that are in the file without a chunk around them; 0: it is a chunk.
+        whole: False if it is cut off or spoilt, so that only a part of it can be read.
+    """
+
+    pos: int
+    start: int
+    end: int
+    counts: dict[int, int] = field(default_factory=dict)
+    loose: int = 0
+    whole: bool = True
+
+
+@dataclass(frozen=True)
+class ChunkHeader:
+    """A chunk's header.
+
+    Attributes:
+        compression: as stored.
+        size: of the content in bytes.
+        data: offset of the stored bytes in the file.
+        stored: their number, as the header says.
+    """
+
+    compression: str
+    size: int
+    data: int
+    stored: int
+
+
+class BagFile:
+    """An open bag file.
+
+    Args:
+        path: the file.
+
+    Attributes:
+        size: of the file in bytes, when it was opened.
+        version: 200, or 102 for the old version 1.2.
+        header: fields of the bag header.
+        begin: offset of the first record behind the bag header.
+
+    Raises:
+        NotABagError: it is something else.
+        OSError: it cannot be opened.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = os.fspath(path)
+        self._file = FileIO(self.path, "rb")
+        try:
+            self.size = os.fstat(self._file.fileno()).st_size
+            self.version = self._version()
+            self.header, self.begin = self._bag_header()
+        except BaseException:
+            self._file.close()
+            raise
+
+    @property
+    def index_pos(self) -> int:
+        """Offset of the end section; 0 if the bag was not closed."""
+        return u64(self.header, "index_pos") if "index_pos" in self.header else 0
+
+    @property
+    def encrypted(self) -> str:
+        """The encryptor's name; empty if the bag is not encrypted."""
+        return self.header.get("encryptor", b"").decode("latin-1")
+
+    def require_plain(self) -> None:
+        """Raise EncryptedError if the bag is encrypted."""
+        if self.encrypted:
+            raise EncryptedError(
+                self.path,
+                f"the bag is encrypted by {self.encrypted}; `rosbag decrypt` of a stock installation can decrypt it",
+            )
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def read(self, position: int, size: int) -> bytes:
+        """Return bytes at a place; fewer at the end of the file."""
+        self._file.seek(position)
+        wanted = max(0, min(size, self.size - position))
+        parts: list[bytes] = []
+        while wanted > 0:
+            part = self._file.read(wanted)
+            if not part:
+                break
+            parts.append(part)
+            wanted -= len(part)
+        return parts[0] if len(parts) == 1 else b"".join(parts)
+
+    def record(self, position: int) -> tuple[Fields, int, int]:
+        """Return the record at a place: its fields, where its data begin, and their length as the record says.
+
+        Raises:
+            RecordError: there is no record, or its header is cut off.
+        """
+        head = self.read(position, 512)
+        if len(head) < 8:
+            raise RecordError("the record is cut off")
+        (size,) = U32.unpack_from(head)
+        if size > MAX_HEADER:
+            raise RecordError(f"no record begins here: its header would have {size} bytes")
+        if position + 8 + size > self.size:
+            raise RecordError("the record's header runs past the end of the file")
+        if len(head) < size + 8:
+            head = self.read(position, size + 8)
+            if len(head) < size + 8:
+                raise RecordError("the file became shorter while it was read")
+        fields = parse_fields(head[4 : 4 + size])
+        op_of(fields)
+        (length,) = U32.unpack_from(head, 4 + size)
+        return fields, position + 8 + size, length
+
+    def chunk_header(self, position: int) -> ChunkHeader:
+        """Return the header of the chunk at a place.
+
+        Raises:
+            RecordError: there is none.
+        """
+        fields, data, length = self.record(position)
+        if op_of(fields) != OP_CHUNK:
+            raise RecordError("there is no chunk here")
+        return ChunkHeader(fields.get("compression", b"").decode("latin-1"), u32(fields, "size"), data, length)
+
+    def _version(self) -> int:
+        if self.size == 0:
+            raise NotABagError(self.path, "the file is empty; nothing was recorded into it")
+        line = self.read(0, 64)
+        if line.startswith(MAGIC_20):
+            return 200
+        if line.startswith(MAGIC_12):
+            return 102
+        if MAGIC_20.startswith(line):
+            raise NotABagError(self.path, "the file ends in its first line; nothing can be saved")
+        if line.startswith(b"#ROSBAG V") or line.startswith(b"#ROSRECORD V"):
+            version = line.split(b"\n")[0].rpartition(b"V")[2].decode("latin-1")
+            raise NotABagError(self.path, f"bag version {version} is not supported; only 2.0 and 1.2 are")
+        raise NotABagError(self.path, f"this is not a bag file{_looks_like(line)}")
+
+    def _bag_header(self) -> tuple[Fields, int]:
+        begin = len(MAGIC_20)
+        try:
+            fields, data, length = self.record(begin)
+            if op_of(fields) == OP_BAG:
+                return fields, data + length
+        except RecordError as error:
+            if self.version == 200:
+                raise BagError(
+                    self.path, f"the bag header cannot be read ({error}); nothing can be saved", begin
+                ) from None
+        return {}, begin
+
+
+_KINDS = {
+    b"SQLite format 3": "it is an SQLite database: a ROS 2 bag",
+    b"\x89MCAP": "it is an MCAP file",
+    b"\x1f\x8b": "it is compressed with gzip; unpack it first",
+    b"BZh": "it is compressed with bzip2; unpack it first",
+    b"PK\x03\x04": "it is a zip archive; unpack it first",
+    b"\xfd7zXZ": "it is compressed with xz; unpack it first",
+    b"version https://git-lfs": "it is a pointer of Git LFS; `git lfs pull` gets the file itself",
+}
+
+
+def _looks_like(line: bytes) -> str:
+    for magic, what in _KINDS.items():
+        if line.startswith(magic):
+            return f": {what}"
+    if not line.strip(b"\0"):
+        return ": it begins with zeros; its blocks were never written, or the disk lost them"
+    return ""

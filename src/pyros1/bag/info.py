@@ -1,0 +1,304 @@
+"""What a bag holds, as the rows and the YAML of ``bag info`` (L114-L116)."""
+
+from __future__ import annotations
+
+import heapq
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from statistics import median
+from typing import Any
+
+from pyros1.bag.reader import BagReader
+from pyros1.bag.records import NS
+
+
+@dataclass(frozen=True)
+class Storage:
+    """Chunks of one compression.
+
+    Attributes:
+        chunks: their number.
+        size: bytes of their contents.
+        stored: bytes that they take.
+    """
+
+    chunks: int
+    size: int
+    stored: int
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic in a bag.
+
+    Attributes:
+        name: as recorded.
+        type: of its messages.
+        messages: their number.
+        connections: number of publishers.
+        frequency: median in Hz, None if not known.
+    """
+
+    name: str
+    type: str
+    messages: int
+    connections: int
+    frequency: float | None
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a bag holds.
+
+    Attributes:
+        path: the file.
+        version: for example ``2.0``.
+        size: of the file in bytes.
+        start: time of the first message in seconds, as the index says.
+        end: of the last.
+        messages: their number.
+        storage: compression -> its chunks.
+        types: type -> md5 sum.
+        topics: sorted by name.
+        empty: there is neither a message nor a connection.
+    """
+
+    path: str
+    version: str
+    size: int
+    start: float
+    end: float
+    messages: int
+    storage: dict[str, Storage]
+    types: dict[str, str]
+    topics: list[Topic]
+    empty: bool
+
+    @property
+    def duration(self) -> float:
+        """Seconds between the first and the last message."""
+        return self.end - self.start
+
+    @property
+    def compressed(self) -> bool:
+        """Whether any chunk is."""
+        return any(name != "none" for name in self.storage)
+
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """Bytes of all contents, and what they take."""
+        return sum(s.size for s in self.storage.values()), sum(s.stored for s in self.storage.values())
+
+
+def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
+    """Sum up a bag. Without `frequencies` only its index and the chunks' headers are read.
+
+    Raises:
+        BagError: it cannot be read.
+    """
+    chunks = bag.chunks
+    connections = bag.connections
+    if frequencies:
+        used = {conn for chunk in chunks for conn in chunk.counts}
+        connections = {number: connection for number, connection in connections.items() if number in used}
+    counts: dict[int, int] = {}
+    for chunk in chunks:
+        for conn, count in chunk.counts.items():
+            counts[conn] = counts.get(conn, 0) + count
+    types: dict[str, str] = {}
+    by_topic: dict[str, list[int]] = {}
+    for number, connection in connections.items():
+        types.setdefault(connection.type, connection.md5sum)
+        by_topic.setdefault(connection.topic, []).append(number)
+    rates = _frequencies(bag, by_topic) if frequencies else {}
+    topics = [
+        Topic(name, connections[ids[0]].type, sum(counts.get(i, 0) for i in ids), len(ids), rates.get(name))
+        for name, ids in sorted(by_topic.items())
+    ]
+    version = "2.0" if bag.file.version == 200 else "1.2"
+    return Summary(
+        path=bag.path,
+        version=f"{version} (unindexed)" if bag.scanned else version,
+        size=bag.file.size,
+        start=chunks[0].start / NS if chunks else 0,  # the index's order counts, as stock's, though it may be unsorted
+        end=chunks[-1].end / NS if chunks else 0,
+        messages=sum(counts.values()),
+        storage=_storage(bag),
+        types=dict(sorted(types.items())),
+        topics=topics,
+        empty=not bag.chunks and not bag.connections,
+    )
+
+
+def _storage(bag: BagReader) -> dict[str, Storage]:
+    found: dict[str, Storage] = {}
+    for header in map(bag.header, bag.chunks):
+        old = found.get(header.compression, Storage(0, 0, 0))
+        found[header.compression] = Storage(old.chunks + 1, old.size + header.size, old.stored + header.stored)
+    return found
+
+
+def _frequencies(bag: BagReader, by_topic: dict[str, list[int]]) -> dict[str, float]:
+    times: dict[int, list[float]] = {number: [] for ids in by_topic.values() for number in ids}
+    for number, stamp in bag.times():
+        if number in times:
+            times[number].append(stamp / NS)
+    rates = {}
+    for name, ids in by_topic.items():
+        stamps = list(heapq.merge(*(times.pop(number) for number in ids)))  # as stock: out of order if chunks overlap
+        periods = [later - earlier for earlier, later in pairwise(stamps)]
+        period = median(periods) if periods else 0.0
+        if period > 0:
+            rates[name] = 1 / period
+    return rates
+
+
+# Rows ---------------------------------------------------------------------------------------------------------------
+
+
+def info_text(summary: Summary) -> str:
+    """Return the rows of ``bag info``, byte for byte as stock's."""
+    rows = list(_rows(summary))
+    width = max(len(name) for name, _ in rows) + 1
+    return "\n".join(f"{name + ':' if name else '':{width}} {value}" for name, value in rows).rstrip()
+
+
+def _rows(summary: Summary) -> Iterator[tuple[str, str]]:
+    yield "path", summary.path
+    yield "version", summary.version
+    if summary.empty:
+        yield "size", size_text(summary.size)
+        return
+    yield "duration", _duration_text(summary.duration)
+    yield "start", _time_text(summary.start)
+    yield "end", _time_text(summary.end)
+    yield "size", size_text(summary.size)
+    yield "messages", str(summary.messages)
+    yield "compression", ", ".join(_storage_texts(summary.storage)) or "none"
+    if summary.compressed:
+        yield from _rate_rows(summary)
+    yield from _titled("types", _type_rows(summary))
+    yield from _titled("topics", _topic_rows(summary.topics, max(map(len, summary.types), default=0)))
+
+
+def _titled(title: str, rows: Iterable[str]) -> Iterator[tuple[str, str]]:
+    for number, row in enumerate(rows):
+        yield "" if number else title, row
+
+
+def _storage_texts(storage: dict[str, Storage]) -> Iterator[str]:
+    total = sum(part.chunks for part in storage.values())
+    for name, part in sorted(storage.items(), key=lambda item: (item[1].chunks, item[0]), reverse=True):
+        share = f"; {100.0 * part.stored / part.size if part.size else 0:.2f}%" if name != "none" else ""
+        yield f"{name} [{part.chunks}/{total} chunks{share}]"
+
+
+def _rate_rows(summary: Summary) -> Iterator[tuple[str, str]]:
+    sizes = summary.sizes
+    texts = [size_text(size) for size in sizes]
+    width = max(map(len, texts))
+    rows = [f"{text:>{width}}" for text in texts]
+    if summary.duration > 0:
+        rates = [size_text(size / summary.duration) for size in sizes]
+        width = max(map(len, rates))
+        rows = [f"{row} @ {rate:>{width}}/s" for row, rate in zip(rows, rates, strict=True)]
+        rows[1] += f" ({100.0 * sizes[1] / sizes[0] if sizes[0] else 0:.2f}%)"
+    yield "uncompressed", rows[0]
+    yield "compressed", rows[1]
+
+
+def _type_rows(summary: Summary) -> Iterator[str]:
+    width = max(map(len, summary.types), default=0)
+    for name, md5 in summary.types.items():
+        yield f"{name:{width}} [{md5}]"
+
+
+def _topic_rows(topics: list[Topic], type_width: int) -> Iterator[str]:
+    name_width = max((len(topic.name) for topic in topics), default=0)
+    count_width = max((len(str(topic.messages)) for topic in topics), default=0)
+    rates = ["" if topic.frequency is None else frequency_text(topic.frequency) for topic in topics]
+    rate_width = max(map(len, rates), default=0)
+    for topic, rate in zip(topics, rates, strict=True):
+        noun = "msgs" if topic.messages > 1 else "msg "
+        publishers = f" ({topic.connections} connections)" if topic.connections > 1 else ""
+        yield (
+            f"{topic.name:{name_width}}   {topic.messages:{count_width}} {noun} {'@' if rate else ' '} "
+            f"{rate:>{rate_width}} : {topic.type:{type_width}}{publishers}"
+        )
+
+
+def _duration_text(duration: float) -> str:
+    minutes, hours = int(duration / 60), int(duration / 3600)
+    if hours > 0:
+        return f"{hours}hr {minutes % 60}:{int(duration % 60):02d}s ({int(duration)}s)"
+    if minutes > 0:
+        return f"{minutes}:{int(duration % 60):02d}s ({int(duration)}s)"
+    return f"{duration:.1f}s"
+
+
+def _time_text(stamp: float) -> str:
+    fraction = f"{stamp - int(stamp):.2f}"[1:]
+    return f"{time.strftime('%b %d %Y %H:%M:%S', time.localtime(stamp))}{fraction} ({stamp:.2f})"
+
+
+def size_text(size: float) -> str:
+    """Return a number of bytes for people."""
+    return _scaled(size / 1024, 1024, ("KB", "MB", "GB", "TB", "PB", "EB", "ZB", "YB"))
+
+
+def frequency_text(frequency: float) -> str:
+    """Return a frequency in Hz for people."""
+    return _scaled(frequency, 1000, ("Hz", "kHz", "MHz", "GHz", "THz", "PHz", "EHz", "ZHz", "YHz"))
+
+
+def _scaled(value: float, step: float, units: tuple[str, ...]) -> str:
+    for unit in units:
+        if value < step:
+            return f"{value:.1f} {unit}"
+        value /= step
+    return "-"
+
+
+# YAML ---------------------------------------------------------------------------------------------------------------
+
+
+def info_values(summary: Summary) -> dict[str, Any]:
+    """Return what ``bag info -y`` prints, as values. Floats are texts there, with a fixed number of digits."""
+    values: dict[str, Any] = {"path": summary.path, "version": summary.version}
+    if summary.empty:
+        return values | {"size": summary.size, "indexed": False}
+    stamps = {"duration": summary.duration, "start": summary.start, "end": summary.end}
+    values |= {name: f"{stamp:.6f}" for name, stamp in stamps.items()}
+    values |= {"size": summary.size, "messages": summary.messages, "indexed": "unindexed" not in summary.version}
+    most = max(summary.storage.items(), key=lambda item: (item[1].chunks, item[0]), default=("none", None))
+    values["compression"] = most[0]
+    if summary.compressed:
+        values["uncompressed"], values["compressed"] = summary.sizes
+    values["types"] = [{"type": name, "md5": md5} for name, md5 in summary.types.items()]
+    values["topics"] = [_topic_values(topic) for topic in summary.topics]
+    return values
+
+
+def _topic_values(topic: Topic) -> dict[str, Any]:
+    values: dict[str, Any] = {"topic": topic.name, "type": topic.type, "messages": topic.messages}
+    if topic.connections > 1:
+        values["connections"] = topic.connections
+    if topic.frequency is not None:
+        values["frequency"] = f"{topic.frequency:.4f}"
+    return values
+
+
+def yaml_text(values: dict[str, Any]) -> str:
+    """Return the YAML of ``bag info -y``, byte for byte as stock's."""
+    lines = []
+    for name, value in values.items():
+        if isinstance(value, list):
+            lines.append(f"{name}:")
+            for item in value:
+                pairs = [f"{key}: {part}" for key, part in item.items()]
+                lines += [f"    - {pairs[0]}", *(f"      {pair}" for pair in pairs[1:])]
+        else:
+            lines.append(f"{name}: {value}")
+    return "\n".join(lines) + "\n"

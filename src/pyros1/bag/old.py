@@ -1,0 +1,76 @@
+"""Version 1.2 of bag files: messages without chunks, each with the names of its topic and type. Read only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pyros1.bag.records import (
+    NS,
+    OP_DEFINITION,
+    OP_MESSAGE,
+    Connection,
+    Fields,
+    Message,
+    RecordError,
+    op_of,
+    split_record,
+    u32,
+)
+
+_Key = tuple[bytes, bytes, bytes, bytes, bytes]
+
+
+class OldConnections:
+    """Gives the connections of a 1.2 bag numbers.
+
+    Args:
+        connections: where they are kept, by number.
+    """
+
+    def __init__(self, connections: dict[int, Connection]) -> None:
+        self._connections = connections
+        self._numbers: dict[_Key, int] = {}
+        self._definitions: dict[tuple[bytes, bytes], bytes] = {}
+
+    def define(self, fields: Fields) -> None:
+        """Take a definition record."""
+        definition = fields.get("def", b"")
+        self._definitions[fields.get("type", b""), fields.get("md5", b"")] = definition
+
+    def number(self, fields: Fields) -> int:
+        """Return the number of a message's connection."""
+        names = ("topic", "type", "md5", "callerid", "latching")
+        topic, kind, md5, caller, latching = (fields.get(name, b"") for name in names)
+        key = (topic, kind, md5, caller, latching)
+        found = self._numbers.get(key)
+        if found is None:
+            found = self._numbers[key] = len(self._numbers)
+            definition = self._definitions.get((kind, md5), b"")
+            header = {"topic": topic, "type": kind, "md5sum": md5, "message_definition": definition}
+            header |= {"callerid": caller} if caller else {}
+            header |= {"latching": latching} if latching else {}
+            self._connections[found] = Connection(found, topic.decode("utf-8", "surrogateescape"), header)
+        return found
+
+
+def walk_old(content: bytes, connections: OldConnections) -> Iterator[tuple[Message | None, int]]:
+    """Yield the whole messages at the beginning of `content`, each with the offset behind its record.
+
+    Definitions are taken in, with None in place of a message. Ends at the first record of another kind.
+    """
+    position = 0
+    while position < len(content):
+        try:
+            fields, start, stop = split_record(content, position)
+            op = op_of(fields)
+            if op == OP_DEFINITION:
+                connections.define(fields)
+                yield None, stop
+            elif op == OP_MESSAGE:
+                time = u32(fields, "sec") * NS + u32(fields, "nsec")
+                yield Message(connections.number(fields), time, position, start, stop), stop
+            else:
+                return
+        except RecordError:
+            return
+        position = stop

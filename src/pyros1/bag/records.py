@@ -1,0 +1,294 @@
+"""The records of bag files (https://wiki.ros.org/Bags/Format/2.0): bytes to values and back. Pure.
+
+A record is a header of named fields and data, each with its length in front::
+
+    u32 header length, repeated (u32 field length, name=value), u32 data length, data
+
+Lengths come from a file that may be damaged, so each is checked against what is there before it is used.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+MAGIC_20 = b"#ROSBAG V2.0\n"
+MAGIC_12 = b"#ROSBAG V1.2\n"
+
+OP_DEFINITION = 0x01
+OP_MESSAGE = 0x02
+OP_BAG = 0x03
+OP_INDEX = 0x04
+OP_CHUNK = 0x05
+OP_CHUNK_INFO = 0x06
+OP_CONNECTION = 0x07
+
+BAG_HEADER_SIZE = 4096
+"""Bytes of the bag header's fields and padding together; tools rewrite it in place, so all must agree."""
+
+MAX_HEADER = 1 << 24
+"""Longest record header believed, in bytes; a 1.2 message definition can be in one."""
+
+NS = 1_000_000_000
+MAX_TIME = (1 << 32) * NS - 1
+"""Latest time a record can hold, in nanoseconds."""
+
+Fields = dict[str, bytes]
+
+U32 = struct.Struct("<I")
+U64 = struct.Struct("<Q")
+_PAIR = struct.Struct("<II")
+
+
+class RecordError(ValueError):
+    """The bytes are not a record; the text says why."""
+
+
+class Message(NamedTuple):
+    """Where a message is.
+
+    Attributes:
+        conn: id of its connection.
+        time: receive time in nanoseconds.
+        offset: of its record in the chunk.
+        start: of its bytes in the chunk.
+        end: of its bytes in the chunk.
+    """
+
+    conn: int
+    time: int
+    offset: int
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Connection:
+    """One publisher's messages on one topic.
+
+    Attributes:
+        id: number in the bag.
+        topic: name as recorded, without any change.
+        header: connection header as recorded, every field.
+    """
+
+    id: int
+    topic: str
+    header: Mapping[str, bytes]
+
+    def text(self, name: str, default: str = "") -> str:
+        """Return a field of the header as text; bytes that are not UTF-8 survive as surrogate escapes."""
+        value = self.header.get(name)
+        return default if value is None else value.decode("utf-8", "surrogateescape")
+
+    @property
+    def type(self) -> str:
+        """Type of the messages, ``package/Type``."""
+        return self.text("type")
+
+    @property
+    def md5sum(self) -> str:
+        """The type's md5 sum."""
+        return self.text("md5sum")
+
+    @property
+    def definition(self) -> str:
+        """The type's definition, with those of the types used."""
+        return self.text("message_definition")
+
+    @property
+    def callerid(self) -> str:
+        """The publisher's name; empty if not recorded."""
+        return self.text("callerid")
+
+    @property
+    def latching(self) -> bool:
+        """Whether the publisher latched."""
+        return self.text("latching") == "1"
+
+
+def parse_fields(data: bytes) -> Fields:
+    """Return the fields of a header.
+
+    Raises:
+        RecordError: they are malformed.
+    """
+    fields: Fields = {}
+    position, end = 0, len(data)
+    while position < end:
+        if end - position < 4:
+            raise RecordError("stray bytes behind the header's fields")
+        (size,) = U32.unpack_from(data, position)
+        position += 4
+        name, separator, value = data[position : position + size].partition(b"=")
+        if size > end - position or not separator:
+            raise RecordError("a header field runs past the header's end, or has no '='")
+        fields[name.decode("latin-1")] = value
+        position += size
+    return fields
+
+
+def make_fields(fields: Mapping[str, bytes]) -> bytes:
+    """Return a header's bytes, without their length."""
+    parts = (name.encode("latin-1") + b"=" + value for name, value in fields.items())
+    return b"".join(U32.pack(len(part)) + part for part in parts)
+
+
+def make_record(fields: Mapping[str, bytes], data: bytes = b"") -> bytes:
+    """Return a record's bytes."""
+    header = make_fields(fields)
+    return U32.pack(len(header)) + header + U32.pack(len(data)) + data
+
+
+def op_of(fields: Mapping[str, bytes]) -> int:
+    """Return a record's op code.
+
+    Raises:
+        RecordError: it has none.
+    """
+    op = fields.get("op", b"")
+    if len(op) != 1:
+        raise RecordError("the record has no op code")
+    return op[0]
+
+
+def u32(fields: Mapping[str, bytes], name: str) -> int:
+    """Return a field that is a u32.
+
+    Raises:
+        RecordError: there is none.
+    """
+    return _number(fields, name, U32)
+
+
+def u64(fields: Mapping[str, bytes], name: str) -> int:
+    """Return a field that is a u64; raises as :func:`u32`."""
+    return _number(fields, name, U64)
+
+
+def time_of(fields: Mapping[str, bytes], name: str = "time") -> int:
+    """Return a field that is a time, in nanoseconds; raises as :func:`u32`."""
+    value = fields.get(name, b"")
+    if len(value) != 8:
+        raise RecordError(f"the record has no field {name} of 8 bytes")
+    secs, nsecs = _PAIR.unpack(value)
+    return int(secs) * NS + int(nsecs)
+
+
+def pack_time(time: int) -> bytes:
+    """Return a time's bytes; `time` in nanoseconds."""
+    return _PAIR.pack(*divmod(time, NS))
+
+
+def _number(fields: Mapping[str, bytes], name: str, form: struct.Struct) -> int:
+    value = fields.get(name, b"")
+    if len(value) != form.size:
+        raise RecordError(f"the record has no field {name} of {form.size} bytes")
+    number: int = form.unpack(value)[0]
+    return number
+
+
+def make_bag_header(index_pos: int = 0, connections: int = 0, chunks: int = 0) -> bytes:
+    """Return the bag header's record; index_pos 0 means that the bag is not closed."""
+    header = make_fields({
+        "op": bytes([OP_BAG]),
+        "index_pos": U64.pack(index_pos),
+        "conn_count": U32.pack(connections),
+        "chunk_count": U32.pack(chunks),
+    })  # fmt: skip
+    padding = BAG_HEADER_SIZE - len(header)
+    return U32.pack(len(header)) + header + U32.pack(padding) + b" " * padding
+
+
+def make_connection(connection: Connection) -> bytes:
+    """Return a connection's record."""
+    head = {
+        "op": bytes([OP_CONNECTION]),
+        "conn": U32.pack(connection.id),
+        "topic": connection.topic.encode("utf-8", "surrogateescape"),
+    }
+    return make_record(head, make_fields(connection.header))
+
+
+def parse_connection(fields: Fields, data: bytes) -> Connection:
+    """Return the connection of a record; raises RecordError as :func:`u32`."""
+    topic = fields.get("topic", b"").decode("utf-8", "surrogateescape")
+    header = parse_fields(data)
+    for name in ("type", "md5sum", "message_definition"):
+        if name not in header:
+            raise RecordError(f"the connection's header has no field {name}")
+    return Connection(u32(fields, "conn"), topic, header)
+
+
+def message_head(conn: int) -> bytes:
+    """Return what a message's record begins with, up to its time."""
+    return U32.pack(38) + _OP_FIRST[0] + U32.pack(conn) + _OP_FIRST[1]
+
+
+# Almost every message's header is one of these two: that of Python's writers, and the sorted one of C++.
+_OP_FIRST = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
+_CONN_FIRST = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
+_OP_FIRST_FORM = struct.Struct("<I17sI9sIII")
+_CONN_FIRST_FORM = struct.Struct("<I9sI17sIII")
+
+
+def walk(data: bytes, *, partial: bool = False) -> Iterator[Message | Connection]:
+    """Yield the messages and connections of a chunk's (uncompressed) content, in their order.
+
+    Args:
+        partial: the content may end, or be spoilt, anywhere: what is whole is yielded, and no error raised.
+
+    Raises:
+        RecordError: a record is not whole; the text names its offset in the content.
+    """
+    position, end = 0, len(data)
+    first, second, form = *_OP_FIRST, _OP_FIRST_FORM
+    while position < end:
+        if end - position >= 46:
+            size, a, conn, b, secs, nsecs, length = form.unpack_from(data, position)
+            if size == 38 and a == first and b == second:
+                start = position + 46
+                if start + length > end:
+                    break
+                yield Message(conn, secs * NS + nsecs, position, start, start + length)
+                position = start + length
+                continue
+            if size == 38 and form is _OP_FIRST_FORM and data[position + 4 : position + 13] == _CONN_FIRST[0]:
+                first, second, form = *_CONN_FIRST, _CONN_FIRST_FORM
+                continue
+        try:
+            fields, start, stop = split_record(data, position)
+            op = op_of(fields)
+            if op == OP_MESSAGE:
+                yield Message(u32(fields, "conn"), time_of(fields), position, start, stop)
+            elif op == OP_CONNECTION:
+                yield parse_connection(fields, data[start:stop])
+        except RecordError as error:
+            if partial:
+                return
+            raise RecordError(f"{error} (at byte {position} of the chunk's content)") from None
+        position = stop
+    if position < end and not partial:
+        raise RecordError(f"the message at byte {position} of the chunk's content runs past its end")
+
+
+def split_record(data: bytes, position: int) -> tuple[Fields, int, int]:
+    """Return the record at a position: its fields, and where its data begin and end.
+
+    Raises:
+        RecordError: it is not whole.
+    """
+    end = len(data)
+    if end - position < 8:
+        raise RecordError("the record is cut off")
+    (size,) = U32.unpack_from(data, position)
+    start = position + 4 + size
+    if start + 4 > end:
+        raise RecordError("the record's header runs past the end")
+    fields = parse_fields(data[position + 4 : start])
+    (length,) = U32.unpack_from(data, start)
+    if start + 4 + length > end:
+        raise RecordError("the record's data run past the end")
+    return fields, start + 4, start + 4 + length

@@ -1,0 +1,281 @@
+"""Reads a bag from its beginning to its end without its index, and trusts no length in it.
+
+This finds every whole message of bags that were not closed, are cut off or spoilt. Memory holds one chunk at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from pyros1.bag.codecs import decompress
+from pyros1.bag.files import BagFile, Chunk, ChunkHeader
+from pyros1.bag.old import OldConnections, walk_old
+from pyros1.bag.records import (
+    OP_CHUNK,
+    OP_CONNECTION,
+    OP_DEFINITION,
+    OP_INDEX,
+    OP_MESSAGE,
+    Connection,
+    Fields,
+    Message,
+    RecordError,
+    op_of,
+    parse_connection,
+    split_record,
+    u32,
+    walk,
+)
+
+_LOOSE_SIZE = 1 << 20
+"""Messages outside of chunks are read so many bytes at a time."""
+
+_SEARCH = 1 << 20
+
+
+@dataclass(frozen=True)
+class Damage:
+    """A place in the file that cannot be read.
+
+    Attributes:
+        offset: in bytes.
+        reason: what is wrong there.
+    """
+
+    offset: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Found:
+    """A chunk that the scanner read.
+
+    Attributes:
+        chunk: where it is, and what is in it.
+        header: its header; None for messages outside of chunks.
+        content: its content, uncompressed.
+        messages: its whole messages, in their order.
+        defined: the connections in it.
+    """
+
+    chunk: Chunk
+    header: ChunkHeader | None
+    content: bytes
+    messages: list[Message]
+    defined: list[Connection]
+
+
+class Scanner:
+    """One pass over a bag.
+
+    Args:
+        file: the bag; not encrypted.
+        progress: called with the offset in bytes, now and then.
+
+    Attributes:
+        connections: those found so far, by id.
+        damages: places that could not be read.
+        old: which connection the messages of a 1.2 bag belong to.
+    """
+
+    def __init__(self, file: BagFile, progress: Callable[[int], object] | None = None) -> None:
+        file.require_plain()
+        self._file = file
+        self._progress = progress
+        self.connections: dict[int, Connection] = {}
+        self.damages: list[Damage] = []
+        self.old = OldConnections(self.connections)
+
+    def chunks(self) -> Iterator[Found]:
+        """Yield the chunks in the file's order, and messages outside of chunks in pieces."""
+        position = self._file.begin
+        while position < self._file.size:
+            if self._progress is not None:
+                self._progress(position)
+            found, following = self._next(position)
+            if found is not None and (found.messages or found.defined):
+                for connection in found.defined:
+                    self.connections.setdefault(connection.id, connection)
+                yield found
+            position = following
+
+    def _next(self, position: int) -> tuple[Found | None, int]:
+        """Read what is at a place; returns the messages there, and where to go on."""
+        file = self._file
+        try:
+            fields, data, length = file.record(position)
+            op = op_of(fields)
+            if op == OP_CHUNK:
+                return self._chunk(position, file.chunk_header(position))
+            if op in (OP_MESSAGE, OP_DEFINITION) or (op == OP_CONNECTION and not self._in_end_section(position)):
+                return self._loose(position)
+            if op == OP_CONNECTION:
+                connection = parse_connection(fields, file.read(data, length))
+                self.connections.setdefault(connection.id, connection)
+            if op == OP_INDEX:
+                length = self._index_length(fields, length)
+            if data + length > file.size:
+                raise RecordError("the record's data run past the end of the file")
+        except RecordError as error:
+            return None, self._damaged(position, str(error))
+        return None, data + length
+
+    def _in_end_section(self, position: int) -> bool:
+        return 0 < self._file.index_pos <= position
+
+    @staticmethod
+    def _index_length(fields: Fields, length: int) -> int:
+        """Length of an index's data; recorders of 2010 wrote a wrong one (their count is right)."""
+        if fields.get("ver") == b"\1\0\0\0" and len(fields.get("count", b"")) == 4:
+            return 12 * u32(fields, "count")
+        return length
+
+    def _chunk(self, position: int, header: ChunkHeader) -> tuple[Found | None, int]:
+        file = self._file
+        if header.stored == 0 and header.size == 0:
+            return self._unfinished(position, header)
+        stored = file.read(header.data, header.stored)
+        following = header.data + len(stored)
+        reason = "the chunk is cut off" if len(stored) < header.stored else ""
+        content = b""
+        messages: list[Message] = []
+        defined: list[Connection] = []
+        if not reason:
+            try:
+                content = decompress(header.compression, stored, header.size)
+                messages, defined = _split(walk(content))
+            except RecordError as error:
+                reason = str(error)
+        if reason:
+            self.damages.append(Damage(position, reason))
+            content, messages, defined = self._save(header, stored, header.size)
+            following = self._sane_end(position, following, cut=len(stored) < header.stored)
+        chunk = _summary(position, messages)
+        chunk.whole = not reason
+        return Found(chunk, header, content, messages, defined), following
+
+    def _unfinished(self, position: int, header: ChunkHeader) -> tuple[Found | None, int]:
+        """A chunk that the recorder had open: its header still says that it is empty."""
+        self.damages.append(Damage(position, "the last chunk was not finished"))
+        if header.compression == "none":
+            return None, header.data  # its messages follow as if they were outside of chunks
+        stored = self._file.read(header.data, self._file.size - header.data)
+        content, messages, defined = self._save(header, stored, 1 << 28)
+        chunk = _summary(position, messages)
+        chunk.whole = False
+        return Found(chunk, header, content, messages, defined), self._file.size
+
+    @staticmethod
+    def _save(header: ChunkHeader, stored: bytes, size: int) -> tuple[bytes, list[Message], list[Connection]]:
+        """What can be read of a damaged chunk."""
+        try:
+            content = decompress(header.compression, stored, size, partial=True)
+        except RecordError:
+            return b"", [], []
+        messages, defined = _split(walk(content, partial=True))
+        return content, messages, defined
+
+    def _sane_end(self, position: int, end: int, *, cut: bool) -> int:
+        """Where to go on behind a damaged chunk: at its end if a record is there, else at the next chunk."""
+        if not cut:
+            try:
+                self._file.record(end)
+                return end
+            except RecordError:
+                if end >= self._file.size:
+                    return end
+        return self._search(position + 1)
+
+    def _loose(self, position: int) -> tuple[Found | None, int]:
+        """Messages that no chunk holds: those of a chunk that was not finished, and all of a 1.2 bag."""
+        file = self._file
+        size = _LOOSE_SIZE
+        content = file.read(position, size)
+        while True:
+            messages, defined, used = self._split_loose(content)
+            if used or len(content) < size:
+                break
+            size *= 2
+            content = file.read(position, size)
+        if not used:
+            return None, self._damaged(position, "the message is cut off")
+        chunk = _summary(position, messages)
+        chunk.loose = used
+        return Found(chunk, None, content[:used], messages, defined), position + used
+
+    def _split_loose(self, content: bytes) -> tuple[list[Message], list[Connection], int]:
+        if self._file.version == 102:
+            messages = []
+            used = 0
+            for message, used in walk_old(content, self.old):  # noqa: B007 - the last one counts
+                if message is not None:
+                    messages.append(message)
+            return messages, [], used
+        used = _loose_end(content)
+        messages, defined = _split(walk(content[:used], partial=True))
+        return messages, defined, used
+
+    def _damaged(self, position: int, reason: str) -> int:
+        if self._file.size - position > 0:
+            self.damages.append(Damage(position, reason))
+        return self._search(position + 1)
+
+    def _search(self, position: int) -> int:
+        """Offset of the next chunk behind a damage; if there is none, that of the index or the file's end."""
+        word = b"compression="
+        index = self._file.index_pos
+        last = index if position < index else self._file.size
+        least = position  # not the damaged chunk itself again
+        while position < self._file.size:
+            block = self._file.read(position, _SEARCH)
+            at = block.find(word)
+            while at >= 0:
+                for before in (16, 8, 17 + 8):  # the field comes second, first, or behind the size
+                    start = position + at - before
+                    if start >= least and self._is_chunk(start):
+                        return start
+                at = block.find(word, at + 1)
+            if len(block) < _SEARCH:
+                break
+            position += len(block) - len(word)
+        return min(last, self._file.size)
+
+    def _is_chunk(self, position: int) -> bool:
+        try:
+            return self._file.chunk_header(position).compression in ("none", "bz2", "lz4")
+        except RecordError:
+            return False
+
+
+def _loose_end(content: bytes) -> int:
+    """Bytes of the whole messages and connections at the beginning of `content`."""
+    position = 0
+    try:
+        while position < len(content):
+            fields, _, stop = split_record(content, position)
+            if op_of(fields) not in (OP_MESSAGE, OP_CONNECTION):
+                break
+            position = stop
+    except RecordError:
+        pass
+    return position
+
+
+def _split(records: Iterator[Message | Connection]) -> tuple[list[Message], list[Connection]]:
+    messages: list[Message] = []
+    defined: list[Connection] = []
+    for record in records:
+        if isinstance(record, Message):
+            messages.append(record)
+        else:
+            defined.append(record)
+    return messages, defined
+
+
+def _summary(position: int, messages: list[Message]) -> Chunk:
+    counts: dict[int, int] = {}
+    for message in messages:
+        counts[message.conn] = counts.get(message.conn, 0) + 1
+    times = [message.time for message in messages]
+    return Chunk(position, min(times, default=0), max(times, default=0), counts)

@@ -1,0 +1,64 @@
+"""``pyros1 bag``: rosbag. Each verb is in a file of its own, imported when it is asked for."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+from pyros1.bag.errors import BagError, UnindexedError
+from pyros1.cli.common import Invocation, flush, run
+
+_VERBS = {
+    "play": ("bag_play", "play back the contents of one or more bag files in a time-synchronized fashion"),
+    "record": ("bag_record", "record a bag file with the contents of specified topics"),
+    "info": ("bag_info", "summarize the contents of one or more bag files"),
+    "filter": ("bag_filter", "choose messages by an expression, topics, times"),
+    "compress": ("bag_edit", "compress one or more bag files"),
+    "decompress": ("bag_edit", "decompress one or more bag files"),
+    "reindex": ("bag_edit", "save bags that were not closed or are damaged"),
+    "merge": ("bag_edit", "make one bag of several"),
+    "split": ("bag_edit", "make several bags of one"),
+    "rename-topic": ("bag_edit", "rename topics"),
+    "retime": ("bag_edit", "move the times of messages"),
+}
+"""Verb -> module in pyros1.cli, and what it does."""
+
+
+def usage(program: str) -> str:
+    """The command list."""
+    lines = [f"Usage: {program} <subcommand> [options] [args]", ""]
+    lines += ["A bag is a file of recorded ROS messages: record, play, look at and change them.", ""]
+    lines += ["Available subcommands:"]
+    lines += [f"   {name:13} {about}" for name, (_, about) in sorted(_VERBS.items())]
+    lines += ["", f"Type {program} <subcommand> -h for more detailed usage"]
+    return "\n".join(lines)
+
+
+def _verb(invocation: Invocation) -> int | None:
+    """Run the verb that was asked for."""
+    module, _ = _VERBS[invocation.verb]
+    function = getattr(import_module(f"pyros1.cli.{module}"), invocation.verb.replace("-", "_"))
+    try:
+        code: int | None = function(invocation)
+        return code
+    except UnindexedError as error:
+        text = f"ERROR bag unindexed: {error}"
+    except BagError as error:
+        text = f"ERROR reading {error}"
+    except OSError as error:
+        if isinstance(error, BrokenPipeError) or error.filename is None:
+            raise
+        text = f"ERROR {error.filename}: {error.strerror}"
+    flush()
+    print(text, file=sys.stderr)
+    return 1
+
+
+def main(argv: list[str]) -> int:
+    """Run ``bag <verb> ...``; returns the exit code."""
+    if not argv or argv[0] in ("help", "-h", "--help"):
+        if len(argv) > 1 and argv[1] in _VERBS:
+            return main([argv[1], "-h"])
+        print(usage(Invocation("rosbag", []).program))
+        return 0
+    return run("rosbag", argv, dict.fromkeys(_VERBS, _verb), usage)

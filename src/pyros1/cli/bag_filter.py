@@ -1,0 +1,115 @@
+"""``bag filter`` (L141)."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator
+from optparse import OptionParser, Values
+from typing import Any
+
+from pyros1.bag import edit
+from pyros1.bag.api import Bag
+from pyros1.bag.reader import RawMessage
+from pyros1.cli.bag_choice import add_choice, choice_of, chosen
+from pyros1.cli.bag_files import different, new_file
+from pyros1.cli.common import CommandError, Invocation
+from pyros1.cli.expression import Expression, ExpressionError
+from pyros1.cli.progress import Progress
+from pyros1.timing import Time
+
+_USAGE = """filter [options] INBAG OUTBAG [EXPRESSION]
+
+EXPRESSION is one in Python, of which the harmless part is allowed.
+
+The following variables are available:
+ * topic: name of topic
+ * m: message
+ * t: time of message (t.secs, t.nsecs, t.to_sec())"""
+
+
+def filter(invocation: Invocation) -> None:
+    """``bag filter [options] IN OUT EXPRESSION``."""
+    parser = invocation.parser(_USAGE)
+    parser.description = "Filter the contents of the bag."
+    parser.add_option(
+        "-p",
+        "--print",
+        dest="pattern",
+        metavar="PRINT-EXPRESSION",
+        help="Python expression to print for verbose debugging. Uses same variables as filter-expression",
+    )
+    add_choice(parser)
+    options, args = parser.parse_args(invocation.args)
+    source, target, text = _arguments(parser, options, args)
+    if not os.path.isfile(source):
+        raise CommandError(f"Cannot locate input bag file [{source}]", 2, plain=True)
+    different(source, target, 3)
+    expression = None if text is None else Test(text)
+    pattern = None if options.pattern is None else Test(options.pattern)
+    with Bag(source, unindexed=False) as bag, new_file(target) as part:
+        total = len(bag)
+        size = sum(bag.reader.header(chunk).size for chunk in bag.reader.chunks)
+        with Progress(target, size) as progress:
+            messages = _passing(choice_of(options, bag.reader).messages(bag.reader), bag, expression, pattern, progress)
+            count = edit.copy(messages, part)
+    print(f"{target}: {count} of {total} messages")
+
+
+def _arguments(parser: OptionParser, options: Values, args: list[str]) -> tuple[str, str, str | None]:
+    optional = chosen(options)
+    if not args:
+        parser.error("You must specify an in bag, an out bag, and an expression.")
+    if len(args) == 1:
+        parser.error("You must specify an out bag and an expression.")
+    if len(args) == 2 and not optional:
+        parser.error("You must specify an expression.")
+    if len(args) > 3:
+        parser.error("Too many arguments.")
+    return args[0], args[1], args[2] if len(args) == 3 else None
+
+
+class Test:
+    """An expression on topic, m and t.
+
+    Args:
+        text: the expression.
+
+    Raises:
+        ExpressionError: it is malformed or uses what is not allowed.
+    """
+
+    def __init__(self, text: str) -> None:
+        self._expression = Expression(text)
+        self._decodes = re.search(r"\bm\b", text) is not None
+
+    def __call__(self, bag: Bag, stored: RawMessage) -> Any:
+        """Return the expression's value for a message, which is decoded only if the expression speaks of it.
+
+        Raises:
+            CommandError: it cannot be evaluated.
+        """
+        names = {"topic": stored.connection.topic, "t": Time.from_nsec(stored.time)}
+        try:
+            return self._expression({**names, "m": bag.decode(stored) if self._decodes else None})
+        except ExpressionError as error:
+            where = f"{stored.connection.topic} at {stored.time / 1e9:.6f} ({stored.connection.type})"
+            raise CommandError(f"{error}, for the message on {where}; is `topic == ...` missing before?") from None
+
+
+def _passing(
+    messages: Iterator[RawMessage],
+    bag: Bag,
+    expression: Test | None,
+    pattern: Test | None,
+    progress: Callable[[int], object],
+) -> Iterator[RawMessage]:
+    done = 0
+    for stored in messages:
+        matches = expression is None or expression(bag, stored)
+        if pattern is not None:
+            print("MATCH" if matches else "NO MATCH", pattern(bag, stored))
+        if matches:
+            yield stored
+        done += len(stored.data)
+        progress(done)
