@@ -123,9 +123,9 @@ def _environ(folder: Path) -> dict[str, str]:
 
 
 def _has_socket(folder: Path, wanted: set[str]) -> bool:
-    for entry in os.scandir(folder / "fd"):
+    for name in os.listdir(folder / "fd"):
         try:
-            if os.readlink(entry.path) in wanted:
+            if os.readlink(folder / "fd" / name) in wanted:
                 return True
         except OSError:
             continue

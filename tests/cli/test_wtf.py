@@ -1,0 +1,391 @@
+"""wtf: each defect is made, and has to be found with its cure (L178)."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
+
+import pytest
+from pyros1.msgs.rosgraph_msgs.msg import Clock
+from pyros1.msgs.std_msgs.msg import Int32, String
+
+from pyros1.cli import wtf
+from pyros1.doctor import asking, here, system
+from pyros1.master.server import Master
+from pyros1.msgs.dynamic import from_definition
+from pyros1.net.master_client import MasterClient
+
+Found = dict[str, dict[str, Any]]
+MakeNode = Callable[..., Any]
+SOURCE = Path(wtf.__file__).resolve().parents[2]
+
+NODE = """
+import pyros1
+from pyros1.msgs.std_msgs.msg import String
+node = pyros1.Node("victim", rosout=False)
+node.advertise("victims_topic", String)
+print("ready", flush=True)
+node.spin()
+"""
+
+
+@pytest.fixture
+def shell(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """A shell with nothing wrong, on a machine where no other ROS programs are seen."""
+    for key, value in environ.items():
+        monkeypatch.setenv(key, value)
+    for key in ("ROS_IP", "ROS_PACKAGE_PATH", "ROS_LOG_DIR"):
+        monkeypatch.delenv(key, raising=False)
+    monkeypatch.setattr(here, "MASTER_PORTS", range(0))
+    monkeypatch.setattr(here, "ros_processes", list)
+    monkeypatch.setattr(system, "_SETTLE", 0.05)
+    return monkeypatch
+
+
+@pytest.fixture
+def findings(shell: pytest.MonkeyPatch, capsys: Any) -> Callable[..., Found]:
+    """Run ``wtf --json``; returns its findings by kind."""
+
+    def run(*words: str) -> Found:
+        code = wtf.main(["--json", *words])
+        found = {each["kind"]: each for each in json.loads(capsys.readouterr().out)}
+        assert code == (1 if any(each["severity"] == "error" for each in found.values()) else 0)
+        assert all(each["cure"] and "\n" not in each["cure"] for each in found.values())
+        return found
+
+    return run
+
+
+@pytest.fixture
+def client(master: Master) -> Iterator[MasterClient]:
+    """Registers what it is told to, as a node would."""
+    client = MasterClient("/fake", master.uri)
+    yield client
+    client.close()
+
+
+@contextmanager
+def fake_node(
+    date: str = "", connections: list[Any] | None = None, updates: list[list[str]] | None = None
+) -> Iterator[str]:
+    """A node that only answers questions; yields its URI.
+
+    Args:
+        date: what its HTTP answers say, if anything.
+        connections: its getBusInfo.
+        updates: takes the publishers of which it is told.
+    """
+
+    class Handler(SimpleXMLRPCRequestHandler):
+        def send_header(self, keyword: str, value: str) -> None:
+            super().send_header(keyword, date if keyword == "Date" and date else value)
+
+    def update(*arguments: Any) -> Any:
+        if updates is not None:
+            updates.append(arguments[2])
+        return [1, "", 0]
+
+    with SimpleXMLRPCServer(("127.0.0.1", 0), Handler, logRequests=False) as server:
+        server.register_function(lambda *_: [1, "", 4], "getPid")  # type: ignore[misc,arg-type]
+        server.register_function(lambda *_: [1, "", connections or []], "getBusInfo")  # type: ignore[misc,arg-type]
+        server.register_function(update, "publisherUpdate")
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_address[1]}/"
+        server.shutdown()
+        thread.join()
+
+
+def test_a_healthy_system_has_no_findings_l178(
+    shell: pytest.MonkeyPatch, make_node: MakeNode, capsys: Any, master: Master
+) -> None:
+    heard = threading.Event()
+    make_node("listener", rosout=False).subscribe("chat", String, lambda message: heard.set())
+    make_node("talker", rosout=False).advertise("chat", String, latch=True).publish("x")
+    assert heard.wait(10)
+    assert wtf.main([]) == 0
+    out = capsys.readouterr().out
+    assert "Static checks summary:\n\nNo errors or warnings" in out
+    assert "running graph rules...\n... done running graph rules\n\nOnline checks summary:\n\nNo errors" in out
+    assert wtf.main(["--json", "--no-plugins"]) == 0 and capsys.readouterr().out == "[]\n"
+
+
+# Addresses ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_node_with_a_host_name_that_only_it_knows(
+    findings: Callable[..., Found], make_node: MakeNode, environ: dict[str, str]
+) -> None:
+    node = make_node("victim", rosout=False, environ={**environ, "ROS_HOSTNAME": "no-such-host.invalid"})
+    node.advertise("t", String)
+    found = findings()["unknown-host"]
+    assert found["severity"] == "error" and "[no-such-host.invalid]" in found["text"]
+    assert found["items"] == ["/victim"] and "export ROS_IP=" in found["cure"] and "/etc/hosts" in found["cure"]
+
+
+def test_a_node_that_was_killed(findings: Callable[..., Found], environ: dict[str, str]) -> None:
+    command = [sys.executable, "-c", NODE]
+    with subprocess.Popen(command, env={**environ, "PYTHONPATH": str(SOURCE)}, stdout=subprocess.PIPE) as child:
+        assert child.stdout is not None and child.stdout.readline() == b"ready\n"
+        assert "dead-node" not in findings()
+        child.send_signal(signal.SIGKILL)
+    found = findings()
+    assert found["dead-node"]["items"][0].startswith("/victim (http://localhost:")
+    assert "pyros1 node cleanup" in found["dead-node"]["cure"]
+    assert "service" not in found  # its services are dead for the same reason
+
+
+def test_a_host_that_swallows_everything(
+    findings: Callable[..., Found], shell: pytest.MonkeyPatch, client: MasterClient
+) -> None:
+    shell.setattr(asking, "NODE_TIMEOUT", 0.2)
+    shell.setattr(system, "NODE_TIMEOUT", 0.2)
+    shell.setattr(system, "ROUND", 0.4)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        uri = f"http://127.0.0.1:{silent.getsockname()[1]}/"
+        for number in range(20):
+            client.register_subscriber(f"/t{number}", "std_msgs/String", uri)
+        client.register_service("/s", uri.replace("http", "rosrpc").rstrip("/"), uri)
+        found = findings()
+    assert found["unreachable-host"]["items"] == ["/fake"] and "ping 127.0.0.1" in found["unreachable-host"]["cure"]
+
+
+def test_something_else_at_a_nodes_port(findings: Callable[..., Found], client: MasterClient) -> None:
+    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        client.register_publisher("/t", "std_msgs/String", f"http://127.0.0.1:{server.server_address[1]}/")
+        found = findings()
+        server.shutdown()
+        thread.join()
+    assert "/fake" in found["broken-node"]["items"][0] and "node cleanup" in found["broken-node"]["cure"]
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "part"),
+    [
+        ("ROS_IP", "203.0.113.9", "does not appear to be an address of a local network interface"),
+        ("ROS_HOSTNAME", "no-such-host.invalid", "cannot be resolved"),
+        ("ROS_HOSTNAME", "http://me", "neither a host name nor an address"),
+    ],
+)
+def test_an_address_that_is_not_of_this_machine(
+    findings: Callable[..., Found], shell: pytest.MonkeyPatch, variable: str, value: str, part: str
+) -> None:
+    shell.delenv("ROS_HOSTNAME")
+    shell.setenv(variable, value)
+    found = findings("--offline")["own-address"]
+    assert variable in found["text"] and part in found["text"] and "export" in found["cure"]
+
+
+def test_local_addresses_although_the_master_is_elsewhere(
+    findings: Callable[..., Found], shell: pytest.MonkeyPatch
+) -> None:
+    shell.setenv("ROS_MASTER_URI", "http://203.0.113.9:11311")
+    found = findings("--offline")
+    assert "means this machine only" in found["own-address"]["text"] and "ROS_IP=" in found["own-address"]["cure"]
+
+
+# Topics and types -----------------------------------------------------------------------------------------------------
+
+
+def test_publisher_and_subscriber_of_different_types(
+    findings: Callable[..., Found], make_node: MakeNode, transport: str
+) -> None:
+    make_node("listener", rosout=False).subscribe("t", Int32, lambda message: None)
+    make_node("talker", rosout=False).advertise("t", String)
+    found = findings()
+    assert found["type-mismatch"]["text"].endswith("std_msgs/Int32, std_msgs/String")
+    assert found["type-mismatch"]["items"] == [
+        "publisher /talker: std_msgs/String",
+        "subscriber /listener: std_msgs/Int32",
+    ]
+    assert "remap" in found["type-mismatch"]["cure"]
+    assert "missing-link" not in found  # that is why
+
+
+def test_two_publishers_of_different_types(findings: Callable[..., Found], make_node: MakeNode) -> None:
+    make_node("one", rosout=False).advertise("t", String)
+    make_node("two", rosout=False).advertise("t", Int32)
+    assert findings()["type-mismatch"]["items"] == ["publisher /one: std_msgs/String", "publisher /two: std_msgs/Int32"]
+
+
+def test_one_type_with_two_definitions(findings: Callable[..., Found], make_node: MakeNode) -> None:
+    make_node("new", rosout=False).advertise("t", String)
+    make_node("old", rosout=False).advertise("t", from_definition("std_msgs/String", "string text\n"))
+    found = findings()["md5-mismatch"]
+    assert "different definitions of std_msgs/String" in found["text"] and len(found["items"]) == 2
+    assert "pyros1 msg md5 std_msgs/String" in found["cure"]
+
+
+def test_nearly_the_same_name(findings: Callable[..., Found], make_node: MakeNode) -> None:
+    make_node("driver", rosout=False).subscribe("cmd_vel", String, lambda message: None)
+    make_node("teleop", rosout=False).advertise("cmd_val", String)
+    make_node("lonely", rosout=False).subscribe("something_else", String, lambda message: None)
+    found = findings()
+    assert found["near-miss"]["items"] == ["/driver subscribes /cmd_vel; /teleop publishes /cmd_val"]
+    assert "FROM:=TO" in found["near-miss"]["cure"]
+    assert found["no-publisher"]["items"] == ["/lonely: /something_else"]
+
+
+def test_simulated_time_without_a_clock(
+    findings: Callable[..., Found], make_node: MakeNode, client: MasterClient
+) -> None:
+    client.set_param("/use_sim_time", True)
+    found = findings()["no-clock"]
+    assert found["severity"] == "error" and "param set /use_sim_time false" in found["cure"]
+    make_node("simulator", rosout=False).advertise("/clock", Clock)
+    assert "no-clock" not in findings()
+    client.set_param("/use_sim_time", False)
+    assert findings()["unused-clock"]["items"] == ["/simulator"]
+
+
+def test_a_link_that_is_missing(
+    findings: Callable[..., Found], shell: pytest.MonkeyPatch, make_node: MakeNode, client: MasterClient
+) -> None:
+    shell.setattr(asking, "NODE_TIMEOUT", 1.0)
+    talker = make_node("talker", rosout=False)
+    talker.advertise("t", String)
+    updates: list[list[str]] = []
+    with fake_node(updates=updates) as uri:
+        client.register_subscriber("/t", "std_msgs/String", uri)
+        found = findings()["missing-link"]
+    assert found["items"] == ["/talker->/fake (/t)"] and "firewall" in found["cure"]
+    # It was asked for its type by one more publisher, and then told the truth again.
+    assert updates[-1] == [talker.uri] and len(updates[-2]) == 2 and talker.uri in updates[-2]
+
+
+def test_a_link_that_the_master_does_not_know(
+    findings: Callable[..., Found], make_node: MakeNode, client: MasterClient
+) -> None:
+    make_node("talker", rosout=False).advertise("t", String)
+    with fake_node(connections=[[1, "/talker", "o", "TCPROS", "/t", True]]) as uri:
+        client.register_publisher("/other", "std_msgs/String", uri)
+        assert findings()["unexpected-link"]["items"] == ["/fake->/talker (/t)"]
+
+
+# Services, clocks, masters --------------------------------------------------------------------------------------------
+
+
+def test_a_service_that_does_not_answer(findings: Callable[..., Found], client: MasterClient, free_port: int) -> None:
+    with fake_node() as uri:
+        client.register_service("/broken", f"rosrpc://localhost:{free_port}", uri)
+        found = findings()["service"]
+    assert "service [/broken] appears to be malfunctioning" in found["items"][0] and "restart" in found["cure"]
+
+
+def test_a_clock_that_is_wrong(findings: Callable[..., Found], client: MasterClient) -> None:
+    with fake_node(date="Sat, 01 Jan 2000 00:00:00 GMT") as uri:
+        client.register_publisher("/t", "std_msgs/String", uri)
+        found = findings()["clock-skew"]
+    assert "clock of [127.0.0.1] is" in found["text"] and "behind" in found["text"] and "chrony" in found["cure"]
+
+
+def test_several_masters(findings: Callable[..., Found], shell: pytest.MonkeyPatch, master: Master) -> None:
+    other = Master(port=0, bind_host="127.0.0.1")
+    other.start()
+    try:
+        shell.setattr(here, "MASTER_PORTS", [other.port])
+        found = findings()["several-masters"]
+        assert len(found["items"]) == 2 and "ROS_MASTER_URI" in found["cure"]
+        shell.setenv("ROS_MASTER_URI", "http://localhost:1")
+        assert f"export ROS_MASTER_URI=http://localhost:{other.port}/" in findings()["no-master"]["cure"]
+    finally:
+        other.stop()
+
+
+@pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="the system does not tell what others run with")
+def test_a_program_with_another_master(
+    findings: Callable[..., Found], shell: pytest.MonkeyPatch, environ: dict[str, str]
+) -> None:
+    code = (
+        "import socket, sys; s = socket.create_server(('127.0.0.1', 0)); print('ready', flush=True); sys.stdin.read()"
+    )
+    command = [sys.executable, "-c", code]
+    with subprocess.Popen(
+        command,
+        env={**environ, "ROS_MASTER_URI": "http://elsewhere:11311"},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    ) as child:
+        assert child.stdout is not None and child.stdout.readline() == b"ready\n"
+        shell.undo()
+        mine = [each for each in here.ros_processes() if each.pid == child.pid]
+        child.communicate()
+    assert mine[0].master_uri == "http://elsewhere:11311" and mine[0].host == "localhost"
+
+
+# Machine, packages, launch files --------------------------------------------------------------------------------------
+
+
+def test_environment(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    shell.setenv("ROS_PACKAGE_PATH", f"{tmp_path}:{tmp_path / 'nope'}")
+    shell.setenv("ROS_MASTER_URI", "localhost")
+    found = findings()
+    assert (
+        found["package-path"]["items"] == [str(tmp_path / "nope")]
+        and "ROS_PACKAGE_PATH" in found["package-path"]["cure"]
+    )
+    assert "is not a valid URL" in found["master-uri"]["text"]
+    assert "export ROS_MASTER_URI=http://localhost:11311" in found["master-uri"]["cure"]
+    shell.setenv("ROS_MASTER_URI", "http://no-such-host.invalid:11311")
+    assert "unknown host no-such-host.invalid" in findings("--offline")["master-host"]["text"]
+
+
+def test_disks(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    shell.setenv("ROS_LOG_DIR", str(tmp_path))
+    shell.setattr("shutil.disk_usage", lambda folder: type("Usage", (), {"free": 4096, "total": 1 << 30}))
+    shell.setattr(here, "folder_size", lambda *_, **__: 2 << 30)
+    found = findings("--offline")
+    assert "4.0K of 1.0G are free" in found["disk-full"]["text"] and "pyros1 clean purge" in found["disk-full"]["cure"]
+    assert "holds 2.0G" in found["log-size"]["text"] and found["log-size"]["cure"] == "pyros1 clean purge --size 500"
+    shell.setattr("os.access", lambda *_: False)
+    assert "chown" in findings("--offline")["not-writable"]["cure"]
+
+
+def test_no_master_says_how_to_get_one(
+    findings: Callable[..., Found], shell: pytest.MonkeyPatch, free_port: int, capsys: Any
+) -> None:
+    shell.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
+    found = findings()["no-master"]
+    assert found["severity"] == "warning" and found["cure"] == "pyros1 core"
+    assert wtf.main([]) == 0
+    out = capsys.readouterr().out
+    assert (
+        f"ROS Master does not appear to be running.\nOnline graph checks will not be run.\nROS_MASTER_URI is [http://localhost:{free_port}]\n"
+        in out
+    )
+
+
+def test_launch_files_and_packages(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    file = tmp_path / "robot.launch"
+    file.write_text('<launch>\n  <node pkg="minimal_nodes" type="minimal_publishr" name="n"/>\n</launch>\n')
+    found = findings("--offline", str(file))["launch-file"]
+    assert "did you mean 'minimal_publisher'?" in found["items"][0] and "launch --check" in found["cure"]
+    assert "nope.launch" in findings("--offline", "/nope.launch")["launch-file"]["items"][0]
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "package.xml").write_text("<package><name>broken</name>")
+    shell.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    assert "package" not in findings("--offline")
+    assert "broken (" in "".join(findings("--offline", "--all")["package"]["items"])
+
+
+def test_the_stock_name_returns_what_stock_returns(shell: pytest.MonkeyPatch, capsys: Any) -> None:
+    shell.setenv("ROS_IP", "203.0.113.9")
+    shell.delenv("ROS_HOSTNAME")
+    assert wtf.main(["--offline"]) == 1
+    assert "\nFound 1 error(s).\n\nERROR ROS_IP may be incorrect" in capsys.readouterr().out
+    shell.setattr("sys.argv", ["roswtf"])
+    assert wtf.main(["--offline"]) == 0
+    with pytest.raises(SystemExit) as end:
+        wtf.main(["--bogus"])
+    assert end.value.code == 2
