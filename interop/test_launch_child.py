@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import getpass
 import os
 import re
@@ -71,6 +72,11 @@ def launched(tmp_path: Path) -> Iterator[Launched]:
         parent = Process(["roslaunch", str(file)], environ, "stock roslaunch")
         yield Launched(parent, tmp_path, environ)
         parent.close()
+        # A stock launcher that is killed leaves its own master, rosout and nodes behind.
+        for words in Path("/proc").glob("[0-9]*/cmdline"):
+            with contextlib.suppress(OSError):
+                if f"{tmp_path}/near_home/" in words.read_text():
+                    os.kill(int(words.parent.name), signal.SIGKILL)
 
 
 def gone(pid: int) -> bool:
