@@ -71,12 +71,12 @@ def launched(tmp_path: Path) -> Iterator[Launched]:
         file.write_text(LAUNCH.format(user=getpass.getuser(), port=port, folder=tmp_path))
         parent = Process(["roslaunch", str(file)], environ, "stock roslaunch")
         yield Launched(parent, tmp_path, environ)
-        parent.close()
         # A stock launcher that is killed leaves its own master, rosout and nodes behind.
         for words in Path("/proc").glob("[0-9]*/cmdline"):
             with contextlib.suppress(OSError):
                 if f"{tmp_path}/near_home/" in words.read_text():
                     os.kill(int(words.parent.name), signal.SIGKILL)
+        parent.close()
 
 
 def gone(pid: int) -> bool:
