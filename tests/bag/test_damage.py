@@ -1,0 +1,165 @@
+"""Bags that were not closed, are cut off or spoilt: what is said of them, and what is saved."""
+
+from __future__ import annotations
+
+import random
+import struct
+from pathlib import Path
+
+import pytest
+
+from pyros1.bag.errors import BagError, EncryptedError, NotABagError, UnindexedError
+from pyros1.bag.reader import BagReader
+from pyros1.bag.records import make_bag_header, make_fields, make_record
+from pyros1.bag.reindex import reindex
+
+from .conftest import Make, values
+
+
+@pytest.mark.parametrize(
+    ("content", "text"),
+    [
+        (b"", "the file is empty"),
+        (b"#ROSBAG", "ends in its first line"),
+        (b"hello\n", "not a bag file"),
+        (bytes(5000), "begins with zeros"),
+        (b"SQLite format 3\0", "a ROS 2 bag"),
+        (b"\x89MCAP0\r\n", "an MCAP file"),
+        (b"#ROSRECORD V1.1\n", "version 1.1 is not supported"),
+        (b"#ROSBAG V3.0\n", "version 3.0 is not supported"),
+        (b"#ROSBAG V2.0\n\x10", "the bag header cannot be read"),
+    ],
+)
+def test_what_is_no_bag_is_told_with_the_file_b44(tmp_path: Path, content: bytes, text: str) -> None:
+    path = tmp_path / "x.bag"
+    path.write_bytes(content)
+    with pytest.raises(BagError, match=text) as caught:
+        BagReader(path, unindexed=True)
+    assert str(path) in str(caught.value)
+    assert isinstance(caught.value, NotABagError) or "header" in text
+
+
+def test_an_encrypted_bag_is_told(tmp_path: Path) -> None:
+    header = make_fields({"op": b"\3", "index_pos": bytes(8), "encryptor": b"rosbag/AesCbcEncryptor"})
+    (tmp_path / "x.bag").write_bytes(b"#ROSBAG V2.0\n" + struct.pack("<I", len(header)) + header + bytes(4))
+    with pytest.raises(EncryptedError, match="AesCbcEncryptor"):
+        BagReader(tmp_path / "x.bag")
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_an_open_bag_is_read_and_reindexed_l143(make_bag: Make, tmp_path: Path, compression: str) -> None:
+    path = make_bag(compression=compression, close=False)
+    with pytest.raises(UnindexedError, match="was not closed.*pyros1 bag reindex"):
+        BagReader(path)
+    assert values(path) == list(range(100))
+    saved = reindex(path, tmp_path / "new.bag")
+    assert (saved.messages, saved.lost, saved.damages) == (100, 0, [])
+    assert values(tmp_path / "new.bag", unindexed=False) == list(range(100))
+    with BagReader(tmp_path / "new.bag") as bag:
+        assert bag.connections[0].text("tcp_nodelay") == "0"
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_cut_anywhere_every_whole_chunk_comes_back(make_bag: Make, tmp_path: Path, compression: str) -> None:
+    path = make_bag(compression=compression)
+    whole = path.read_bytes()
+    with BagReader(path) as bag:
+        ends = []
+        count = 0
+        for chunk in bag.chunks:
+            header = bag.header(chunk)
+            count += sum(chunk.counts.values())
+            ends.append((header.data + header.stored, count))
+    for size in random.Random(1).sample(range(4117, len(whole)), 60):
+        path.write_bytes(whole[:size])
+        saved = reindex(path, tmp_path / "new.bag")
+        least = max((count for end, count in ends if end <= size), default=0)
+        assert saved.messages >= least
+        assert values(tmp_path / "new.bag", unindexed=False) == list(range(saved.messages))
+        assert values(path) == list(range(saved.messages))  # read without reindexing, too
+
+
+def test_of_an_uncompressed_chunk_that_is_cut_every_message_comes_back(make_bag: Make, tmp_path: Path) -> None:
+    path = make_bag(count=40, chunk_threshold=1 << 20)
+    whole = path.read_bytes()
+    with BagReader(path) as bag:
+        start = bag.header(bag.chunks[0]).data
+        messages = bag.content(bag.chunks[0])[1]
+    path.write_bytes(whole[: start + messages[30].end])
+    assert reindex(path, tmp_path / "new.bag").messages == 31
+
+
+def test_a_chunk_that_the_recorder_had_open_is_saved(make_bag: Make, tmp_path: Path) -> None:
+    """Stock's recorder writes messages behind a chunk header that says 0 bytes until the chunk is full."""
+    with BagReader(make_bag(chunk_threshold=1 << 20)) as bag:
+        content = bag.content(bag.chunks[0])[0]
+    opened = make_record({"compression": b"none", "op": b"\5", "size": bytes(4)})
+    path = tmp_path / "open.bag.active"
+    path.write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + opened + content[:-3])
+    saved = reindex(path, tmp_path / "new.bag")
+    assert saved.messages == 99
+    assert "not finished" in saved.damages[0].reason
+    assert values(tmp_path / "new.bag", unindexed=False) == list(range(99))
+    assert values(path) == list(range(99))
+
+
+@pytest.mark.parametrize("compression", ["none", "lz4"])
+def test_spoilt_bytes_cost_only_their_chunk(make_bag: Make, tmp_path: Path, compression: str) -> None:
+    path = make_bag(compression=compression)
+    with BagReader(path) as bag:
+        victim = bag.chunks[3]
+        survivors = [c for c in bag.chunks if c is not victim]
+    data = bytearray(path.read_bytes())
+    data[victim.pos : victim.pos + 120] = bytes(120)
+    path.write_bytes(data)
+    with BagReader(path) as bag, pytest.raises(BagError, match=rf"at byte {victim.pos}: .*reindex"):
+        list(bag.messages())
+    saved = reindex(path, tmp_path / "new.bag")
+    assert saved.messages == sum(sum(c.counts.values()) for c in survivors)
+    assert saved.damages
+
+
+def test_noise_neither_hangs_nor_raises(make_bag: Make, tmp_path: Path) -> None:
+    path = make_bag()
+    whole = path.read_bytes()
+    chance = random.Random(2)
+    for _ in range(60):
+        data = bytearray(whole)
+        for _ in range(chance.randint(1, 20)):
+            place = chance.randrange(4117, len(data))
+            data[place : place + 8] = chance.randbytes(8)
+        path.write_bytes(data)
+        saved = reindex(path, tmp_path / "new.bag")
+        with BagReader(tmp_path / "new.bag") as bag:
+            assert sum(1 for _ in bag.messages()) == saved.messages
+
+
+def test_lengths_of_damaged_records_cost_no_memory(make_bag: Make, tmp_path: Path) -> None:
+    huge = struct.pack("<I", 0xFFFFFFF0)
+    fields = make_fields({"op": b"\5", "compression": b"lz4", "size": huge})
+    path = tmp_path / "x.bag"
+    path.write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + struct.pack("<I", len(fields)) + fields + huge + b"abc")
+    assert reindex(path, tmp_path / "new.bag").messages == 0
+    path.write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + huge + b"abc")
+    assert reindex(path, tmp_path / "new.bag").messages == 0
+
+
+def test_version_1_2_is_read_and_converted(tmp_path: Path) -> None:
+    names = {"topic": b"/chat", "type": b"std_msgs/String", "md5": b"992ce8a1687cec8c8bd883ec73ca41d1"}
+    records = [make_record({"op": b"\1", **names, "def": b"string data\n"})]
+    for i in (2, 0, 1):
+        data = struct.pack("<I", 1) + str(i).encode()
+        stamp = {"sec": struct.pack("<I", 10 + i), "nsec": bytes(4)}
+        records.append(make_record({"op": b"\2", **names, **stamp, "callerid": b"/talker"}, data))
+        records.append(make_record({"op": b"\4", "ver": bytes(4), "topic": b"/chat"}, b"whatever"))
+    path = tmp_path / "old.bag"
+    path.write_bytes(
+        b"#ROSBAG V1.2\n" + make_record({"op": b"\3", "index_pos": bytes(8)}, b" " * 50) + b"".join(records)
+    )
+    with pytest.raises(UnindexedError, match="version 1.2; `pyros1 bag reindex`"):
+        BagReader(path)
+    assert values(path) == [0, 1, 2]
+    assert reindex(path, tmp_path / "new.bag").messages == 3
+    assert values(tmp_path / "new.bag", unindexed=False) == [0, 1, 2]
+    with BagReader(tmp_path / "new.bag") as bag:
+        assert bag.connections[0].callerid == "/talker"
