@@ -1,0 +1,81 @@
+"""What waits between the threads that receive and the one that writes; bounded, the oldest goes first."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+_S = TypeVar("_S")
+
+OVERHEAD = 250
+"""Bytes of memory that a waiting message takes besides its own."""
+_BATCH = 4 << 20
+"""Bytes that are taken out at a time: so much more than the limit is in memory."""
+_WAKE = 1 << 20
+"""Bytes that wake the writer before its time."""
+
+
+class RecordQueue(Generic[_S]):
+    """Messages that came and are not written yet.
+
+    Args:
+        limit: bytes of memory; 0 for no limit.
+        on_drop: called with the source of each message that is dropped, in the thread that brought a newer one.
+    """
+
+    def __init__(self, limit: int, on_drop: Callable[[_S], object]) -> None:
+        self._limit = limit
+        self._on_drop = on_drop
+        self._entries: deque[tuple[_S, int, bytes]] = deque()
+        self._bytes = 0
+        self._lock = threading.Lock()
+        self._wake_at = min(_WAKE, limit // 4) if limit else _WAKE
+        self._wake = threading.Event()
+
+    def put(self, source: _S, time: int, data: bytes) -> None:
+        """Add a message.
+
+        Args:
+            source: where it came from.
+            time: in nanoseconds.
+            data: its bytes.
+        """
+        with self._lock:
+            self._entries.append((source, time, data))
+            self._bytes += len(data) + OVERHEAD
+            if self._limit and self._bytes > self._limit:
+                self._make_room()
+        if self._bytes > self._wake_at and not self._wake.is_set():
+            self._wake.set()
+
+    def _make_room(self) -> None:
+        while self._bytes > self._limit and len(self._entries) > 1:
+            source, _, data = self._entries.popleft()
+            self._bytes -= len(data) + OVERHEAD
+            self._on_drop(source)
+
+    def take(self, timeout: float) -> list[tuple[_S, int, bytes]]:
+        """Take out some of the oldest messages.
+
+        Args:
+            timeout: seconds to let messages gather, unless there are many already.
+        """
+        if self._bytes <= self._wake_at:
+            self._wake.wait(timeout)
+        self._wake.clear()
+        taken: list[tuple[_S, int, bytes]] = []
+        size = 0
+        with self._lock:
+            entries = self._entries
+            while entries and size < _BATCH:
+                entry = entries.popleft()
+                size += len(entry[2]) + OVERHEAD
+                taken.append(entry)
+            self._bytes -= size
+        return taken
+
+    def wake(self) -> None:
+        """End a wait in `take`."""
+        self._wake.set()

@@ -1,0 +1,210 @@
+"""``bag play`` (L117-L137)."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable
+from math import inf, isfinite
+from optparse import OptionParser, Values
+from typing import Any
+
+from pyros1.bag.play_control import Control
+from pyros1.bag.play_source import Bags
+from pyros1.bag.player import Player, PlayOptions, Status
+from pyros1.cli.bag_keyboard import Keyboard
+from pyros1.cli.bag_progress import LiveLine
+from pyros1.cli.common import CommandError, Invocation, did_you_mean
+from pyros1.cli.subscribing import Decoder
+from pyros1.errors import MessageError
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+
+_SWITCH_INTERVAL = 0.0002
+"""Seconds after which the thread that reads ahead lets the one that plays go on."""
+
+
+def play(invocation: Invocation) -> int:
+    """``bag play [options] BAG...``."""
+    parser = _parser(invocation)
+    options, paths = parser.parse_args(invocation.args)
+    paths += options.bags
+    if not paths:
+        parser.error("You must specify at least 1 bag file to play back.")
+    _check(parser, options)
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+    with Bags(paths, options.topics) as bags:
+        _check_content(bags, options)
+        try:
+            node = Node("play", anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
+        except SystemExit:
+            return 0  # Ctrl-C while the master was waited for
+        control = Control(options.pause)
+        try:
+            for number in ("SIGINT", "SIGTERM", "SIGHUP"):
+                if hasattr(signal, number):
+                    signal.signal(getattr(signal, number), lambda *_: control.end())
+            node.on_shutdown(control.end)
+            return _play(node, bags, options, control)
+        finally:
+            node.shutdown()
+            control.close()
+
+
+def _play(node: Node, bags: Bags, options: Values, control: Control) -> int:
+    line = LiveLine(not options.quiet)
+
+    def show(status: Status) -> None:
+        line.show(
+            f" [{status.state}]  Bag Time: {status.time:13.6f}   Duration: {status.passed:.6f} / {status.length:.6f}"
+        )
+
+    for reader in bags.readers:
+        line.say(f"Opening {reader.path}")
+    player = Player(node, bags, _settings(options), control, None if options.quiet else show)
+    for topic, reason in player.unplayable.items():
+        node.log.warn("%s is not played: %s", topic, reason)
+    node.advertise_service("~pause_playback", "std_srvs/SetBool", lambda request: _pause(control, request.data))
+    if options.rate_control_topic:
+        _control_rate(node, player, options.rate_control_topic)
+    if not options.quiet and options.delay:
+        print(f"\nWaiting {options.delay:g} seconds after advertising topics...", end="", flush=True)
+    _sleep(control, options.delay)
+    if not options.quiet and options.delay:
+        print(" done.", flush=True)
+    if options.wait_for_subscribers and not control.ended:
+        line.say("Waiting for subscribers.")
+        player.wait_for_subscribers()
+    with Keyboard(control) as keyboard:
+        if keyboard.there and not options.quiet:
+            print("\nHit space to toggle paused, or 's' to step.", flush=True)
+        player.run()
+        if not control.ended and options.keep_alive:
+            line.say("All messages are played; staying alive for the latched topics. Ctrl-C ends.")
+            while not control.ended:
+                control.wait(1.0)
+    line.clear()
+    if not options.quiet and not control.ended:
+        print("\nDone.", flush=True)
+    return 0
+
+
+def _sleep(control: Control, seconds: float) -> None:
+    from time import monotonic  # noqa: PLC0415
+
+    until = monotonic() + seconds
+    while not control.ended and monotonic() < until:
+        control.wait(until - monotonic())
+
+
+def _pause(control: Control, paused: bool) -> tuple[bool, str]:
+    """Answer the service ~pause_playback (B29)."""
+    what = "paused" if paused else "resumed"
+    if control.set_paused(paused):
+        return True, f"Playback is now {what}"
+    return False, f"Playback is already {'paused' if paused else 'running'}"
+
+
+def _control_rate(node: Node, player: Player, topic: str) -> None:
+    """Let a topic's stamps hold the player back (B38); the times of arrival, if the topic has no header."""
+    decoder = Decoder()
+    player.rate_stamp = 0
+
+    def take(raw: AnyMsg) -> None:
+        try:
+            headed = decoder.message_class(raw)._has_header
+            message: Any = decoder.decode(raw) if headed else None
+        except MessageError as error:
+            node.log.error("%s: %s", topic, error, throttle=5.0)
+            return
+        player.rate_stamp = message.header.stamp.to_nsec() if headed else node.now().to_nsec()
+
+    node.subscribe(topic, AnyMsg, take)
+
+
+def _check_content(bags: Bags, options: Values) -> None:
+    """Say what would be played in vain.
+
+    Raises:
+        CommandError: nothing would be.
+    """
+    recorded = {connection.topic for reader in bags.readers for connection in reader.connections.values()}
+    known = {topic.lstrip("/") for topic in recorded}
+    for topic in [*(options.topics or []), *options.pause_topics]:
+        if topic.lstrip("/") not in known:
+            print(f"WARNING: {topic} is not in the bag{did_you_mean(topic, recorded)}", file=sys.stderr)
+    if options.topics is not None and not any(topic.lstrip("/") in known for topic in options.topics):
+        raise CommandError("none of the topics to play is in the bag; `pyros1 bag info` lists them")
+    length = (bags.end - bags.start) / 1e9
+    if options.start > length:
+        raise CommandError(f"--start {options.start:g}: the bag is only {length:.3f} s long")
+
+
+# Options --------------------------------------------------------------------------------------------------------------
+
+
+def _settings(options: Values) -> PlayOptions:
+    return PlayOptions(
+        prefix=options.prefix,
+        immediate=options.immediate,
+        queue_size=options.queue,
+        clock_rate=options.hz if options.clock else 0.0,
+        rate=options.rate,
+        start=options.start,
+        duration=options.duration,
+        skip_empty=options.skip_empty,
+        loop=options.loop,
+        pause_topics=options.pause_topics,
+        max_delay=options.rate_control_max_delay if options.rate_control_topic else inf,
+    )
+
+
+def _check(parser: OptionParser, options: Values) -> None:
+    for name in ("rate", "hz"):
+        if not 0 < getattr(options, name) < inf:
+            parser.error(f"--{name} must be a number greater than 0")
+    for name in ("delay", "start", "duration", "skip_empty", "rate_control_max_delay"):
+        value = getattr(options, name)
+        if value is not None and not (isfinite(value) and value >= 0):
+            parser.error(f"--{name.replace('_', '-')} must not be negative")
+    if options.queue < 0:
+        parser.error("--queue must not be negative; 0 is without limit")
+    if options.topics is not None and not options.topics:
+        parser.error("--topics: which?")
+
+
+def _parser(invocation: Invocation) -> OptionParser:
+    parser = invocation.parser("play BAGFILE1 [BAGFILE2 BAGFILE3 ...]")
+    parser.description = "Play back the contents of one or more bag files in a time-synchronized fashion."
+    add: Callable[..., object] = parser.add_option
+    flag = {"action": "store_true", "default": False}
+    add("-p", "--prefix", metavar="PREFIX", default="", help="prefix all output topics")
+    add("-q", "--quiet", **flag, help="suppress console output")
+    add("-i", "--immediate", **flag, help="play back all messages without waiting")
+    add("--pause", **flag, help="start in paused mode")
+    add("--queue", type="int", default=100, metavar="SIZE", help="use an outgoing queue of size SIZE (defaults to %default)")  # noqa: E501  # fmt: skip
+    add("--clock", **flag, help="publish the clock time")
+    add("--hz", type="float", default=100.0, metavar="HZ", help="use a frequency of HZ when publishing clock time (default: %default)")  # noqa: E501  # fmt: skip
+    add("-d", "--delay", type="float", default=0.2, metavar="SEC", help="sleep SEC seconds after every advertise call (to allow subscribers to connect)")  # noqa: E501  # fmt: skip
+    add("-r", "--rate", type="float", default=1.0, metavar="FACTOR", help="multiply the publish rate by FACTOR")
+    add("-s", "--start", type="float", default=0.0, metavar="SEC", help="start SEC seconds into the bag files")
+    add("-u", "--duration", type="float", metavar="SEC", help="play only SEC seconds from the bag files")
+    add("--skip-empty", type="float", metavar="SEC", help="skip regions in the bag with no messages for more than SEC seconds")  # noqa: E501  # fmt: skip
+    add("-l", "--loop", **flag, help="loop playback")
+    add("-k", "--keep-alive", **flag, help="keep alive past end of bag (useful for publishing latched topics)")
+    add("--try-future-version", **flag, help="still try to open a bag file, even if the version number is not known to the player")  # noqa: E501  # fmt: skip
+    add("--topics", action="callback", callback=_words, dest="topics", help="topics to play back")
+    add("--pause-topics", action="callback", callback=_words, dest="pause_topics", default=[], help="topics to pause on during playback")  # noqa: E501  # fmt: skip
+    add("--bags", action="append", default=[], help="bags files to play back from")
+    add("--wait-for-subscribers", **flag, help="wait for at least one subscriber on each topic before publishing")
+    add("--rate-control-topic", default="", metavar="TOPIC", help="watch the given topic, and if the last publish was more than <rate-control-max-delay> ago, wait until the topic publishes again to continue playback")  # noqa: E501  # fmt: skip
+    add("--rate-control-max-delay", type="float", default=1.0, metavar="SEC", help="maximum time difference from <rate-control-topic> before pausing")  # noqa: E501  # fmt: skip
+    return parser
+
+
+def _words(option: Any, opt: str, value: Any, parser: Any) -> None:
+    """Take the words up to the next option."""
+    words = []
+    while parser.rargs and not parser.rargs[0].startswith("-"):
+        words.append(parser.rargs.pop(0))
+    setattr(parser.values, option.dest, (getattr(parser.values, option.dest) or []) + words)

@@ -1,0 +1,114 @@
+"""What ``bag record`` and ``bag play`` say while they run."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import threading
+import time
+from typing import TextIO
+
+from pyros1.bag.recorder import Recorder, Topic
+
+
+class LiveLine:
+    """A line on a terminal that is written again and again, and the messages above it.
+
+    Args:
+        wanted: False says nothing at all.
+        stream: None takes stdout.
+    """
+
+    def __init__(self, wanted: bool = True, stream: TextIO | None = None) -> None:
+        self._wanted = wanted
+        self._stream = sys.stdout if stream is None else stream
+        self._terminal = wanted and self._stream.isatty()
+        self._shown = False
+        self._lock = threading.Lock()
+
+    def say(self, text: str) -> None:
+        """Print a message in the form of the stock tool's (L113)."""
+        if self._wanted:
+            with self._lock:
+                self._clear()
+                self._write(f"[ INFO] [{time.time():.9f}]: {text}\n")
+
+    def show(self, text: str) -> None:
+        """Write the line, cut to the terminal's width; nothing elsewhere."""
+        if self._terminal:
+            width = shutil.get_terminal_size().columns - 1
+            with self._lock:
+                self._write(f"\r{text[:width]}\x1b[K")
+                self._shown = True
+
+    def clear(self) -> None:
+        """Remove the line."""
+        with self._lock:
+            self._clear()
+
+    def _clear(self) -> None:
+        if self._shown:
+            self._write("\r\x1b[K")
+            self._shown = False
+
+    def _write(self, text: str) -> None:
+        try:
+            self._stream.write(text)
+            self._stream.flush()
+        except (OSError, ValueError):  # whoever read it has gone; the recording goes on
+            self._wanted = self._terminal = False
+
+
+class RecordLine:
+    """Says how a recording goes.
+
+    Args:
+        recorder: the recording.
+    """
+
+    def __init__(self, recorder: Recorder) -> None:
+        self._recorder = recorder
+        self._began = self._last = time.monotonic()
+        self._before: dict[str, tuple[int, int]] = {}
+
+    def text(self) -> str:
+        """Return the line: time, size, and for each topic, the busiest first, rates since the last call and drops."""
+        now = time.monotonic()
+        passed, self._last = max(1e-3, now - self._last), now
+        parts = []
+        for topic in list(self._recorder.topics.values()):
+            messages, size = self._before.get(topic.name, (0, 0))
+            self._before[topic.name] = (topic.messages, topic.bytes)
+            parts.append(((topic.bytes - size) / passed, (topic.messages - messages) / passed, topic))
+        parts.sort(key=lambda part: (part[2].dropped > 0, part[0]), reverse=True)
+        total = sum(part[0] for part in parts)
+        head = f"{now - self._began:.0f} s  {size_text(self._recorder.size)}  {size_text(total)}/s"
+        return "  ".join([head, *(_topic_text(*part) for part in parts)])
+
+
+def _topic_text(bandwidth: float, rate: float, topic: Topic) -> str:
+    dropped = f" DROPPED {topic.dropped}" if topic.dropped else ""
+    return f"| {topic.name} {rate:.4g} Hz {size_text(bandwidth)}/s{dropped}"
+
+
+def record_table(recorder: Recorder) -> str:
+    """Return what was recorded, a line for each topic."""
+    topics = sorted(recorder.topics.values(), key=lambda topic: topic.name)
+    width = max((len(topic.name) for topic in topics), default=0)
+    lines = [
+        f"  {topic.name:{width}}  {topic.messages - topic.dropped:9} messages  {size_text(topic.bytes):>9}"
+        f"  {topic.dropped} dropped"
+        for topic in topics
+    ]
+    report = recorder.report
+    files = f"{len(report.files)} file{'s' if len(report.files) != 1 else ''}"
+    return "\n".join([f"{report.messages} messages, {size_text(report.bytes)} in {files}", *lines])
+
+
+def size_text(size: float) -> str:
+    """Return a number of bytes for people: ``1.5 MB``."""
+    for unit in ("B", "KB", "MB", "GB"):
+        if size < 1000:
+            return f"{size:.3g} {unit}"
+        size /= 1000
+    return f"{size:.3g} TB"

@@ -1,0 +1,259 @@
+"""``bag record`` (L90-L113)."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Callable
+from optparse import SUPPRESS_HELP, OptionParser, Values
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from pyros1.bag.record_names import FileNames, Selection
+from pyros1.bag.record_topics import TopicSearch
+from pyros1.bag.recorder import Events, Recorder, RecordOptions
+from pyros1.cli.bag_progress import LiveLine, RecordLine, record_table
+from pyros1.cli.common import CommandError, Invocation
+from pyros1.errors import Error
+from pyros1.node import Node
+
+_POLL = 1.0
+_VALID_TIME = 2.0
+_UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
+_SECONDS = {"": 1, "s": 1, "m": 60, "h": 3600}
+
+End = Exception | None
+"""Why a recording ends: an error, or None."""
+
+
+def record(invocation: Invocation) -> int:
+    """``bag record [options] TOPIC...``."""
+    parser = _parser(invocation)
+    options, args = parser.parse_args(invocation.args)
+    selection = _selection(parser, options, [*args, *options.topics])
+    settings = _settings(parser, options, selection)
+    try:
+        node = Node("record", anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
+    except SystemExit:
+        return 0  # Ctrl-C while the master was waited for
+    ends: SimpleQueue[End] = SimpleQueue()  # a signal handler may put into it
+    for number in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, number):
+            signal.signal(getattr(signal, number), lambda *_: ends.put(None))
+    node.on_shutdown(lambda: ends.put(None))
+    try:
+        return _record(node, selection, settings, options, ends)
+    finally:
+        node.shutdown()
+
+
+def _record(node: Node, selection: Selection, settings: RecordOptions, options: Values, ends: SimpleQueue[End]) -> int:
+    line = LiveLine(not options.quiet)
+    publish = _announcer(node) if options.publish else None
+
+    def opened(path: str) -> None:
+        line.say(f"Recording to '{path}'.")
+        if publish is not None:
+            publish(path)
+
+    events = Events(opened, lambda path: line.say(f"Closing '{path}'."), node.log.warn, ends.put)
+    if not wait_for_time(node, ends):
+        return 0
+    try:
+        recorder = Recorder(node, settings, events)
+    except OSError as error:
+        raise CommandError(f"cannot write {error.filename}: {error.strerror}") from None
+    with recorder:
+        search, state = TopicSearch(node, selection), RecordLine(recorder)
+
+        def subscribe(name: str) -> None:
+            line.say(f"Subscribing to {name}")
+            recorder.subscribe(name)
+
+        end = follow(
+            search,
+            ends,
+            subscribe,
+            lambda: line.show(state.text()),
+            recorder.leave_finished,
+        )
+    line.clear()
+    if not options.quiet:
+        print(record_table(recorder), flush=True)
+    if end is not None:
+        node.log.error("%s", _reason(end))
+        return 1
+    return 0
+
+
+def follow(
+    search: TopicSearch,
+    ends: SimpleQueue[End],
+    subscribe: Callable[[str], object],
+    show: Callable[[], object],
+    finished: Callable[[], bool] = lambda: False,
+) -> End:
+    """Subscribe to topics as they come up, until the end.
+
+    Args:
+        search: finds them.
+        ends: brings the end.
+        subscribe: called with each new topic.
+        show: called about once a second.
+        finished: tells whether nothing is left to do; asked often.
+
+    Returns:
+        The error that ended it, if one did.
+    """
+    look_at = 0.0
+    while True:
+        now = time.monotonic()
+        if now >= look_at:
+            look_at = now + _POLL
+            for name in search.new_topics():
+                subscribe(name)
+            show()
+        if finished():
+            return None
+        try:
+            return ends.get(timeout=0.1)
+        except Empty:
+            continue
+
+
+def wait_for_time(node: Node, ends: SimpleQueue[End]) -> bool:
+    """Wait until simulated time has begun; return False if the end came before."""
+    began, said = time.monotonic(), False
+    while node.now().is_zero():
+        if not said and time.monotonic() - began > _VALID_TIME:
+            node.log.warn("/use_sim_time set to true and no clock published.  Still waiting for valid time...")
+            said = True
+        try:
+            ends.get(timeout=0.1)
+        except Empty:
+            continue
+        return False
+    return True
+
+
+def _announcer(node: Node) -> Callable[[str], None]:
+    publisher: Any = node.advertise("begin_write", "std_msgs/String", queue_size=10, latch=True)
+
+    def announce(path: str) -> None:
+        publisher.publish(path)
+
+    return announce
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, OSError):
+        return f"cannot write the bag: {error.strerror}; recording ends"
+    return str(error)
+
+
+# Options --------------------------------------------------------------------------------------------------------------
+
+
+def _parser(invocation: Invocation) -> OptionParser:
+    parser = invocation.parser("record TOPIC1 [TOPIC2 TOPIC3 ...]")
+    parser.description = "Record a bag file with the contents of specified topics."
+    add: Callable[..., object] = parser.add_option
+    flag = {"action": "store_true", "default": False}
+    add("-a", "--all", **flag, help="record all topics")
+    add("-e", "--regex", **flag, help="match topics using regular expressions")
+    add("-p", "--publish", **flag, help="publish a msg when the record begin")
+    add(
+        "-x", "--exclude", metavar="EXCLUDE_REGEX", default="",
+        help="exclude topics matching the follow regular expression (subtracts from -a or regex)",
+    )  # fmt: skip
+    add("-q", "--quiet", **flag, help="suppress console output")
+    add("-o", "--output-prefix", metavar="PREFIX", help="prepend PREFIX to beginning of bag name (name will always end with date stamp)")  # noqa: E501  # fmt: skip
+    add("-O", "--output-name", metavar="NAME", help="record to bag with name NAME.bag")
+    add("--split", action="callback", callback=_split, dest="split", default=False, help="split the bag when maximum size or duration is reached")  # noqa: E501  # fmt: skip
+    add("--max-splits", type="int", default=0, help="Keep a maximum of N bag files, when reaching the maximum erase the oldest one to keep a constant number of files.")  # noqa: E501  # fmt: skip
+    add("--size", type="int", help="record a bag of maximum size SIZE MB. (Default: infinite)")
+    add("--duration", help="record a bag of maximum duration DURATION in seconds, unless 'm', or 'h' is appended.")
+    add("-b", "--buffsize", type="int", default=256, metavar="SIZE", help="use an internal buffer of SIZE MB (Default: %default, 0 = infinite)")  # noqa: E501  # fmt: skip
+    add("--chunksize", type="int", default=768, metavar="SIZE", help="Advanced. Record to chunks of SIZE KB (Default: %default)")  # noqa: E501  # fmt: skip
+    add("-l", "--limit", type="int", default=0, metavar="NUM", help="only record NUM messages on each topic")
+    add("--node", default="", help="record all topics subscribed to by a specific node")
+    add("-j", "--bz2", **flag, help="use BZ2 compression")
+    add("--lz4", **flag, help="use LZ4 compression")
+    add("--tcpnodelay", **flag, help="Use the TCP_NODELAY transport hint when subscribing to topics (always so here).")
+    add("--udp", **flag, help="Use the UDP transport hint when subscribing to topics (TCP is used all the same).")
+    add("--repeat-latched", **flag, help="Repeat latched msgs at the start of each new bag file.")
+    add("-L", "--min-space", default="1G", metavar="SIZE", help="stop when less than SIZE is free on the disk (Default: %default)")  # noqa: E501  # fmt: skip
+    add("--topic", action="append", dest="topics", default=[], metavar="TOPIC", help="a topic to record")
+    own = {"help": SUPPRESS_HELP} if invocation.program == invocation.stock else {}
+    add("--snapshot", **flag, **(own or {"help": "write nothing, but keep the last messages in memory; the service ~snapshot writes them to a bag"}))  # noqa: E501  # fmt: skip
+    add("--snapshot-duration", type="float", default=30.0, metavar="SEC", **(own or {"help": "keep SEC seconds of each topic (Default: %default, 0 = all)"}))  # noqa: E501  # fmt: skip
+    add("--snapshot-size", type="float", default=64.0, metavar="MB", **(own or {"help": "keep at most MB megabytes of each topic (Default: %default, 0 = all)"}))  # noqa: E501  # fmt: skip
+    return parser
+
+
+def _split(option: Any, opt: str, value: Any, parser: Any) -> None:
+    """``--split`` alone, or in its old form with a number of MB behind it (B19)."""
+    parser.values.split = True
+    if parser.rargs and parser.rargs[0].isdigit():
+        print(
+            'Use of "--split <MAX_SIZE>" has been deprecated.  '
+            "Please use --split --size <MAX_SIZE> or --split --duration <MAX_DURATION>",
+            file=sys.stderr,
+        )
+        parser.values.size = int(parser.rargs.pop(0))
+
+
+def _selection(parser: OptionParser, options: Values, topics: list[str]) -> Selection:
+    everything = options.all
+    if options.exclude and not (everything or options.regex or options.node or topics):
+        print("-x alone: all topics are recorded but those excluded", file=sys.stderr)
+        everything = True
+    if not (topics or everything or options.node):
+        parser.error("You must specify a topic name or else use the '-a' option.")
+    if options.limit and (everything or options.regex or options.node):
+        raise CommandError("--limit goes with named topics only, not with -a, -e, -x or --node")
+    try:
+        return Selection(topics, options.regex, everything, options.exclude, options.node)
+    except Error as error:
+        raise CommandError(str(error)) from None
+
+
+def _settings(parser: OptionParser, options: Values, selection: Selection) -> RecordOptions:
+    if options.output_prefix is not None and options.output_name is not None:
+        parser.error("Can't set both prefix and name.")
+    duration = _measure(parser, "--duration", options.duration, _SECONDS) if options.duration else 0.0
+    if options.split and not options.size and not duration:
+        parser.error("Split specified without giving a maximum duration or size")
+    for name in ("size", "max_splits", "buffsize", "chunksize", "limit", "snapshot_duration", "snapshot_size"):
+        if (getattr(options, name) or 0) < 0:
+            parser.error(f"--{name.replace('_', '-')} must not be negative")
+    if options.bz2 and options.lz4:
+        parser.error("choose one of --bz2 and --lz4")
+    name = options.output_name
+    return RecordOptions(
+        names=FileNames(name or options.output_prefix or "", dated=name is None, numbered=options.split),
+        split=options.split,
+        max_size=(options.size or 0) << 20,
+        max_duration=duration,
+        max_splits=options.max_splits,
+        buffer_size=options.buffsize << 20,
+        chunk_size=options.chunksize << 10,
+        compression="bz2" if options.bz2 else "lz4" if options.lz4 else "none",
+        limit=options.limit,
+        repeat_latched=options.repeat_latched,
+        min_space=int(_measure(parser, "--min-space", options.min_space, _UNITS)),
+    )
+
+
+def _measure(parser: OptionParser, option: str, text: str, units: dict[str, int]) -> float:
+    """Read a number with a unit behind it."""
+    number = text.rstrip("".join(units) + "".join(units).upper() + "B")
+    unit = text[len(number) :].lower().removesuffix("b")
+    try:
+        value = float(number) * units[unit]
+    except (ValueError, KeyError):
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        parser.error(f"{option}: {text!r} is not a number with one of the units {', '.join(filter(None, units))}")
+    return value
