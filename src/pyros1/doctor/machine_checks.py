@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from pyros1.doctor.disk import human_size
 from pyros1.doctor.facts import Machine
@@ -14,6 +14,7 @@ LEAST_FREE = 100 << 20
 """Bytes that should be free on the disk of the logs."""
 MOST_LOGS = 1 << 30
 """Bytes of logs from which on a warning is due; the stock tools begin to warn there, too."""
+_MOST_SHOWN = 10
 OLDEST_PYTHON = (3, 10)
 
 
@@ -194,8 +195,15 @@ def _masters(machine: Machine) -> Iterator[Finding]:
             WARNING,
             f"programs of this machine run with another ROS_MASTER_URI than this shell's [{mine}]",
             "if they belong together, restart them with the same ROS_MASTER_URI",
-            tuple(f"{p.name} (pid {p.pid}): {p.master_uri}" for p in others),
+            _first(f"{p.name} (pid {p.pid}): {p.master_uri}" for p in others),
         )
+
+
+def _first(items: Iterable[str]) -> tuple[str, ...]:
+    """No more of them than can be read."""
+    shown = [*items]
+    more = len(shown) - _MOST_SHOWN
+    return (*shown[:_MOST_SHOWN], *([f"and {more} more"] if more > 0 else []))
 
 
 def _same_uri(one: str, other: str) -> bool:

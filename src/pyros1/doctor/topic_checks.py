@@ -158,19 +158,26 @@ def _alive(system: System) -> dict[str, list[Connection]]:
 
 
 def missing_edges(system: System) -> list[Edge]:
-    """Return the connections between nodes that answer, which the master asks for and neither end tells of."""
-    alive = _alive(system)
+    """Return the connections between nodes that answer, which the master asks for and not both ends tell of.
+
+    One end is not enough: rospy's subscribers tell of connections that they only try to make.
+    """
     told = _told(system)
     return [
         edge
         for edge in expected_edges(system.state)
-        if edge.publisher in alive and edge.subscriber in alive and edge not in told
+        if edge.publisher in told and edge.subscriber in told and not _is_told(edge, told)
     ]
 
 
-def _told(system: System) -> set[Edge]:
+def _is_told(edge: Edge, told: Mapping[str, set[Edge]]) -> bool:
+    ends = (edge in told[edge.publisher], edge in told[edge.subscriber])
+    return any(ends) if edge.publisher == edge.subscriber else all(ends)
+
+
+def _told(system: System) -> dict[str, set[Edge]]:
     uris = {name: node.uri for name, node in system.nodes.items()}
-    return {edge for edges in actual_edges(_alive(system), uris).values() for edge in edges}
+    return actual_edges(_alive(system), uris)
 
 
 def _unexpected(system: System) -> list[Edge]:
@@ -178,6 +185,6 @@ def _unexpected(system: System) -> list[Edge]:
     nodes = system.nodes
     return sorted(
         edge
-        for edge in _told(system) - set(expected_edges(system.state))
+        for edge in set().union(*_told(system).values()) - set(expected_edges(system.state))
         if edge.topic in known and edge.publisher in nodes and edge.subscriber in nodes
     )
