@@ -37,6 +37,8 @@ def test_functions_and_comprehensions() -> None:
 def test_numpy() -> None:
     pytest.importorskip("numpy")
     quaternion: Any = load_message("geometry_msgs/Quaternion")(0, 0, 3, 4)
+    assert value("numpy.any(numpy.less(numpy.array([m.x, m.w]), 1))", quaternion) is True
+    assert value("[numpy.argmax([m.z, m.w])]", quaternion) == [1]
     assert value("numpy.linalg.norm([m.x, m.y, m.z, m.w])", quaternion) == 5.0
     assert value("numpy.sum(numpy.array([m.z, m.w]) * 2).tolist()", quaternion) == 14.0
 

@@ -189,6 +189,11 @@ class MessageExpression(Interpreter):
     max_items = _MAX_ITEMS
     formatting = True
 
+    def evaluate(self, names: Mapping[str, Any]) -> Any:
+        """Return the expression's value, numpy's numbers as Python's; see `Interpreter`."""
+        result = super().evaluate(names)
+        return type(result)(map(_plain, result)) if type(result) in (list, tuple) else _plain(result)
+
     def check(self, node: ast.AST) -> None:
         """Refuse what may not be in an expression; see `Interpreter`."""
         super().check(node)
@@ -238,6 +243,10 @@ class MessageExpression(Interpreter):
         else:
             allowed = type(owner).__module__ == "numpy" and name in _ARRAY.split()
         return getattr(owner, name) if allowed else super().attribute(owner, name)
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if type(value).__module__ == "numpy" and value.ndim == 0 else value
 
 
 def names_used(text: str) -> set[str]:

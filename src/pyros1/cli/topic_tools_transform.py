@@ -119,7 +119,7 @@ class _Transform:
         topic, self._path = _find(node, options.input, bool(options.wait_for_start))
         latch = bool(getattr(options, "latch", False))
         self._publisher: Any = node.advertise(options.output_topic, output_class, queue_size=QUEUE_SIZE, latch=latch)
-        node.log.info("%s from %s to %s", node.name, options.input, options.output_topic)
+        node.log.info("from %s to %s", options.input, options.output_topic)
         node.subscribe(topic, AnyMsg, self._receive, queue_size=QUEUE_SIZE)
 
     def run(self) -> None:

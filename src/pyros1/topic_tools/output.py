@@ -12,6 +12,9 @@ from pyros1.wire.handshake import TopicType
 
 QUEUE_SIZE = 100
 """Messages that may wait for a slow subscriber, and in front of a slow forwarder."""
+LARGE = 1 << 16
+FEW = 10
+"""Messages that may wait for a slow subscriber if the first one has more than LARGE bytes."""
 
 
 class Output:
@@ -54,7 +57,7 @@ class Output:
         found = TopicType(header.get("type", "*"), header.get("md5sum", "*"), header.get("message_definition", ""))
         with self._lock:
             if self._type is None:
-                self._advertise(found, header.get("latching") == "1")
+                self._advertise(found, header.get("latching") == "1", FEW if len(message._buff) > LARGE else QUEUE_SIZE)
             wanted = self._type or found
             if wanted.md5sum != found.md5sum:
                 self._node.log.error(
@@ -69,9 +72,9 @@ class Output:
             self.header = header
             return True
 
-    def _advertise(self, found: TopicType, latching: bool) -> None:
+    def _advertise(self, found: TopicType, latching: bool, queue_size: int) -> None:
         latch = latching if self._latch is None else self._latch
-        self._publisher = self._node.advertise(self.topic, AnyMsg, queue_size=QUEUE_SIZE, latch=latch, raw_type=found)
+        self._publisher = self._node.advertise(self.topic, AnyMsg, queue_size=queue_size, latch=latch, raw_type=found)
         self._type = found
         self._node.log.info("advertised %s, %s%s", self.topic, found.name, ", latched" if latch else "")
 
