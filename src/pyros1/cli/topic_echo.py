@@ -28,6 +28,9 @@ def echo(invocation: Invocation) -> None:
     """``topic echo [options] /topic[/field...]``."""
     options, name = _arguments(invocation)
     expression = Expression(options.filter_expr) if options.filter_expr else None
+    if options.bag:
+        _echo_bag(options, name, expression)
+        return
     with invocation.open_node() as node:
         found = find_topic(invocation, node, name)
         if found is None:
@@ -41,6 +44,40 @@ def echo(invocation: Invocation) -> None:
         raise printer.error
 
 
+def _echo_bag(options: Values, name: str, expression: Expression | None) -> None:
+    from pyros1.cli import topic_bag  # noqa: PLC0415 - bags are not cheap
+
+    path = ""
+    topics = None
+    if not options.all:
+        found = topic_bag.split_name(options.bag, name)
+        if found is None:
+            return
+        topics, path = [found[0]], found[1]
+    moment = Time()
+    show = _show(options, lambda: moment)
+    printers: dict[str, Printer] = {}
+    left = options.msg_count
+
+    def take(topic: str, raw: AnyMsg, when: Time) -> bool:
+        nonlocal moment, left
+        moment = when
+        if left is not None and left <= 0:
+            return False
+        printer = printers.get(topic)
+        if printer is None:
+            printer = printers[topic] = Printer(topic, FieldPath(path), show, expression, None)
+        before = printer.count
+        printer.arrived(raw)
+        if printer.error is not None:
+            raise printer.error
+        if left is not None:
+            left -= printer.count - before
+        return left is None or left > 0
+
+    topic_bag.replay(options.bag, topics, take)
+
+
 def _show(options: Values, now: Callable[[], Time]) -> Callable[[Message, Any, str | None], str]:
     if options.json:
         return Json(options)
@@ -49,6 +86,7 @@ def _show(options: Values, now: Callable[[], Time]) -> Callable[[Message, Any, s
 
 def _arguments(invocation: Invocation) -> tuple[Values, str]:
     parser = invocation.parser("echo [options] /topic")
+    parser.add_option("-b", "--bag", dest="bag", metavar="BAGFILE", help="echo messages from .bag file")
     parser.add_option("-p", dest="plot", action="store_true", help="echo in a plotting friendly format")
     parser.add_option("-w", dest="width", metavar="NUM_WIDTH", help="fixed width for numeric values")
     parser.add_option(
@@ -61,11 +99,18 @@ def _arguments(invocation: Invocation) -> tuple[Values, str]:
     parser.add_option("--nostr", dest="nostr", action="store_true", help="exclude string fields")
     parser.add_option("--noarr", dest="noarr", action="store_true", help="exclude arrays")
     parser.add_option("-c", "--clear", action="store_true", help="clear screen before printing next message")
+    parser.add_option(
+        "-a", "--all", dest="all", action="store_true", help="display all messages in bag, only valid with -b option"
+    )
     parser.add_option("-n", dest="msg_count", metavar="COUNT", help="number of messages to echo")
     parser.add_option("--offset", action="store_true", help="display time as offsets from current time (in seconds)")
     invocation.add_json(parser, "print each message as one line of JSON, which `topic pub` reads")
     options, args = parser.parse_args(invocation.args)
-    if not args:
+    if options.all and not options.bag:
+        parser.error("Display all option is only valid when echoing from bag files")
+    if options.offset and options.bag:
+        parser.error("offset time option is not valid with bag files")
+    if not args and not options.all:
         parser.error("topic must be specified")
     if len(args) > 1:
         parser.error("you may only specify one input topic")
@@ -76,7 +121,7 @@ def _arguments(invocation: Invocation) -> tuple[Values, str]:
                 setattr(options, field, int(value))
             except ValueError:
                 parser.error(f"{what} must be an integer")
-    return options, invocation.resolve(args[0])
+    return options, invocation.resolve(args[0]) if args else ""
 
 
 def _wait(invocation: Invocation, node: Any, printer: Printer) -> None:
@@ -219,12 +264,13 @@ class Plot:
     def __init__(self, options: Values, now: Callable[[], Time]) -> None:
         self._now = now
         self._offset = bool(options.offset)
+        self._recorded = bool(options.bag)  # then the time of recording counts
         self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
         self._header_done = False
 
     def __call__(self, message: Message, value: Any, kind: str | None) -> str:
         now = self._now()
-        whole = kind is None and getattr(message, "_has_header", False)
+        whole = not self._recorded and kind is None and getattr(message, "_has_header", False)
         stamp = message.header.stamp if whole else now  # type: ignore[attr-defined] # _has_header says that it is there
         ns = stamp.to_nsec() - (now.to_nsec() if self._offset and whole else 0)
         row: list[str] = []

@@ -14,6 +14,7 @@ def list_topics(invocation: Invocation) -> int | None:
     namespace, verbose, by_host, only, json = None, False, False, "", False
     if invocation.args:
         parser = invocation.parser("list [/namespace]")
+        parser.add_option("-b", "--bag", dest="bag", help="list topics in .bag file", metavar="BAGFILE")
         parser.add_option("-v", "--verbose", action="store_true", help="list full details about each topic")
         parser.add_option("-p", action="store_true", dest="publishers", help="list only publishers")
         parser.add_option("-s", action="store_true", dest="subscribers", help="list only subscribers")
@@ -22,6 +23,15 @@ def list_topics(invocation: Invocation) -> int | None:
         options, args = parser.parse_args(invocation.args)
         if len(args) > 1:
             parser.error("you may only specify one input topic")
+        if options.bag:
+            for given, option in ((options.subscribers, "-s"), (options.publishers, "-p"), (options.host, "--host")):
+                if given:
+                    parser.error(f"{option} option is not valid with bags")
+            from pyros1.cli import topic_bag  # noqa: PLC0415 - bags are not cheap
+
+            namespace = invocation.resolve(args[0]) if args else None
+            topic_bag.list_topics(options.bag, namespace, json=options.json)
+            return None
         if options.publishers and options.subscribers:
             parser.error("you may only specify one of -p, -s")
         namespace = invocation.resolve(args[0]) if args else None

@@ -1,0 +1,65 @@
+"""``topic list -b`` and ``topic echo -b``: the topics and messages of a bag (L27, L35, L36, L43)."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from pyros1 import bag as bags
+from pyros1.cli.common import CommandError, did_you_mean, print_json
+from pyros1.graph import in_namespace
+from pyros1.msgs import AnyMsg
+from pyros1.timing import Time
+
+
+def list_topics(path: str, namespace: str | None, *, json: bool) -> None:
+    """Print the topics of a bag, or how many messages there are below a namespace, and of what time."""
+    with _open(path) as bag:
+        if namespace is None:
+            names = list(dict.fromkeys(connection.topic for connection in bag.connections))
+            if json:
+                print_json([{"topic": name, "type": bag.topics[name], "messages": bag.count(name)} for name in names])
+            elif names:
+                print("\n".join(names))
+            return
+        topics = in_namespace(bag.topics, namespace)
+        times = [message.time.to_sec() for message in bag.messages(topics, raw=True)] if topics else []
+        if json:
+            span = {"start": min(times), "end": max(times)} if times else {"start": None, "end": None}
+            print_json({"namespace": namespace, "topics": topics, "messages": len(times), **span})
+            return
+        if not times:
+            raise CommandError(f"no messages on {namespace} in {path}{did_you_mean(namespace, bag.topics)}")
+        first, last = (time.strftime("%d %b %Y %H:%M:%S", time.localtime(t)) for t in (min(times), max(times)))
+        print(f"{len(times)} message(s) from {first} to {last}")
+
+
+def split_name(path: str, name: str) -> tuple[str, str] | None:
+    """Split a name into a topic of the bag and a field path; None, and a word about it, if there is no such topic."""
+    with _open(path) as bag:
+        for topic in sorted(bag.topics, key=len, reverse=True):
+            if name == topic or name.startswith(topic + "/"):
+                return topic, name[len(topic) :]
+        print(f"WARNING: no topic [{name}] in {path}{did_you_mean(name, bag.topics)}", file=sys.stderr)
+    return None
+
+
+def replay(path: str, topics: list[str] | None, take: Callable[[str, AnyMsg, Time], bool]) -> None:
+    """Give messages of a bag, undecoded and in the order of time, to a function, until it returns False.
+
+    Args:
+        topics: None means all.
+    """
+    with _open(path) as bag:
+        for message in bag.messages(topics, raw=True):
+            if not take(message.topic, message.message, message.time):
+                return
+
+
+def _open(path: str) -> Any:
+    if not os.path.isfile(path):
+        raise CommandError(f"bag file [{path}] does not exist")
+    return bags.open(path)
