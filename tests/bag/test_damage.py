@@ -49,7 +49,7 @@ def test_an_encrypted_bag_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
 def test_an_open_bag_is_read_and_reindexed_l143(make_bag: Make, tmp_path: Path, compression: str) -> None:
     path = make_bag(compression=compression, close=False)
-    with pytest.raises(UnindexedError, match="was not closed.*pyros1 bag reindex"):
+    with pytest.raises(UnindexedError, match=r"was not closed.*pyros1 bag reindex"):
         BagReader(path)
     assert values(path) == list(range(100))
     saved = reindex(path, tmp_path / "new.bag")
@@ -156,7 +156,7 @@ def test_version_1_2_is_read_and_converted(tmp_path: Path) -> None:
     path.write_bytes(
         b"#ROSBAG V1.2\n" + make_record({"op": b"\3", "index_pos": bytes(8)}, b" " * 50) + b"".join(records)
     )
-    with pytest.raises(UnindexedError, match="version 1.2; `pyros1 bag reindex`"):
+    with pytest.raises(UnindexedError, match=r"version 1\.2; `pyros1 bag reindex`"):
         BagReader(path)
     assert values(path) == [0, 1, 2]
     assert reindex(path, tmp_path / "new.bag").messages == 3

@@ -108,7 +108,7 @@ def test_filter_l141(run: Run, make_bag: Make, tmp_path: Path) -> None:
     assert run("filter", "x.bag", "y.bag", "topic == '/a' and m.data > 90")[:2] == (0, "y.bag: 4 of 100 messages\n")
     assert values(tmp_path / "y.bag") == [92, 94, 96, 98]
     assert headers("y.bag") == [header for header in headers(path) if header[0] == "/a"]
-    code, out, _ = run("filter", "-p", "m.data", "x.bag", "y.bag", "t.to_sec() < 100.015")
+    _, out, _ = run("filter", "-p", "m.data", "x.bag", "y.bag", "t.to_sec() < 100.015")
     assert out.splitlines()[:3] == ["MATCH 0", "MATCH 1", "NO MATCH 2"]
     assert run("filter", "x.bag", "y.bag", "--topics", "/b", "--from", "0.5", "--to", "@100.57")[0] == 0
     assert values(tmp_path / "y.bag") == [51, 53, 55, 57]

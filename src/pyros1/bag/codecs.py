@@ -13,6 +13,7 @@ MAX_CHUNK = 1 << 31
 """Largest content of a chunk, in bytes. Larger ones are taken for damage."""
 
 _BZ2_FULL_LEVEL = 9
+_LZ4_BLOCKS_OF_1_MB = 6
 
 
 def compress(compression: str, data: bytes) -> bytes:
@@ -20,7 +21,10 @@ def compress(compression: str, data: bytes) -> bytes:
     if compression == "bz2":
         return bz2.compress(data, _BZ2_FULL_LEVEL)
     if compression == "lz4":
-        packed: bytes = _lz4().compress(data, 0)
+        # Stock's readers refuse frames that have a size, no checksum, or blocks that need the ones before them.
+        packed: bytes = _lz4().compress(
+            data, block_size=_LZ4_BLOCKS_OF_1_MB, block_linked=False, content_checksum=True, store_size=False
+        )
         return packed
     return bytes(data)
 
