@@ -28,7 +28,10 @@ COMMANDS = {
     "version": ("version", "print versions of packages and the name of the distribution"),
     "pkg": ("pkg", "find and make packages: create find list depends depends-on depends-why export plugins ..."),
     "stack": ("pkg_stack", "find stacks: find list contents contains depends"),
+    "setup": ("setup", "for shells: source <(pyros1 setup) gives the stock names and completion"),
+    "unsetup": ("setup_undo", "take back what setup did to this shell"),
     "topic_tools": ("topic_tools", "forward topics: relay drop throttle mux demux transform relay_field"),
+    "tf": ("tf", "show and publish coordinate frames: echo monitor tree view_frames static_transform_publisher"),
     "msg-proto": ("msg_proto", "print a message or service request to fill in"),
     "bag": ("bag", "record, play, look at and change bags: info reindex filter compress merge ..."),
 }
@@ -94,6 +97,8 @@ def _entry(words: list[str]) -> int:
 
         print(f"pyros1 {__version__}")
         return 0
+    if word == "__complete":
+        return _run("complete", words[2:])
     name = command_name(word)
     if name is None:
         print(f"pyros1: there is no command {word!r}; see: pyros1 help", file=sys.stderr)

@@ -1,0 +1,145 @@
+"""``pyros1 __complete``: what may stand at the cursor, for the completion of shells.
+
+It prints no error, asks a master that does not answer at once no longer than a moment, and imports what one kind of
+candidate needs, no more.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+
+from pyros1.cli.complete_words import VERBS, arguments_of
+from pyros1.cli.main import COMMANDS
+from pyros1.cli.setup_names import FUNCTIONS, stock_names
+
+_SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./:=@%,~")
+PATIENCE = 0.7
+"""Seconds after which completion gives up."""
+
+
+class Line:
+    """A command line with the cursor in it.
+
+    Args:
+        words: of the command line, up to the cursor; the last is the one to complete.
+        one_line: whether a candidate must be in one line.
+    """
+
+    def __init__(self, words: list[str], one_line: bool = False) -> None:
+        self.one_line = one_line
+        called, *rest = words
+        self.token = rest[-1] if rest else ""
+        before = rest[:-1]
+        name = os.path.basename(called)
+        if name in FUNCTIONS:
+            before = ["pkg", "cd", *before]
+        elif name != "pyros1":
+            before = [*stock_names().get(name, ()), *before]
+        elif before and before[0] in stock_names():
+            before = [*stock_names()[before[0]], *before[1:]]
+        self.command = before[0] if before else ""
+        self.words = [word for word in before[1:] if not word.startswith("-") and ":=" not in word]
+        self.options = [word for word in before[1:] if word.startswith("-")]
+
+    @property
+    def verb(self) -> str:
+        """The verb, of a command that has verbs."""
+        return self.words[0] if self.words and VERBS.get(self.command) else ""
+
+    @property
+    def given(self) -> list[str]:
+        """The words behind the command and its verb."""
+        return self.words[1:] if self.verb else self.words
+
+
+def candidates(line: Line) -> list[str]:
+    """Return what may stand at the cursor, whole words, unquoted."""
+    if not line.command:
+        return sorted([*COMMANDS, "help"])
+    if line.token.startswith("-"):
+        return _options(line)
+    if VERBS.get(line.command) and not line.verb:
+        return list(VERBS[line.command])
+    kind = arguments_of(line.command, line.verb, len(line.given))
+    if not kind:
+        return []
+    from pyros1.cli import complete_values  # noqa: PLC0415 - verbs need no values
+
+    makers: dict[str, Callable[[Line], list[str]]] = complete_values.KINDS
+    return [each for part in kind.split("|") for each in makers[part](line)]
+
+
+def _options(line: Line) -> list[str]:
+    """The options of a command, as its help says."""
+    import contextlib  # noqa: PLC0415
+    import io  # noqa: PLC0415
+    import re  # noqa: PLC0415
+    from importlib import import_module  # noqa: PLC0415
+
+    words = [*([line.verb] if line.verb else []), "-h"]
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text), contextlib.suppress(SystemExit):
+        import_module(f"pyros1.cli.{COMMANDS[line.command][0]}").main(words)
+    return sorted(set(re.findall(r"(?<![\w-])--?[a-zA-Z][\w-]*", text.getvalue())))
+
+
+def main(argv: list[str]) -> int:
+    """Print candidates.
+
+    Args:
+        argv: the shell; what parts words in it (``COMP_WORDBREAKS`` of bash, else empty); the index of the word at the
+            cursor; the words of the command line.
+
+    Returns:
+        The exit code, 0.
+    """
+    shell, breaks, index, *words = argv
+    try:
+        words = words[: int(index) + 1] + [""] * (int(index) + 1 - len(words))
+        if ":" in breaks:
+            words = join_parts(words)
+        token = words[-1]
+        lead = token[:1] if token[:1] in ("'", '"') else ""
+        line = Line([*words[:-1], token[len(lead) :]], one_line=shell == "fish")
+        found = [each for each in candidates(line) if each.startswith(line.token) and each != ""]
+    except Exception:  # noqa: BLE001 - whatever is wrong, a line that is being typed is not the place to say it
+        return 0
+    start = max((line.token.rfind(each) for each in ":=" if each in breaks), default=-1) + 1
+    for each in dict.fromkeys(found):
+        text = each[start:] if " " not in each else each
+        text = text.replace("\n", " ") if shell == "fish" else quote(text, lead)
+        sys.stdout.write(text + ("\n" if shell == "fish" else "\0"))
+    sys.stdout.flush()
+    return 0
+
+
+def join_parts(words: list[str]) -> list[str]:
+    """Undo bash's parting of words at colons and equals signs: ``rate`` ``:=`` ``5`` is one word of ROS."""
+    result: list[str] = []
+    glue = False
+    for word in words:
+        parted = bool(word) and not word.strip(":=")
+        if result and (parted or glue) and len(result) > 1:
+            result[-1] += word
+        else:
+            result.append(word)
+        glue = parted
+    return result
+
+
+def quote(text: str, lead: str = "") -> str:
+    """Return a word as a shell reads it back, in double quotes if it needs any.
+
+    Args:
+        text: the word.
+        lead: the quotation mark that was typed already.
+    """
+    if not lead and _SAFE.issuperset(text):
+        return text
+    if lead == "'":
+        return "'" + text.replace("'", "'\\''") + "'"
+    for each in '\\"$`':
+        text = text.replace(each, "\\" + each)
+    return f'"{text}"'

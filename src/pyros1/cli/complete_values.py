@@ -1,0 +1,242 @@
+"""The values that completion offers: what runs, what is installed, and files."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pyros1.cli.complete import Line
+    from pyros1.net.master_client import MasterClient
+
+
+@contextmanager
+def _master() -> Iterator[MasterClient]:
+    """The master, if it answers soon: name lookups cannot be given a deadline, so the process ends after a while."""
+    from pyros1.cli.complete import PATIENCE  # noqa: PLC0415
+    from pyros1.net.hosts import master_uri  # noqa: PLC0415
+    from pyros1.net.master_client import MasterClient  # noqa: PLC0415
+
+    alarm = threading.Timer(PATIENCE, os._exit, [0])
+    alarm.daemon = True
+    alarm.start()
+    client = MasterClient("/complete", master_uri(os.environ, {}), timeout=PATIENCE)
+    try:
+        yield client
+    finally:
+        alarm.cancel()
+        client.close()
+
+
+# What runs ------------------------------------------------------------------------------------------------------------
+
+
+def _topics(_: Line) -> list[str]:
+    with _master() as master:
+        publishers, subscribers, _services = master.get_system_state()
+    return sorted({name for name, _ in [*publishers, *subscribers]})
+
+
+def _services(_: Line) -> list[str]:
+    with _master() as master:
+        return sorted(name for name, _ in master.get_system_state()[2])
+
+
+def _nodes(_: Line) -> list[str]:
+    with _master() as master:
+        return sorted({node for table in master.get_system_state() for _, nodes in table for node in nodes})
+
+
+def _params(_: Line) -> list[str]:
+    with _master() as master:
+        return sorted(master.get_param_names())
+
+
+def _namespaces(line: Line) -> list[str]:
+    names = _nodes(line) if line.command == "node" else _services(line) if line.command == "service" else _topics(line)
+    return sorted({name[:i] for name in names for i, c in enumerate(name) if c == "/" and i})
+
+
+def _machines(_: Line) -> list[str]:
+    from urllib.parse import urlsplit  # noqa: PLC0415
+
+    with _master() as master:
+        nodes = {node for table in master.get_system_state() for _, nodes in table for node in nodes}
+        return sorted({urlsplit(master.lookup_node(node)).hostname or "" for node in nodes})
+
+
+def _topic_type(line: Line) -> list[str]:
+    """The topic's type; all types if it has none yet, or no master runs."""
+    from pyros1.errors import Error  # noqa: PLC0415
+
+    try:
+        with _master() as master:
+            known = {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416 - of lists
+    except Error:
+        known = {}
+    name = line.given[0]
+    known_type = known.get(name if name.startswith("/") else "/" + name)
+    return [known_type] if known_type and known_type != "*" else _types(line, "msg")
+
+
+# What is installed ----------------------------------------------------------------------------------------------------
+
+
+def _types(line: Line, kind: str) -> list[str]:
+    """Packages with a slash behind, then the types of the one that was chosen."""
+    from pyros1.msgs.library import Library  # noqa: PLC0415
+
+    library = Library(os.environ)
+    package, slash, _ = line.token.partition("/")
+    if slash:
+        names = library.messages(package) if kind == "msg" else library.services(package)
+        return [f"{package}/{name}" for name in names]
+    chosen = [name for name in library.packages() if name.startswith(package)]
+    if len(chosen) == 1:
+        names = library.messages(chosen[0]) if kind == "msg" else library.services(chosen[0])
+        return [f"{chosen[0]}/{name}" for name in names]
+    return [f"{name}/" for name in chosen]
+
+
+def _messages(line: Line) -> list[str]:
+    return _types(line, "msg")
+
+
+def _service_types(line: Line) -> list[str]:
+    return _types(line, "srv")
+
+
+def _message_text(line: Line) -> list[str]:
+    return [_template("msg", line.given[1], line.one_line)]
+
+
+def _request_text(line: Line) -> list[str]:
+    from pyros1.graph import probe_service  # noqa: PLC0415
+
+    name = line.given[0] if line.given[0].startswith("/") else "/" + line.given[0]
+    with _master() as master:
+        kind = probe_service(name, master.lookup_service(name), "/complete", timeout=0.5)["type"]
+    return [_template("srv", kind, line.one_line)]
+
+
+def _template(mode: str, name: str, one_line: bool) -> str:
+    """What ``msg-proto`` prints."""
+    from contextlib import redirect_stdout  # noqa: PLC0415
+    from io import StringIO  # noqa: PLC0415
+
+    from pyros1.cli.msg_proto import main  # noqa: PLC0415
+
+    text = StringIO()
+    with redirect_stdout(text):
+        main([mode, "--silent", "--no-hyphens", *(["--flow_style", "1"] if one_line else []), name])
+    return text.getvalue().rstrip("\n")
+
+
+def _packages(_: Line) -> list[str]:
+    from pyros1.packaging.crawl import all_packages  # noqa: PLC0415
+
+    return sorted({found.name for found in all_packages(os.environ)})
+
+
+def _places(line: Line) -> list[str]:
+    """Folders in a package, and the places with names of their own."""
+    from pyros1.cli.pkg_files import folder_of, special_places  # noqa: PLC0415
+
+    place, slash, _ = line.token.rpartition("/")
+    if not slash:
+        return sorted(special_places())
+    with os.scandir(folder_of(place)) as entries:
+        return sorted(f"{place}/{entry.name}/" for entry in entries if entry.name[0] != "." and entry.is_dir())
+
+
+def _package_files(line: Line) -> list[str]:
+    from pyros1.cli.pkg_files import folder_of  # noqa: PLC0415
+
+    found: set[str] = set()
+    for _, folders, files in os.walk(folder_of(line.given[0])):
+        folders[:] = [name for name in folders if name[0] != "."]
+        found.update(files)
+    return sorted(found)
+
+
+def _executables(line: Line) -> list[str]:
+    from pyros1.msgs.packages import PackageIndex  # noqa: PLC0415
+
+    return PackageIndex(os.environ).executables(line.given[0])
+
+
+# Files ----------------------------------------------------------------------------------------------------------------
+
+
+def _files(line: Line, *endings: str) -> list[str]:
+    folder, slash, start = line.token.rpartition("/")
+    result = []
+    with os.scandir(os.path.expanduser(folder) or slash or ".") as entries:
+        for entry in entries:
+            if entry.name.startswith(".") and not start.startswith("."):
+                continue
+            if entry.is_dir():
+                result.append(f"{folder}{slash}{entry.name}/")
+            elif not endings or entry.name.endswith(endings):
+                result.append(f"{folder}{slash}{entry.name}")
+    return sorted(result)
+
+
+def _bags(line: Line) -> list[str]:
+    return _files(line, ".bag", ".active")
+
+
+def _launch_files(line: Line) -> list[str]:
+    return _files(line, ".launch", ".test", ".xml")
+
+
+def _package_launch_files(line: Line) -> list[str]:
+    if os.path.isfile(line.given[0]):
+        return []
+    return [name for name in _package_files(line) if name.endswith((".launch", ".test"))]
+
+
+def _launch_args(line: Line) -> list[str]:
+    """Arguments of the file: ``name:=``; none that was given already."""
+    from pyros1.launch.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.words import find_files  # noqa: PLC0415
+    from pyros1.launch.world import make_resources  # noqa: PLC0415
+
+    if not os.path.isfile(line.given[0]) and len(line.given) < 2:
+        return []
+    resources = make_resources()
+    plan = load_plan(find_files(line.given, resources)[:1], {}, resources, only_args=True)
+    return sorted(f"{name}:=" for name in plan.args)
+
+
+def _throttles(_: Line) -> list[str]:
+    return ["messages", "bytes"]
+
+
+KINDS: dict[str, Callable[[Line], list[str]]] = {
+    "bag": _bags,
+    "executable": _executables,
+    "file": _files,
+    "launch_arg": _launch_args,
+    "launch_file": _launch_files,
+    "machine": _machines,
+    "message": _messages,
+    "message_text": _message_text,
+    "namespace": _namespaces,
+    "node": _nodes,
+    "package": _packages,
+    "package_file": _package_files,
+    "package_launch_file": _package_launch_files,
+    "param": _params,
+    "place": _places,
+    "request_text": _request_text,
+    "service": _services,
+    "service_type": _service_types,
+    "throttle": _throttles,
+    "topic": _topics,
+    "topic_type": _topic_type,
+}
+"""Kind -> what makes its values."""

@@ -1,0 +1,141 @@
+"""Verbs and kinds of arguments of all commands, for completion."""
+
+from __future__ import annotations
+
+# Kinds of the arguments in order; the last is repeated if it ends with "+". Several kinds are parted by "|".
+_TOPICS = ("topic+",)
+_NODES = ("node+",)
+_BAGS = ("bag+",)
+_PLACES = ("package|place",)
+
+VERBS: dict[str, dict[str, tuple[str, ...]]] = {
+    "topic": {
+        "bw": _TOPICS,
+        "delay": ("topic",),
+        "echo": _TOPICS,
+        "find": ("message",),
+        "hz": _TOPICS,
+        "info": ("topic",),
+        "list": ("namespace",),
+        "pub": ("topic", "topic_type", "message_text"),
+        "type": ("topic",),
+    },
+    "node": {
+        "cleanup": (),
+        "info": _NODES,
+        "kill": _NODES,
+        "list": ("namespace",),
+        "machine": ("machine",),
+        "ping": _NODES,
+        "restart": _NODES,
+        "start": _NODES,
+        "status": _NODES,
+        "stop": _NODES,
+    },
+    "service": {
+        "args": ("service",),
+        "call": ("service", "request_text"),
+        "find": ("service_type",),
+        "info": ("service",),
+        "list": ("namespace",),
+        "node": ("service",),
+        "type": ("service",),
+        "uri": ("service",),
+    },
+    "param": {
+        "delete": ("param",),
+        "dump": ("file", "param"),
+        "get": ("param",),
+        "list": ("param",),
+        "load": ("file", "param"),
+        "set": ("param",),
+    },
+    "msg": {
+        "info": ("message",),
+        "list": (),
+        "md5": ("message",),
+        "package": ("package",),
+        "packages": (),
+        "show": ("message",),
+    },
+    "srv": {
+        "info": ("service_type",),
+        "list": (),
+        "md5": ("service_type",),
+        "package": ("package",),
+        "packages": (),
+        "show": ("service_type",),
+    },
+    "msg-proto": {"msg": ("message",), "srv": ("service_type",)},
+    "pkg": {
+        **dict.fromkeys((
+                "cflags-only-I", "cflags-only-other", "depends", "depends-indent", "depends-manifests",
+                "depends-msgsrv", "depends-on", "depends-on1", "depends-why", "depends1", "export", "find",
+                "libs-only-L", "libs-only-l", "libs-only-other", "plugins", "rosdep", "rosdep0", "vcs", "vcs0",
+            ), ("package",)),
+        **dict.fromkeys(("help", "langs", "list", "list-duplicates", "list-names", "profile"), ()),
+        "create": ("", "package+"),
+        "cat": ("package", "package_file"),
+        "cd": _PLACES,
+        "cp": ("package", "package_file", "file"),
+        "edit": ("package", "package_file"),
+        "ls": _PLACES,
+        "mv": ("package", "package_file", "file"),
+    },
+    "stack": {
+        **dict.fromkeys(("contains", "contains-path", "contents", "depends", "depends1", "find"), ("package",)),
+        **dict.fromkeys(("depends-on", "depends-on1", "depends-why", "depends-indent"), ("package",)),
+        **dict.fromkeys(("help", "list", "list-names", "profile"), ()),
+    },
+    "bag": {
+        "check": _BAGS,
+        "compress": _BAGS,
+        "decompress": _BAGS,
+        "decrypt": _BAGS,
+        "encrypt": _BAGS,
+        "export": _BAGS,
+        "filter": ("bag", "file"),
+        "fix": ("bag", "file"),
+        "info": _BAGS,
+        "merge": _BAGS,
+        "play": _BAGS,
+        "record": _TOPICS,
+        "reindex": _BAGS,
+        "split": _BAGS,
+    },
+    "log": {"echo": ("node",), "get": ("node",), "list": ("node",), "set": ("node",)},
+    "clean": {"check": (), "purge": ()},
+    "topic_tools": {
+        "demux": ("topic+",),
+        "drop": ("topic", "", "", "topic"),
+        "mux": ("topic+",),
+        "relay": ("topic", "topic"),
+        "relay_field": ("topic", "topic", "message"),
+        "throttle": ("throttle", "topic"),
+        "transform": ("topic", "topic", "message"),
+    },
+}  # fmt: skip
+"""Command -> verb -> kinds of its arguments."""
+
+_PLAIN: dict[str, tuple[str, ...]] = {
+    "run": ("package", "executable", "file+"),
+    "launch": ("package|launch_file", "package_launch_file|launch_arg", "launch_arg+"),
+    "test": ("package|launch_file", "package_launch_file|launch_arg", "launch_arg+"),
+    "wtf": ("launch_file",),
+    "doctor": ("launch_file",),
+    "version": ("package",),
+}
+
+
+def arguments_of(command: str, verb: str, position: int) -> str:
+    """Return the kinds of an argument, parted by ``|``; empty if nothing is known.
+
+    Args:
+        command: the command.
+        verb: its verb, empty if it has none.
+        position: number of arguments before this one.
+    """
+    kinds = VERBS.get(command, {}).get(verb, ()) if verb else _PLAIN.get(command, ())
+    if position < len(kinds):
+        return kinds[position].rstrip("+")
+    return kinds[-1].rstrip("+") if kinds and kinds[-1].endswith("+") else ""

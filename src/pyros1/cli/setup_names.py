@@ -1,0 +1,32 @@
+"""The names under which users of ROS 1 know the commands."""
+
+from __future__ import annotations
+
+from pyros1.cli.main import CALLED_OTHERWISE, COMMANDS
+
+_TOOLS = {
+    "catkin_create_pkg": ("pkg", "create"),
+    "roscreate-pkg": ("pkg", "create"),
+    "rosls": ("pkg", "ls"),
+    "rosed": ("pkg", "edit"),
+    "roscat": ("pkg", "cat"),
+    "roscp": ("pkg", "cp"),
+    "rosmv": ("pkg", "mv"),
+    "roslaunch-check": ("launch", "--check"),
+    "roslaunch-complete": ("launch", "--complete"),
+    "roslaunch-deps": ("launch", "--deps"),
+    "roslaunch-logs": ("launch", "--logs"),
+}
+_NOT_STOCK = frozenset({"doctor", "pkg", "stack", "log", "tf", "tf2", "topic_tools", "setup", "unsetup"})
+FUNCTIONS = ("roscd", "rospd", "rosd")
+"""Names of what only a function of the shell can do: changing its folder."""
+
+
+def stock_names() -> dict[str, tuple[str, ...]]:
+    """Return stock name -> the words behind ``pyros1`` that do the same."""
+    names: dict[str, tuple[str, ...]] = {
+        f"ros{name}": (name,) for name in COMMANDS if name not in _NOT_STOCK and not name.startswith("_")
+    }
+    names.update({name: (command,) for name, command in CALLED_OTHERWISE.items() if command in COMMANDS})
+    names.update({name: words for name, words in _TOOLS.items() if words[0] in COMMANDS})
+    return dict(sorted(names.items()))

@@ -1,0 +1,237 @@
+"""What shells read to be set up, and to be as before: texts for bash, zsh and fish.
+
+Each keeps what it covers (functions and completions of the same names) and brings it back. The function ``pyros1``
+exists for ``pyros1 unsetup`` alone: only the shell itself can undo what was done to it.
+"""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from string import Template
+
+from pyros1.cli.setup_names import FUNCTIONS
+
+
+@dataclass(frozen=True)
+class Names:
+    """What to complete: programs, and with them the functions."""
+
+    programs: list[str]
+
+    def __str__(self) -> str:
+        return " ".join(sorted({*self.programs, *FUNCTIONS}))
+
+
+@dataclass(frozen=True)
+class Shell:
+    """A shell's texts.
+
+    Attributes:
+        text: with ``@bin``, ``@names`` and ``@functions`` to be put in.
+        take_back: undoes, if there is something to undo.
+    """
+
+    text: str
+    take_back: str
+
+    def setup(self, folder: str, names: Names) -> str:
+        """Return what sets the shell up.
+
+        Args:
+            folder: of the programs.
+            names: to be completed.
+        """
+        functions = " ".join([*FUNCTIONS, "pyros1"])
+        values = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": self.take_back}
+        return _AtTemplate(self.text).substitute(values).lstrip()
+
+    def undo(self) -> str:
+        """Return what undoes the setup."""
+        return self.take_back
+
+
+class _AtTemplate(Template):
+    delimiter = "@@"
+
+
+_BASH = Shell(
+    r"""
+# pyros1 for bash; `pyros1 unsetup` takes it back.
+@@undo
+_pyros1_bin=@@bin
+_pyros1_names='@@names'
+_pyros1_saved="$(declare -f @@functions; complete -p $_pyros1_names 2>/dev/null)" || true
+case ":$PATH:" in
+  *:"$_pyros1_bin":*) ;;
+  *) PATH="$_pyros1_bin:$PATH" ;;
+esac
+function roscd {
+  local folder
+  folder="$(command pyros1 pkg cd "$@")" && cd "$folder"
+}
+function rospd {
+  if [ $# -eq 0 ]; then pushd; return; fi
+  case "$1" in
+    [0-9]) pushd "+$1" ;;
+    *) local folder; folder="$(command pyros1 pkg cd "$@")" && pushd "$folder" ;;
+  esac
+}
+function rosd { dirs -v; }
+function pyros1 {
+  if [ "${1-}" = unsetup ] && [ $# -eq 1 ]; then _pyros1_undo; else command pyros1 "$@"; fi
+}
+function _pyros1_complete {
+  local each
+  COMPREPLY=()
+  while IFS= read -r -d '' each; do COMPREPLY+=("$each"); done < <(
+    command pyros1 __complete bash "$COMP_WORDBREAKS" "$COMP_CWORD" "${COMP_WORDS[@]}" 2>/dev/null
+  )
+  case "${COMPREPLY[0]-}" in
+    */ | *=) compopt -o nospace 2>/dev/null || true ;;
+  esac
+}
+function _pyros1_undo {
+  local path=":$PATH:" saved="$_pyros1_saved"
+  path="${path/:"$_pyros1_bin":/:}"
+  path="${path#:}"
+  PATH="${path%:}"
+  complete -r $_pyros1_names 2>/dev/null
+  unset -f @@functions _pyros1_complete _pyros1_undo
+  unset _pyros1_bin _pyros1_names _pyros1_saved
+  eval "$saved"
+  hash -r
+}
+complete -F _pyros1_complete $_pyros1_names
+hash -r
+""",
+    "if declare -F _pyros1_undo >/dev/null; then _pyros1_undo; fi",
+)
+
+_ZSH = Shell(
+    r"""
+# pyros1 for zsh; `pyros1 unsetup` takes it back.
+@@undo
+typeset -g _pyros1_bin=@@bin
+typeset -ga _pyros1_names=(@@names)
+typeset -g _pyros1_saved="$(functions @@functions)"
+() {
+  local each
+  (( $+functions[compdef] )) || return 0
+  for each in $_pyros1_names; do
+    [[ -z ${_comps[$each]-} ]] || _pyros1_saved+=$'\n'"compdef ${(q)_comps[$each]} $each"
+  done
+}
+(( ${path[(Ie)$_pyros1_bin]} )) || path=("$_pyros1_bin" "${path[@]}")
+function roscd {
+  local folder
+  folder="$(command pyros1 pkg cd "$@")" && cd "$folder"
+}
+function rospd {
+  if (( $# == 0 )); then pushd; return; fi
+  case "$1" in
+    ([0-9]) pushd "+$1" ;;
+    (*) local folder; folder="$(command pyros1 pkg cd "$@")" && pushd "$folder" ;;
+  esac
+}
+function rosd { dirs -v; }
+function pyros1 {
+  if [[ "${1-}" == unsetup && $# == 1 ]]; then _pyros1_undo; else command pyros1 "$@"; fi
+}
+function _pyros1_complete {
+  local -a found open
+  found=("${(@0)$(command pyros1 __complete zsh '' $((CURRENT - 1)) "${words[@]}" 2>/dev/null)}")
+  found=("${(@)found:#}")
+  open=("${(@M)found:#*[/=]}")
+  found=("${(@)found:#*[/=]}")
+  (( $#open )) && compadd -Q -U -S '' -- "${open[@]}"
+  (( $#found )) && compadd -Q -U -- "${found[@]}"
+}
+function _pyros1_undo {
+  local saved="$_pyros1_saved"
+  path=("${(@)path:#$_pyros1_bin}")
+  (( $+functions[compdef] )) && compdef -d $_pyros1_names
+  unfunction @@functions _pyros1_complete _pyros1_undo
+  unset _pyros1_bin _pyros1_names _pyros1_saved
+  eval "$saved"
+  rehash
+}
+(( $+functions[compdef] )) && compdef _pyros1_complete $_pyros1_names
+rehash
+""",
+    "if (( $+functions[_pyros1_undo] )); then _pyros1_undo; fi",
+)
+
+_FISH = Shell(
+    r"""
+# pyros1 for fish; `pyros1 unsetup` takes it back.
+@@undo
+set -g _pyros1_bin @@bin
+set -g _pyros1_names @@names
+set -g _pyros1_saved
+for each in $_pyros1_names
+    set -a _pyros1_saved (complete -c $each | string collect)
+end
+for each in @@functions
+    functions -q $each; and functions -c $each _pyros1_saved_$each
+end
+contains -- $_pyros1_bin $PATH; or set -gx PATH $_pyros1_bin $PATH
+function roscd
+    set -l folder (command pyros1 pkg cd $argv); and cd $folder
+end
+function rospd
+    if test (count $argv) -eq 0
+        pushd
+    else if string match -qr '^[0-9]$' -- $argv[1]
+        pushd +$argv[1]
+    else
+        set -l folder (command pyros1 pkg cd $argv); and pushd $folder
+    end
+end
+function rosd
+    dirs
+end
+function pyros1
+    if test (count $argv) -eq 1; and test "$argv[1]" = unsetup
+        _pyros1_undo
+    else
+        command pyros1 $argv
+    end
+end
+function _pyros1_complete
+    set -l words (commandline -opc) (commandline -ct)
+    command pyros1 __complete fish '' (math (count $words) - 1) $words 2>/dev/null
+end
+function _pyros1_undo
+    set -l rest
+    for each in $PATH
+        test "$each" = "$_pyros1_bin"; or set -a rest $each
+    end
+    set -gx PATH $rest
+    for each in $_pyros1_names
+        complete -c $each -e
+    end
+    for each in @@functions
+        functions -e $each
+        if functions -q _pyros1_saved_$each
+            functions -c _pyros1_saved_$each $each
+            functions -e _pyros1_saved_$each
+        end
+    end
+    for each in $_pyros1_saved
+        eval $each
+    end
+    set -e _pyros1_bin
+    set -e _pyros1_names
+    set -e _pyros1_saved
+    functions -e _pyros1_complete _pyros1_undo
+end
+for each in $_pyros1_names
+    complete -c $each -f -a '(_pyros1_complete)'
+end
+""",
+    "if functions -q _pyros1_undo; _pyros1_undo; end",
+)
+
+SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
+"""Shell -> its texts."""

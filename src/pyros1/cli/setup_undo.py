@@ -1,0 +1,10 @@
+"""``pyros1 unsetup``: see `setup`. In a shell that was set up a function of the shell answers to it."""
+
+from __future__ import annotations
+
+from pyros1.cli import setup
+
+
+def main(argv: list[str]) -> int:
+    """Run ``pyros1 unsetup``; returns the exit code."""
+    return setup.main(argv, "unsetup")
