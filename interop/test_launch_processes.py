@@ -39,7 +39,7 @@ def env(tmp_path: Path) -> dict[str, str]:
         "ROS_HOSTNAME": "localhost",
         "ROS_MASTER_URI": f"http://localhost:{port}",
         "PYTHONPATH": str(SOURCES),
-        "ROS_PACKAGE_PATH": f"{SOURCES / 'pyros1' / 'packages'}:/usr/share",
+        "ROS_PACKAGE_PATH": f"{SOURCES / 'pyros1' / 'packages' / 'minimal_nodes'}:/usr/share",
         # Our nodes say "env python3": it must be one that has pyros1's dependencies.
         "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
     }
