@@ -48,7 +48,9 @@ def test_versions_l180(run: Run) -> None:
 
 def test_all_packages_and_json(run: Run) -> None:
     lines = run("-a")[1].splitlines()
-    assert "one: 1.2.3" in lines and "two: <unversioned>" in lines and lines == sorted(lines)
+    assert "one: 1.2.3" in lines and "two: <unversioned>" in lines
+    names = [line.partition(":")[0] for line in lines]
+    assert names == sorted(names)
     assert json.loads(run("-a", "--json")[1])["one"] == "1.2.3"
     assert json.loads(run("one", "--json")[1]) == "1.2.3"
 

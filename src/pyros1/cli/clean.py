@@ -11,9 +11,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pyros1.cli.common import print_json, program_name
+from pyros1.cli.usage import examples_text
 from pyros1.doctor.disk import files_in_use, folder_size, human_size
 from pyros1.launch.logs import log_folder, ros_home
 
+_EXAMPLES = {
+    "%prog check": "how much is there",
+    "%prog purge": "remove all, after a question; what running programs write to is kept",
+    "%prog purge -y --size 500": "remove the oldest, until 500 MB are left",
+}
 _MEGABYTE = 1024 * 1024
 
 
@@ -28,7 +34,11 @@ def main(argv: list[str]) -> int:
     """
     program = program_name("rosclean")
     ours = program != "rosclean"
-    parser = argparse.ArgumentParser(prog=program)
+    parser = argparse.ArgumentParser(
+        prog=program,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=examples_text(program, _EXAMPLES).lstrip() if ours else None,
+    )
     verbs = parser.add_subparsers(required=True, dest="{check,purge}")
     check_parser = verbs.add_parser("check", help="Check usage of log files")
     check_parser.add_argument("--json", action="store_true", help="print JSON" if ours else argparse.SUPPRESS)

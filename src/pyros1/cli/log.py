@@ -9,6 +9,7 @@ from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, print_json, program_name, run, use_colour
+from pyros1.cli.usage import examples_text
 from pyros1.errors import ServiceError, ServiceUnavailableError
 
 if TYPE_CHECKING:
@@ -21,6 +22,16 @@ if TYPE_CHECKING:
 LEVELS = ["debug", "info", "warn", "error", "fatal"]
 _COLOURS = {1: "\x1b[94m", 2: "\x1b[92m", 4: "\x1b[93m", 8: "\x1b[91m", 16: "\x1b[95m"}
 _BOLD, _RESET = "\x1b[1m", "\x1b[0m"
+_EXAMPLES = {
+    "list": {"%prog /talker": "the loggers of a node"},
+    "get": {"%prog /talker rosout": "the level of one"},
+    "set": {"%prog /talker rosout debug": "hear more of a node, until it ends"},
+    "echo": {
+        "%prog": "warnings and worse, of all nodes",
+        "%prog -l info talker": "more, of the nodes with talker in their name",
+        "%prog -v -l error": "with time and place of each error",
+    },
+}
 _LOOK_FOR_END = 0.2
 
 
@@ -53,6 +64,11 @@ def _parse(invocation: Invocation, arguments: str, needed: int, wanted: str) -> 
     parser = invocation.parser(arguments)
     parser.usage = f"{_program()} {arguments}"
     parser.prog = _program()
+    if _program() != "rosconsole":
+        verb = invocation.verb
+        parser.format_epilog = lambda formatter: examples_text(  # type: ignore[method-assign]
+            f"pyros1 log {verb}", _EXAMPLES[verb]
+        )
     invocation.add_json(parser)
     options, args = parser.parse_args(invocation.args)
     if len(args) < needed:
@@ -166,7 +182,12 @@ def _echo_options(invocation: Invocation) -> argparse.Namespace:
     import argparse  # noqa: PLC0415 - the other verbs use optparse, as the stock tool does
 
     stock = _program() == "rosconsole"
-    parser = argparse.ArgumentParser(prog=f"{_program()} echo", description="Print logger messages")
+    parser = argparse.ArgumentParser(
+        prog=f"{_program()} echo",
+        description="Print logger messages",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=None if stock else examples_text("pyros1 log echo", _EXAMPLES["echo"]).lstrip(),
+    )
     parser.add_argument(
         "filter",
         metavar="FILTER",

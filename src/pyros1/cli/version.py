@@ -11,11 +11,13 @@ from pathlib import Path
 
 from pyros1 import __version__
 from pyros1.cli.common import did_you_mean, print_json, program_name
+from pyros1.cli.usage import examples_text
 from pyros1.errors import PackageNotFoundError
 from pyros1.msgs.packages import PackageIndex
 
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _VERSION = re.compile(r"<version[^>]*>\s*([^<\s]+)\s*</version>")
+_EXAMPLES = {"%prog": "of pyros1", "%prog roscpp": "of a package", "%prog -d": "the distribution's name"}
 _UNVERSIONED = "<unversioned>"
 
 
@@ -33,6 +35,8 @@ def main(argv: list[str]) -> int:
         prog=program_name("rosversion"),
         description="Print the version of a package, the name of the ROS distribution"
         + (", or both for everything." if stock else ", or pyros1's own version."),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=None if stock else examples_text("pyros1 version", _EXAMPLES).lstrip(),
     )
     parser.add_argument("-s", "--skip-newline", action="store_true", help="print no line end")
     what = parser.add_mutually_exclusive_group(required=stock)

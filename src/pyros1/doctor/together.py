@@ -13,7 +13,7 @@ from pyros1.errors import DeadlineError
 _K = TypeVar("_K", bound=Hashable)
 _V = TypeVar("_V")
 
-MOST_THREADS = 64
+MOST_THREADS = 256
 
 
 def together(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dict[_K, _V | Exception]:
@@ -22,7 +22,8 @@ def together(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dict[_K, _V
     Args:
         jobs: functions by a key of the caller's. One that is not done in time is left behind on its daemon thread, as a
             look-up of a host name cannot be interrupted.
-        seconds: for all of them.
+        seconds: for all of them, and as long again for each further MOST_THREADS: who does not answer must not take the
+            time of those who would.
 
     Returns:
         For each key, in the same order, what its function returned or raised, or a DeadlineError.
@@ -31,6 +32,7 @@ def together(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dict[_K, _V
     answers: queue.SimpleQueue[tuple[_K, _V | Exception]] = queue.SimpleQueue()
     for key in jobs:
         waiting.put(key)
+    seconds *= max(1, -(-len(jobs) // MOST_THREADS))
     deadline = monotonic() + seconds
 
     def work() -> None:
