@@ -366,6 +366,12 @@ def test_no_master_says_how_to_get_one(
     )
 
 
+def test_something_else_in_the_place_of_the_master(findings: Callable[..., Found], shell: pytest.MonkeyPatch) -> None:
+    with fake_node() as uri:
+        shell.setenv("ROS_MASTER_URI", uri)
+        assert "taken the port" in findings()["master"]["cure"]
+
+
 def test_launch_files_and_packages(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_path: Path) -> None:
     file = tmp_path / "robot.launch"
     file.write_text('<launch>\n  <node pkg="minimal_nodes" type="minimal_publishr" name="n"/>\n</launch>\n')

@@ -108,7 +108,12 @@ def _run(everything: bool, offline: bool, quiet: bool, files: list[str], words: 
         say("... done running graph rules\n")
     except Error as error:
         online = [
-            Finding("master", ERROR, f"the master does not answer as it should: {error}", "restart it: pyros1 core")
+            Finding(
+                "master",
+                ERROR,
+                f"the master does not answer as it should: {error}",
+                "if ROS_MASTER_URI is right, another program may have taken the port: end that and start pyros1 core",
+            )
         ]
     finally:
         master.close()
