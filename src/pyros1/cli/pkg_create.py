@@ -32,7 +32,8 @@ def main(argv: list[str]) -> int:
     """
     called = os.path.basename(sys.argv[0]) if sys.argv else ""
     stock = called in STOCK
-    options = _parser(called if stock else "pyros1 pkg create", stock).parse_args(argv)
+    parser = _parser(called if stock else "pyros1 pkg create", stock)
+    options = parser.parse_args(argv) if stock else parser.parse_intermixed_args(argv)
     problem = name_problem(options.name)
     if problem and not stock:
         print(f"ERROR: '{options.name}' is no name for a package: {problem}", file=sys.stderr)

@@ -105,7 +105,7 @@ def _folders(package: NewPackage) -> list[str]:
         return []
     return [
         *([f"include/{package.name}"] if "roscpp" in package.depends else []),
-        *(["src"] if package.depends else []),
+        *(["src"] if {"roscpp", "rospy"} & {*package.depends} else []),
     ]
 
 

@@ -1,0 +1,166 @@
+"""Packages that `pyros1 pkg create` makes, in the hands of stock ROS; catkin_create_pkg beside ours."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from harness import SOURCE, Master
+
+from pyros1.cli.setup import make_programs
+from pyros1.cli.setup_names import stock_names
+
+STOCK_PATH = "/usr/bin:/bin"
+
+
+def environment(place: Path, **more: str) -> dict[str, str]:
+    return {"PATH": STOCK_PATH, "HOME": str(place), "PYTHONPATH": str(SOURCE), "ROS_HOME": str(place / "ros"), **more}
+
+
+def run(words: list[str], cwd: Path, environ: dict[str, str], timeout: float = 60) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        words,
+        cwd=cwd,
+        env=environ,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A workspace with a package made by us, built by stock's catkin_make."""
+    place = tmp_path_factory.mktemp("workspace")
+    (place / "src").mkdir()
+    create = [sys.executable, "-m", "pyros1", "pkg", "create", "my_robot", "std_msgs"]
+    assert run(create, place / "src", environment(place)).returncode == 0
+    built = run(["catkin_make", "-j2"], place, environment(place), 300)
+    assert built.returncode == 0, built.stdout[-3000:] + built.stderr[-3000:]
+    return place
+
+
+def in_workspace(place: Path, command: str, **more: str) -> subprocess.CompletedProcess[str]:
+    return run(["bash", "-c", f"source devel/setup.bash && {command}"], place, environment(place, **more))
+
+
+def test_catkin_make_builds_its_message(workspace: Path) -> None:
+    code = "from my_robot.msg import Measurement as M; print(M._md5sum)"
+    stock = in_workspace(workspace, f"/usr/bin/python3 -c '{code}'")
+    ours = run(
+        [sys.executable, "-m", "pyros1", "msg", "md5", "my_robot/Measurement"],
+        workspace / "src",
+        environment(workspace),
+    )
+    assert stock.returncode == ours.returncode == 0, stock.stderr + ours.stderr
+    assert stock.stdout == ours.stdout != ""
+
+
+def test_stock_tools_find_it(workspace: Path) -> None:
+    found = in_workspace(
+        workspace, "rospack find my_robot && rospack depends1 my_robot && rosmsg show my_robot/Measurement"
+    )
+    assert found.stdout == f"{workspace}/src/my_robot\nmessage_runtime\nstd_msgs\ntime stamp\nfloat64 value\n\n"
+
+
+def test_catkin_installs_its_nodes(workspace: Path) -> None:
+    assert in_workspace(workspace, "catkin_make install").returncode == 0
+    installed = {str(path.relative_to(workspace / "install")) for path in (workspace / "install").rglob("*")}
+    assert {
+        "lib/my_robot/minimal_publisher",
+        "share/my_robot/launch/minimal.launch",
+        "share/my_robot/msg/Measurement.msg",
+    } <= installed
+
+
+def test_stock_rosrun_runs_its_node(workspace: Path, own_master: Callable[[str], Master]) -> None:
+    """The node runs on whatever python3 the PATH has, if that has pyros1."""
+    if run(["/usr/bin/python3", "-c", "import pyros1"], workspace, environment(workspace)).returncode:
+        pytest.skip("stock's Python lacks what pyros1 needs")
+    master = own_master("stock")
+    master.start()
+    environ = {"ROS_MASTER_URI": master.uri, "ROS_HOSTNAME": "localhost"}
+    done = in_workspace(
+        workspace,
+        "{ rosrun my_robot minimal_publisher _rate:=50 & }; publisher=$!; "
+        "timeout -k 5 30 rostopic echo -n 2 /measurements/value; code=$?; "
+        "kill $publisher; wait $publisher; exit $code",
+        **environ,
+    )
+    assert done.returncode == 0, done.stderr
+    values = [float(line) for line in done.stdout.split() if line != "---"]
+    assert len(values) == 2 and values[1] == pytest.approx(values[0] + 0.001)
+
+
+def test_stock_roslaunch_reads_its_launch_file(workspace: Path) -> None:
+    done = in_workspace(workspace, "roslaunch --nodes my_robot minimal.launch")
+    assert done.stdout.split() == ["/minimal_publisher", "/minimal_subscriber"], done.stderr
+
+
+@pytest.mark.parametrize("words", [["--no-examples", "std_msgs", "roscpp"], ["--meta", "std_msgs"], []])
+def test_every_kind_of_package_is_configured_by_cmake(tmp_path: Path, words: list[str]) -> None:
+    name = "other_robot"
+    create = run([sys.executable, "-m", "pyros1", "pkg", "create", name, *words], tmp_path, environment(tmp_path))
+    assert create.returncode == 0, create.stderr
+    done = run(["cmake", "-S", name, "-B", "build"], tmp_path, environment(tmp_path), 120)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert "Warning" not in done.stderr
+
+
+# catkin_create_pkg ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def programs(tmp_path: Path) -> Path:
+    return make_programs(stock_names(), {"XDG_DATA_HOME": str(tmp_path / "data")})
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "my_robot",
+        "my_robot std_msgs rospy",
+        "my_robot roscpp",
+        "my_robot std_msgs -V 1.2.3 -D words -l BSD -a me -m you",
+        "my_robot std_msgs --rosdistro noetic",
+        "all_of_it --meta",
+        "Bad-Name",
+        "",
+        "my_robot --nonsense",
+    ],
+)
+def test_catkin_create_pkg(tmp_path: Path, programs: Path, words: str) -> None:
+    """The same files and words, and catkin reads the same out of both package.xml."""
+    answers = []
+    for tool in (Path("/usr/bin/catkin_create_pkg"), programs / "catkin_create_pkg"):
+        place = tmp_path / "place"
+        shutil.rmtree(place, ignore_errors=True)
+        place.mkdir()
+        done = run([str(tool), *words.split()], place, environment(tmp_path))
+        again = run([str(tool), *words.split()], place, environment(tmp_path))
+        made = sorted(str(path.relative_to(place)) for path in place.rglob("*"))
+        answers.append((done.returncode, done.stdout, bool(done.stderr), again.returncode, made, parsed(place)))
+    assert answers[1] == answers[0]
+
+
+def parsed(place: Path) -> list[str]:
+    """What catkin_pkg understands."""
+    code = (
+        "import sys; from catkin_pkg.package import parse_package as p\n"
+        "for f in sys.argv[1:]:\n"
+        "  k = p(f); d = lambda x: sorted(str(e) for e in x)\n"
+        "  print(k.name, k.version, k.description, k.licenses, d(k.buildtool_depends), d(k.build_depends),"
+        " d(k.build_export_depends), d(k.exec_depends), k.is_metapackage(), [a.name for a in k.authors],"
+        " [m.name for m in k.maintainers if m.name != 'user' and m.name != 'root'])"
+    )
+    files = [str(path) for path in place.rglob("package.xml")]
+    done = run(["/usr/bin/python3", "-c", code, *files], place, {**os.environ, "PATH": STOCK_PATH})
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
