@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import FileIO
 from types import TracebackType
@@ -37,6 +37,11 @@ CHUNK_THRESHOLD = 768 * 1024
 
 _TIME_AND_SIZE = struct.Struct("<III")
 _ENTRY = struct.Struct("<III")
+
+_LARGE = 256 * 1024
+"""A message of so many bytes ends its chunk, if that is not compressed, and is written without being copied."""
+
+Buffer = bytes | bytearray | memoryview
 
 Index = dict[int, list[tuple[int, int]]]
 """Connection id -> (time in nanoseconds, offset in the chunk's content) of its messages."""
@@ -105,23 +110,24 @@ class BagWriter:
 
         Args:
             topic: name of its topic.
-            header: connection header, all fields; needs ``type``, ``md5sum`` and ``message_definition``.
+            header: connection header, all fields; needs ``type``, ``md5sum`` and ``message_definition``. The topic
+                is added if it is not there.
             conn: its id, which no other one has; None takes the next.
 
         Returns:
             Its id.
         """
-        return self.put_connection(topic, header, conn, inside=True)
+        fields = {"topic": topic.encode("utf-8", "surrogateescape"), **header}
+        return self.put_connection(topic, fields, conn, inside=True)
 
     def put_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None, *, inside: bool) -> int:
-        """Add a connection as :meth:`add_connection` does.
+        """Add a connection, with its header exactly as it is.
 
         Args:
             inside: whether to write it into the open chunk as well; False if it is in a copied one.
         """
         number = len(self.connections) if conn is None else conn
-        fields = {"topic": topic.encode("utf-8", "surrogateescape"), **header}
-        connection = Connection(number, topic, fields)
+        connection = Connection(number, topic, header)
         self.connections[number] = connection
         self._heads[number] = message_head(number)
         if inside:
@@ -150,8 +156,13 @@ class BagWriter:
         secs, nsecs = divmod(time, NS)
         content += self._heads[conn]
         content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
-        content += data
         self.messages += 1
+        if len(data) >= _LARGE and self.compression == "none":
+            index = self._index
+            self._content, self._index = bytearray(), {}
+            self._put_chunk("none", len(content) + len(data), [content, data], index)
+            return
+        content += data
         if len(content) > self.chunk_threshold:
             self.flush()
 
@@ -171,12 +182,17 @@ class BagWriter:
             stored: its bytes.
             index: its messages.
         """
+        self._put_chunk(compression, size, [stored], index)
+
+    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], index: Index) -> None:
+        """Write a chunk whose stored bytes are in parts, which may be large: they are not copied."""
         pos = self._size
         fields = {"op": bytes([OP_CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
-        record = make_record(fields, stored)
+        record = make_record(fields)[: -U32.size] + U32.pack(sum(map(len, parts)))
         indexes = b"".join(_index_record(conn, entries) for conn, entries in index.items())
         try:
-            self._append(record + indexes)
+            for part in (record, *parts, indexes):
+                self._append(part)
         except OSError:
             self.messages -= sum(map(len, index.values()))
             self._file.truncate(pos)
@@ -223,11 +239,11 @@ class BagWriter:
         self._file.seek(len(MAGIC_20))
         self._put(make_bag_header(index_pos, len(self.connections), len(self._infos)))
 
-    def _append(self, data: bytes) -> None:
+    def _append(self, data: Buffer) -> None:
         self._put(data)
         self._size += len(data)
 
-    def _put(self, data: bytes) -> None:
+    def _put(self, data: Buffer) -> None:
         view = memoryview(data)
         while view:
             view = view[self._file.write(view) :]

@@ -97,7 +97,7 @@ class Copy:
         key = (topic, *sorted(header.items()))
         number = self._known.get(key)
         if number is None:
-            number = self._known[key] = self._writer.add_connection(topic, header)
+            number = self._known[key] = self._writer.put_connection(topic, header, None, inside=True)
         self._sources.append(connection)
         self._numbers[id(connection)] = number
         return number

@@ -15,6 +15,8 @@ _VERBS = {
     "filter": ("bag_filter", "choose messages by an expression, topics, times"),
     "compress": ("bag_edit", "compress one or more bag files"),
     "decompress": ("bag_edit", "decompress one or more bag files"),
+    "check": ("bag_fix", "see whether the messages fit the definitions of this system"),
+    "fix": ("bag_fix", "bring the messages to the definitions of this system"),
     "reindex": ("bag_edit", "save bags that were not closed or are damaged"),
     "merge": ("bag_edit", "make one bag of several"),
     "split": ("bag_edit", "make several bags of one"),

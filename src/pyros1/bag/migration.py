@@ -1,0 +1,216 @@
+"""Brings the messages of old bags to the definitions of today (L139, L140): rule files, and what needs no rule.
+
+A rule file (.bmr) is a Python program that the user names: it is executed, as stock does. It holds subclasses of
+`MessageUpdateRule`, each of which says how messages of one old definition become those of a newer one.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar
+
+from pyros1.bag.errors import BagError
+from pyros1.errors import MessageError
+from pyros1.msgs import Message, from_definition
+from pyros1.msgs.digest import SEPARATOR, split_full_text
+
+Class = type[Message]
+Missing = tuple[Class, Class | None]
+"""A step that no rule makes: from a definition to another, or to one that nobody knows."""
+
+_MOST_STEPS = 100
+
+
+def _key(cls: Class) -> tuple[str, str]:
+    return cls._type, cls._md5sum
+
+
+class MessageUpdateRule:
+    """One step of a migration; rule files derive from this.
+
+    Args:
+        migrator: makes the steps of fields.
+        location: the file, for errors.
+    """
+
+    old_type: ClassVar[str] = ""
+    old_full_text: ClassVar[str] = ""
+    new_type: ClassVar[str] = ""
+    new_full_text: ClassVar[str] = ""
+    order: ClassVar[int] = -1
+    migrated_types: ClassVar[list[tuple[str, str]]] = []
+    valid: ClassVar[bool] = False
+
+    def __init__(self, migrator: Migrator, location: str) -> None:
+        self.migrator = migrator
+        self.location = location
+        self.old_class = from_definition(self.old_type, self.old_full_text.strip("\n"))
+        self.new_class = from_definition(self.new_type, self.new_full_text.strip("\n"))
+
+    def update(self, old_msg: Any, new_msg: Any) -> None:
+        """Fill a message from an old one."""
+        raise NotImplementedError(f"{self.location}: the rule for {self.old_type} has no update()")
+
+    def get_new_class(self, name: str) -> Class:
+        """Return the class of a type that the new definition uses."""
+        return self.migrator.part(self.new_class, name)
+
+    def migrate(self, old_msg: Message, new_msg: Message) -> None:
+        """Fill a message inside the new one from one inside the old one."""
+        found = self.migrator.convert(old_msg, type(new_msg))
+        for name in new_msg.__slots__:
+            setattr(new_msg, name, getattr(found, name))
+
+    def migrate_array(self, old_array: Iterable[Message], new_array: list[Message], new_name: str) -> None:
+        """Fill an array of messages inside the new one; `new_name` is their type."""
+        cls = self.get_new_class(new_name)
+        new_array[:] = [self.migrator.convert(item, cls) for item in old_array]
+
+
+class Migrator:
+    """Knows the rules.
+
+    Args:
+        load: returns the class of today for a type; raises MessageError if there is none.
+    """
+
+    def __init__(self, load: Callable[[str], Class]) -> None:
+        self._load = load
+        self._rules: dict[tuple[str, str], MessageUpdateRule] = {}
+        self._parts: dict[tuple[str, str, str], Class] = {}
+
+    def read_rules(self, path: str) -> None:
+        """Execute a rule file.
+
+        Raises:
+            BagError: it is not a program, or its rules are wrong.
+            OSError: it cannot be read.
+        """
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+        names: dict[str, Any] = {"MessageUpdateRule": MessageUpdateRule}
+        try:
+            exec(compile(text, path, "exec"), names)
+            for value in names.values():
+                if isinstance(value, type) and issubclass(value, MessageUpdateRule) and value is not MessageUpdateRule:
+                    rule = value(self, path)
+                    self._rules[_key(rule.old_class)] = rule
+        except Exception as error:
+            raise BagError(path, f"the rules cannot be used: {type(error).__name__}: {error}") from error
+
+    def target(self, old: Class) -> Class | None:
+        """Return the class of today for an old one: by rules if its type moved. None if there is none."""
+        cls, steps = old, 0
+        while (rule := self._rules.get(_key(cls))) is not None and steps < _MOST_STEPS:
+            cls, steps = rule.new_class, steps + 1
+        try:
+            return self._load(cls._type)
+        except MessageError:
+            return None
+
+    def missing(self, old: Class, new: Class | None, depth: int = 0) -> list[Missing]:
+        """Return the steps from one class to another for which there is no valid rule; empty if all is well."""
+        if new is None or depth > _MOST_STEPS:
+            return [(old, None)]
+        if _key(old) == _key(new):
+            return []
+        rule = self._rules.get(_key(old))
+        if rule is not None:
+            broken: list[Missing] = [] if rule.valid else [(old, rule.new_class)]
+            return broken + self.missing(rule.new_class, new, depth + 1)
+        if not _alike(old, new):
+            return [(old, new)]
+        found: dict[tuple[str, str], Missing] = {}
+        for before, after in _nested(old, new):
+            for step in self.missing(self.part(old, before), self.part(new, after), depth + 1):
+                found.setdefault(_key(step[0]), step)
+        return list(found.values())
+
+    def convert(self, message: Message, new: Class) -> Message:
+        """Return a message as one of another class.
+
+        Raises:
+            MessageError: there is no rule for that.
+        """
+        old = type(message)
+        if _key(old) == _key(new):
+            encoded: Any = old._encode(message)
+            data = encoded if isinstance(encoded, bytes) else b"".join(encoded)
+            same: Message = new._decode(data, 0, len(data))
+            return same
+        rule = self._rules.get(_key(old))
+        if rule is not None:
+            result = rule.new_class()
+            rule.update(message, result)
+            return self.convert(result, new)
+        if not _alike(old, new):
+            raise MessageError(f"no rule leads from {old._type} [{old._md5sum}] to {new._type} [{new._md5sum}]")
+        result = new()
+        for name, kind in zip(new.__slots__, new._slot_types, strict=True):
+            value = getattr(message, name)
+            if "/" in kind:
+                part = self.part(new, kind.partition("[")[0])
+                many = "[" in kind
+                value = [self.convert(item, part) for item in value] if many else self.convert(value, part)
+            setattr(result, name, value)
+        return result
+
+    def part(self, cls: Class, name: str) -> Class:
+        """Return the class of a type that a class uses."""
+        key = (*_key(cls), name)
+        if key not in self._parts:
+            texts = split_full_text(cls._type, cls._full_text)
+            first = texts.pop(name, "")
+            if not first and name == "std_msgs/Header":
+                first = "uint32 seq\ntime stamp\nstring frame_id"
+            rest = [f"{SEPARATOR}\nMSG: {other}\n{text}" for other, text in texts.items() if other != cls._type]
+            self._parts[key] = from_definition(name, "\n".join([first, *rest]))
+        return self._parts[key]
+
+
+def _alike(old: Class, new: Class) -> bool:
+    """Tell whether two classes differ in nothing but constants, and the definitions of the types they use."""
+    fields = [
+        [(name, kind if "/" not in kind else kind.partition("[")[1:]) for name, kind in zip(*parts, strict=True)]
+        for parts in ((old.__slots__, old._slot_types), (new.__slots__, new._slot_types))
+    ]
+    return old._type == new._type and fields[0] == fields[1]
+
+
+def _nested(old: Class, new: Class) -> list[tuple[str, str]]:
+    pairs = zip(old._slot_types, new._slot_types, strict=True)
+    return [(a.partition("[")[0], b.partition("[")[0]) for a, b in pairs if "/" in a]
+
+
+def rule_text(old: Class, new: Class, order: int = 0) -> str:
+    """Return the text of a rule to be finished by hand: fields of the same name and type are copied."""
+    known = dict(zip(old.__slots__, old._slot_types, strict=True))
+    body = []
+    for name, kind in zip(new.__slots__, new._slot_types, strict=True):
+        base, array, _ = kind.partition("[")
+        if name not in known:
+            body.append(f"# the old message has no {kind} {name}: new_msg.{name} = ...")
+        elif "/" in kind and array:
+            body.append(f"self.migrate_array(old_msg.{name}, new_msg.{name}, {base!r})")
+        elif "/" in kind:
+            body.append(f"self.migrate(old_msg.{name}, new_msg.{name})")
+        else:
+            note = "" if known[name] == kind else f"  # was {known[name]}, is {kind}"
+            body.append(f"new_msg.{name} = old_msg.{name}{note}")
+    body += [f"# the new message has no field {name}" for name in known if name not in new.__slots__]
+    class_name = f"update_{old._type.replace('/', '_')}_{old._md5sum}"
+    parts = [
+        f"class {class_name}(MessageUpdateRule):",
+        f'    old_type = "{old._type}"',
+        f'    old_full_text = """\n{old._full_text}\n"""',
+        f'    new_type = "{new._type}"',
+        f'    new_full_text = """\n{new._full_text}\n"""',
+        f"    order = {order}",
+        "    migrated_types = []",
+        "    valid = False  # set this to True when update() is right",
+        "",
+        "    def update(self, old_msg, new_msg):",
+        textwrap.indent("\n".join(body) or "pass", "        "),
+    ]
+    return "\n".join(parts) + "\n\n"

@@ -1,0 +1,111 @@
+"""bag check and bag fix: definitions that changed, rules, what needs none (L139, L140)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import pyros1.bag
+from pyros1.bag import BagWriter
+from pyros1.cli import bag as command
+from pyros1.msgs import from_definition
+
+from .conftest import Make, header_of
+
+OLD = from_definition("std_msgs/Int32", "int16 value")
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: Any, tmp_path: Path) -> Callable[..., tuple[int, str, str]]:
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words: str) -> tuple[int, str, str]:
+        try:
+            code = command.main(list(words))
+        except SystemExit as end:
+            code = int(end.code or 0)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def old_bag(tmp_path: Path) -> Path:
+    path = tmp_path / "old.bag"
+    with BagWriter(path) as writer:
+        conn = writer.add_connection("/a", header_of(OLD, callerid="/talker"))
+        for i in range(3):
+            writer.write(conn, i, OLD._encode(OLD(value=i)))
+    return path
+
+
+def test_nothing_to_do(run: Any, make_bag: Make) -> None:
+    make_bag()
+    assert run("check", "x.bag") == (0, "Bag file does not need any migrations.\n", "")
+    assert run("fix", "x.bag", "y.bag") == (0, "Bag migrated successfully.\n", "")
+    with pyros1.bag.open("y.bag") as bag:
+        assert len(bag) == 100
+
+
+def test_a_rule_is_made_finished_and_used(run: Any, old_bag: Path, tmp_path: Path) -> None:
+    code, out, _ = run("check", "old.bag")
+    assert code == 0
+    assert f" * From: std_msgs/Int32 [{OLD._md5sum}]\n" in out
+    assert "    1 rules missing:\n" in out
+    code, out, _ = run("fix", "old.bag", "new.bag")
+    assert (code, "could not be migrated" in out) == (1, True)
+    assert not (tmp_path / "new.bag").exists()
+    assert run("check", "old.bag", "-g", "rules.bmr")[0] == 0
+    assert run("check", "old.bag", "-g", "rules.bmr")[0] == 2
+    rules = tmp_path / "rules.bmr"
+    text = rules.read_text()
+    assert "valid = False" in text
+    assert run("fix", "old.bag", "new.bag", "rules.bmr")[0] == 1
+    text = text.replace("valid = False", "valid = True")
+    line = "# the old message has no int32 data: new_msg.data = ..."
+    assert line in text
+    rules.write_text(text.replace(line, "new_msg.data = old_msg.value + 10"))
+    assert "All rules defined." in run("check", "old.bag", "rules.bmr")[1]
+    assert run("fix", "old.bag", "new.bag", "rules.bmr") == (0, "Bag migrated successfully.\n", "")
+    assert run("check", "new.bag")[1] == "Bag file does not need any migrations.\n"
+    with pyros1.bag.open("new.bag") as bag:
+        assert [item.message.data for item in bag.messages()] == [10, 11, 12]
+        assert bag.connections[0].callerid == "/talker"
+
+
+def test_force_leaves_what_it_cannot_migrate(run: Any, old_bag: Path) -> None:
+    assert run("fix", "--force", "old.bag", "new.bag")[0] == 0
+    with pyros1.bag.open("new.bag") as bag:
+        assert [item.message.value for item in bag.messages()] == [0, 1, 2]
+
+
+def test_changed_constants_need_no_rule(run: Any, tmp_path: Path) -> None:
+    old = from_definition("std_msgs/String", "string data\nint8 OLD=1")
+    with BagWriter(tmp_path / "old.bag") as writer:
+        writer.write(writer.add_connection("/b", header_of(old)), 5, old._encode(old(data="x")))
+    assert "All rules defined." in run("check", "old.bag")[1]
+    assert run("fix", "old.bag", "new.bag")[0] == 0
+    with pyros1.bag.open("new.bag") as bag:
+        assert next(iter(bag.messages())).message.data == "x"
+        assert bag.connections[0].md5sum == "992ce8a1687cec8c8bd883ec73ca41d1"
+
+
+def test_a_type_that_nobody_knows(run: Any, tmp_path: Path) -> None:
+    old = from_definition("nowhere_msgs/Thing", "int8 x")
+    with BagWriter(tmp_path / "old.bag") as writer:
+        writer.write(writer.add_connection("/b", header_of(old)), 5, b"\1")
+    assert "To:   Unknown" in run("check", "old.bag")[1]
+
+
+def test_wrong_words(run: Any, old_bag: Path, tmp_path: Path) -> None:
+    assert run("check")[0] == 2
+    assert run("fix", "old.bag")[0] == 2
+    assert run("fix", "old.bag", "rules.bmr")[0] == 2
+    assert run("check", "-a", "old.bag")[0] == 2
+    (tmp_path / "bad.bmr").write_text("1 +")
+    code, _, err = run("check", "old.bag", "bad.bmr")
+    assert (code, "bad.bmr: the rules cannot be used: SyntaxError" in err) == (1, True)
