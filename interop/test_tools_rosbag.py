@@ -198,3 +198,35 @@ def test_filter_l141(bags: Path, expression: str) -> None:
 )
 def test_filter_exit_codes(bags: Path, words: list[str]) -> None:
     assert ours(bags, "filter", *words).returncode == stock(bags, "filter", *words).returncode
+
+
+MAKE_OLD = """
+import rosbag, rospy
+from std_msgs.msg import Int32, String
+with rosbag.Bag("old.bag", "w") as bag:
+    header = {"type": "std_msgs/Int32", "md5sum": "55daaea9ec64e37c8a6144d42a7265e2",
+              "message_definition": "int16 value", "topic": "/x"}
+    for i in range(5):
+        bag.write("/x", ("std_msgs/Int32", bytes([i, 0]), header["md5sum"], Int32), rospy.Time(i + 1),
+                  raw=True, connection_header=header)
+        bag.write("/y", String("same"), rospy.Time(i + 1))
+"""
+
+
+def test_check_and_fix_with_each_others_rules_l139_l140(tmp_path: Path) -> None:
+    assert call([STOCK_PYTHON, "-c", MAKE_OLD], tmp_path).returncode == 0
+    assert ours(tmp_path, "check", "old.bag").stdout == stock(tmp_path, "check", "old.bag").stdout
+    mine, theirs = ours(tmp_path, "fix", "old.bag", "new.bag"), stock(tmp_path, "fix", "old.bag", "new.bag")
+    assert (mine.stdout.replace("pyros1 bag", "rosbag"), mine.returncode) == (theirs.stdout, theirs.returncode)
+    for maker, user, name in ((ours, stock, "a"), (stock, ours, "b")):
+        rules = tmp_path / f"{name}.bmr"
+        assert maker(tmp_path, "check", "old.bag", "-g", rules.name).returncode == 0
+        text = rules.read_text().replace("valid = False", "valid = True")
+        text = text.replace("new_msg.data = 0", "new_msg.data = old_msg.value")
+        rules.write_text(
+            text.replace("# the old message has no int32 data: new_msg.data = ...", "new_msg.data = old_msg.value")
+        )
+        fixed = user(tmp_path, "fix", "old.bag", f"{name}.bag", rules.name)
+        assert (fixed.stdout, fixed.returncode) == ("Bag migrated successfully.\n", 0)
+    assert dump(tmp_path, "a.bag") == dump(tmp_path, "b.bag")
+    assert "does not need" in ours(tmp_path, "check", "b.bag").stdout

@@ -53,4 +53,26 @@ EXAMPLES: dict[str, dict[str, str]] = {
     },
     "param load": {"%prog robot.yaml /robot1": "a file into a namespace"},
     "param dump": {"%prog all.yaml": "everything into a file"},
+    "bag info": {
+        "%prog run.bag": "what a bag holds",
+        "%prog -y -k topics[0].type run.bag": "one value, for scripts",
+        "%prog --json run.bag": "for programs",
+    },
+    "bag reindex": {"%prog run.bag.active": "save a bag that was not closed"},
+    "bag filter": {
+        "%prog run.bag out.bag \"topic == '/odom' and m.twist.twist.linear.x > 1\"": "by an expression",
+        "%prog run.bag out.bag --topics '/camera/*,/tf' --from 10 --to -5": "topics, without the first 10 s and last 5 s",
+    },
+    "bag merge": {"%prog all.bag a.bag b.bag": "by time"},
+    "bag split": {"%prog run.bag --duration 5m --repeat-latched": "into run_0.bag, run_1.bag, ..."},
+    "bag rename-topic": {
+        "%prog run.bag out.bag /scan /front/scan": "one topic",
+        "%prog run.bag out.bag /robot1/ /robot2/": "all topics of a namespace",
+    },
+    "bag retime": {
+        "%prog run.bag out.bag --offset -3600": "an hour earlier",
+        "%prog run.bag out.bag --header-stamp": "as the messages' headers say",
+    },
+    "bag compress": {"%prog --lz4 *.bag": "in place, with backups"},
+    "bag fix": {"%prog old.bag new.bag rules.bmr": "with rules made by `check -g rules.bmr`"},
 }
