@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -76,6 +77,7 @@ def rewrite_each(
                 continue
             with new_file(path) as part:
                 operation(path, part)
+                shutil.copymode(path, part)
                 os.replace(path, backup)
         except (BagError, OSError) as error:
             report_bag_error(error, path)

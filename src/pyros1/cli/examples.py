@@ -61,7 +61,7 @@ EXAMPLES: dict[str, dict[str, str]] = {
     "bag reindex": {"%prog run.bag.active": "save a bag that was not closed"},
     "bag filter": {
         "%prog run.bag out.bag \"topic == '/odom' and m.twist.twist.linear.x > 1\"": "by an expression",
-        "%prog run.bag out.bag --topics '/camera/*,/tf' --from 10 --to -5": "topics, without the first 10 s and last 5 s",
+        "%prog run.bag out.bag --topics '/camera/*,/tf' --from 10 --to -5": "topics, and a part of the time",
     },
     "bag merge": {"%prog all.bag a.bag b.bag": "by time"},
     "bag split": {"%prog run.bag --duration 5m --repeat-latched": "into run_0.bag, run_1.bag, ..."},
