@@ -41,15 +41,20 @@ def test_created_package_is_found_and_run_from_its_folder(clean: Path, capfd: py
     said = capfd.readouterr().out
     assert "pyros1 launch my_robot minimal.launch" in said and f"ROS_PACKAGE_PATH={clean}:" in said
     assert pkg("find", "my_robot") == 0
-    assert entry(["pyros1", "msg", "show", "my_robot/Measurement"]) == 0
-    assert capfd.readouterr().out == f"{clean / 'my_robot'}\ntime stamp\nfloat64 value\n\n"
-    environ = {**os.environ, "PYTHONPATH": str(SOURCE), "ROS_PACKAGE_PATH": ""}
+    assert capfd.readouterr().out == f"{clean / 'my_robot'}\n"
+    script = clean / "my_robot" / "scripts" / "try"
     code = "from pyros1.msgs.my_robot.msg import Measurement; print(Measurement(value=2.0).value)"
-    (clean / "my_robot" / "scripts" / "try").write_text(f"#!{sys.executable}\n{code}\n")
-    (clean / "my_robot" / "scripts" / "try").chmod(0o755)
-    command = [sys.executable, "-m", "pyros1", "run", "my_robot", "try"]
-    done = subprocess.run(command, env=environ, capture_output=True, text=True, timeout=60, check=False)
-    assert (done.stdout, done.stderr) == ("2.0\n", "")
+    script.write_text(f"#!{sys.executable}\n{code}\n")
+    script.chmod(0o755)
+    environ = {**os.environ, "PYTHONPATH": str(SOURCE), "ROS_PACKAGE_PATH": ""}
+    for words, said in {
+        ("msg", "show", "my_robot/Measurement"): "time stamp\nfloat64 value\n\n",
+        ("run", "my_robot", "try"): "2.0\n",
+        ("launch", "--nodes", "my_robot", "minimal.launch"): "/minimal_publisher\n/minimal_subscriber\n",
+    }.items():
+        command = [sys.executable, "-m", "pyros1", *words]
+        done = subprocess.run(command, env=environ, capture_output=True, text=True, timeout=60, check=False)
+        assert (done.stdout, done.stderr) == (said, "")
 
 
 @pytest.mark.parametrize(

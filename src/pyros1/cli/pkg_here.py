@@ -53,7 +53,8 @@ def _around(here: str) -> list[str]:
 def _packages_in(folder: str) -> Iterator[str]:
     try:
         with os.scandir(folder) as entries:
-            names = sorted(entry.name for entry in islice(entries, _MOST_ENTRIES) if entry.name[0] != ".")
+            some = islice(entries, _MOST_ENTRIES)
+            names = sorted(entry.name for entry in some if entry.name[0] != "." and entry.is_dir())
     except OSError:
         return
     for name in names:

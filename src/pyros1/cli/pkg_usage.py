@@ -65,7 +65,7 @@ _MORE = """
   Also:
     create NAME [packages]         make a package
     cd|ls|edit|cat [package[/folder]] ...   its folder and files
-    --json                         with find's list verbs and depends: print JSON
+    --json                         with list, list-names, depends and depends-on: print JSON
 """
 
 _EXAMPLES = {
