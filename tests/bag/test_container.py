@@ -66,6 +66,19 @@ def test_equal_times_keep_the_files_order(tmp_path: Path) -> None:
         assert [message.data[0] for message in bag.messages()] == list(range(10))
 
 
+def test_chunks_that_all_overlap_are_not_all_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bag sorted by topic: every chunk spans all of the time."""
+    with BagWriter(tmp_path / "x.bag") as writer:
+        for topic in range(10):
+            conn = writer.add_connection(f"/{topic}", HEADER)
+            for i in range(10):
+                writer.write(conn, 10 * i + topic, bytes(200))
+            writer.flush()
+    monkeypatch.setattr("pyros1.bag.reader.MAX_OPEN", 5000)
+    with BagReader(tmp_path / "x.bag") as bag:
+        assert [message.time for message in bag.messages()] == list(range(100))
+
+
 def test_a_time_that_does_not_fit_does_not_spoil_the_bag(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "x.bag") as writer:
         conn = writer.add_connection("/x", HEADER)

@@ -35,6 +35,9 @@ from pyros1.bag.scanner import Damage, Scanner
 
 _ENTRY = struct.Struct("<III")
 
+MAX_OPEN = 256 << 20
+"""Most bytes of chunks that are kept at a time for chunks that overlap in time."""
+
 
 class RawMessage(NamedTuple):
     """A message as it is stored.
@@ -143,7 +146,8 @@ class BagReader:
         if connections is not None:
             chunks = [chunk for chunk in chunks if not chunk.counts.keys().isdisjoint(connections)]
         pending = deque(sorted(chunks, key=lambda chunk: (chunk.start, chunk.pos)))
-        heap: list[tuple[int, int, int, Message, bytes, Iterator[Message]]] = []
+        heap: list[tuple[int, int, int, Message, Chunk, Iterator[Message]]] = []
+        contents = _Contents(self)
         known = self.connections
         while pending or heap:
             while pending and (not heap or pending[0].start <= heap[0][0]):
@@ -152,10 +156,12 @@ class BagReader:
                 entries = iter(sorted(self._chosen(found, connections, first, last), key=_by_time))
                 message = next(entries, None)
                 if message is not None:
-                    heapq.heappush(heap, (message.time, chunk.pos, message.offset, message, content, entries))
+                    contents.put(chunk, content)
+                    heapq.heappush(heap, (message.time, chunk.pos, message.offset, message, chunk, entries))
             if not heap:
                 continue
-            time, pos, _, message, content, entries = heap[0]
+            time, pos, _, message, chunk, entries = heap[0]
+            content = contents.get(chunk)
             if len(heap) == 1:
                 # The usual case, chunks one after another: no need to sort.
                 limit = pending[0].start if pending else MAX_TIME + 1
@@ -171,8 +177,9 @@ class BagReader:
                 following = next(entries, None)
             if following is None:
                 heapq.heappop(heap)
+                contents.drop(chunk)
             else:
-                heapq.heapreplace(heap, (following.time, pos, following.offset, following, content, entries))
+                heapq.heapreplace(heap, (following.time, pos, following.offset, following, chunk, entries))
 
     def times(self) -> Iterator[tuple[int, int]]:
         """Yield connection id and time, in nanoseconds, of every message, in no certain order.
@@ -313,6 +320,33 @@ class BagReader:
         self.scanned = True
         if self.file.version == 102:
             self._old = scanner.old
+
+
+class _Contents:
+    """The contents of the chunks being read. If too many overlap in time, the longest unused are read again."""
+
+    def __init__(self, reader: BagReader) -> None:
+        self._reader = reader
+        self._held: dict[int, bytes] = {}
+        self._size = 0
+
+    def put(self, chunk: Chunk, content: bytes) -> None:
+        self._held[chunk.pos] = content
+        self._size += len(content)
+        while self._size > MAX_OPEN and len(self._held) > 1:
+            self._size -= len(self._held.pop(next(iter(self._held))))
+
+    def get(self, chunk: Chunk) -> bytes:
+        content = self._held.pop(chunk.pos, None)
+        if content is None:
+            content, _ = self._reader.content(chunk)
+            self.put(chunk, content)
+        else:
+            self._held[chunk.pos] = content  # as the last one
+        return content
+
+    def drop(self, chunk: Chunk) -> None:
+        self._size -= len(self._held.pop(chunk.pos, b""))
 
 
 def _by_time(message: Message) -> int:
