@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 from pyros1.bag.container import CHUNK_THRESHOLD, BagWriter
 from pyros1.bag.reader import BagReader, RawMessage
-from pyros1.bag.records import Connection
+from pyros1.bag.records import RECORD_OVERHEAD, Connection
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def copy(
         chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
         rename: returns a topic's new name.
         retime: returns a message's new time in nanoseconds.
-        progress: called with the number of message bytes written so far.
+        progress: called with the number of bytes written so far, before compression.
 
     Returns:
         How many messages were written.
@@ -136,7 +136,7 @@ def copy(
         done = 0
         for message in messages:
             out.write(message, None if retime is None else retime(message))
-            done += len(message.data)
+            done += len(message.data) + RECORD_OVERHEAD
             if progress is not None:
                 progress(done)
         return writer.messages

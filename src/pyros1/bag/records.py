@@ -31,6 +31,9 @@ BAG_HEADER_SIZE = 4096
 MAX_HEADER = 1 << 24
 """Longest record header believed, in bytes; a 1.2 message definition can be in one."""
 
+RECORD_OVERHEAD = 46
+"""Bytes that a message's record takes besides the message."""
+
 NS = 1_000_000_000
 MAX_TIME = (1 << 32) * NS - 1
 """Latest time a record can hold, in nanoseconds."""

@@ -11,6 +11,7 @@ from typing import Any
 from pyros1.bag import edit
 from pyros1.bag.api import Bag
 from pyros1.bag.reader import RawMessage
+from pyros1.bag.records import RECORD_OVERHEAD
 from pyros1.cli.bag_choice import add_choice, choice_of, chosen
 from pyros1.cli.bag_files import different, new_file
 from pyros1.cli.common import CommandError, Invocation
@@ -111,5 +112,5 @@ def _passing(
             print("MATCH" if matches else "NO MATCH", pattern(bag, stored))
         if matches:
             yield stored
-        done += len(stored.data)
+        done += len(stored.data) + RECORD_OVERHEAD
         progress(done)

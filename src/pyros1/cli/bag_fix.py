@@ -11,7 +11,7 @@ from pyros1.bag.edit import Copy
 from pyros1.bag.errors import BagError
 from pyros1.bag.migration import Class, Migrator, Missing, rule_text
 from pyros1.bag.reader import RawMessage
-from pyros1.bag.records import Connection
+from pyros1.bag.records import RECORD_OVERHEAD, Connection
 from pyros1.cli.bag_files import different, new_file
 from pyros1.cli.common import Invocation
 from pyros1.cli.progress import Progress
@@ -128,7 +128,7 @@ class _Fix:
             out = Copy(writer)
             for stored in self._bag.reader.messages():
                 cls, connection = self._new[stored.connection.id]
-                done += len(stored.data)
+                done += len(stored.data) + RECORD_OVERHEAD
                 progress(done)
                 out.write(RawMessage(connection, stored.time, stored.data if cls is None else self._data(stored, cls)))
 

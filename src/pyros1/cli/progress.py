@@ -52,7 +52,7 @@ class Progress:
 
     def _draw(self, tail: str) -> None:
         try:
-            width = os.get_terminal_size(sys.stderr.fileno()).columns
+            width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
         except OSError:
             width = 80
         room = max(width - len(tail) - 1, 0)
