@@ -11,10 +11,10 @@ import os
 import threading
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Generic, TypeVar
 
-from pyros1.bag.container import BagWriter, Index
+from pyros1.bag.container import BagWriter, Buffer, Index
 
 _K = TypeVar("_K")
 
@@ -36,10 +36,10 @@ class RecordWriter(BagWriter):
         super().__init__(path, compression, chunk_threshold)
         self.lost: Counter[int] = Counter()
 
-    def copy_chunk(self, compression: str, size: int, stored: bytes, index: Index) -> None:
+    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], index: Index) -> None:
         """Write a chunk; what does not fit any more is counted as lost."""
         try:
-            super().copy_chunk(compression, size, stored, index)
+            super()._put_chunk(compression, size, parts, index)
         except OSError:
             self.lost.update({conn: len(entries) for conn, entries in index.items()})
             raise

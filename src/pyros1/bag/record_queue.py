@@ -33,9 +33,10 @@ class RecordQueue(Generic[_S]):
         self._lock = threading.Lock()
         self._wake_at = min(_WAKE, limit // 4) if limit else _WAKE
         self._wake = threading.Event()
+        self._closed = False
 
-    def put(self, source: _S, time: int, data: bytes) -> None:
-        """Add a message.
+    def put(self, source: _S, time: int, data: bytes) -> bool:
+        """Add a message; return False if the queue is closed.
 
         Args:
             source: where it came from.
@@ -43,12 +44,15 @@ class RecordQueue(Generic[_S]):
             data: its bytes.
         """
         with self._lock:
+            if self._closed:
+                return False
             self._entries.append((source, time, data))
             self._bytes += len(data) + OVERHEAD
             if self._limit and self._bytes > self._limit:
                 self._make_room()
         if self._bytes > self._wake_at and not self._wake.is_set():
             self._wake.set()
+        return True
 
     def _make_room(self) -> None:
         while self._bytes > self._limit and len(self._entries) > 1:
@@ -75,6 +79,14 @@ class RecordQueue(Generic[_S]):
                 taken.append(entry)
             self._bytes -= size
         return taken
+
+    def close(self) -> list[tuple[_S, int, bytes]]:
+        """Take no more, and return all that waits."""
+        with self._lock:
+            self._closed = True
+            taken = list(self._entries)
+            self._entries.clear()
+            return taken
 
     def wake(self) -> None:
         """End a wait in `take`."""

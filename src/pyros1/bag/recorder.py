@@ -12,6 +12,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any
 
 from pyros1.bag.errors import BagError
@@ -67,14 +68,22 @@ class Topic:
         name: full name.
         messages: received so far.
         bytes: of these.
-        dropped: of these, not written: the buffer or the disk was full.
+        dropped: of these, not written because the buffer or the disk was full.
+        beyond: of these, not written because they came after the end.
+        subscriber: receives them.
     """
 
     name: str
     messages: int = 0
     bytes: int = 0
     dropped: int = 0
+    beyond: int = 0
     subscriber: Any = None
+
+    @property
+    def written(self) -> int:
+        """Messages that are in the files, or will be."""
+        return self.messages - self.dropped - self.beyond
 
 
 @dataclass(eq=False)
@@ -181,6 +190,7 @@ class Recorder:
         self._space_at = 0.0
         self._warned: dict[str, float] = {}
         self._ending = threading.Event()
+        self._unwritten: list[tuple[Source, int, bytes]] = []  # of a batch that could not be finished
         self._done = 0  # topics that have reached the limit
         self._file: RecordFile[Source] | None = None
         folder = os.path.dirname(options.names.name(0, time.time()))
@@ -206,11 +216,11 @@ class Recorder:
             source = of(message._connection_header or {})
             if limit and topic.messages >= limit:
                 return
-            topic.messages += 1
-            topic.bytes += len(data)
-            put(source, stamp, data)
-            if topic.messages == limit:
-                self._done += 1
+            if put(source, stamp, data):
+                topic.messages += 1
+                topic.bytes += len(data)
+                if topic.messages == limit:
+                    self._done += 1
 
         return take
 
@@ -263,9 +273,11 @@ class Recorder:
             self._write_all()
         except (OSError, BagError) as caught:
             error = caught
-            while batch := self._queue.take(0):
-                for source, _, _ in batch:
-                    source.topic.dropped += 1
+        for source, _, _ in chain(self._unwritten, self._queue.close()):
+            if error is None:
+                source.topic.beyond += 1
+            else:
+                source.topic.dropped += 1
         try:
             self._close_file()
         except OSError as caught:
@@ -277,21 +289,27 @@ class Recorder:
         """Write until the end or a limit."""
         while True:
             ending = self._ending.is_set()
-            batch = self._queue.take(0 if ending else _POLL)
-            for index, (source, stamp, data) in enumerate(batch):
-                if not self._within_limits(stamp):
-                    return
-                try:
-                    self._write(source, stamp, data)
-                except OSError:
-                    for rest, _, _ in batch[index + 1 :]:
-                        rest.topic.dropped += 1
-                    raise
-            if not batch and (ending or not self._within_limits(self._now())):
+            batch = self._queue.close() if ending else self._queue.take(_POLL)
+            if not self._write_batch(batch) or ending:
+                return
+            if not batch and not self._within_limits(self._now()):
                 return
             if self._file is not None:
                 self._file.tick()
             self._check_space()
+
+    def _write_batch(self, batch: list[tuple[Source, int, bytes]]) -> bool:
+        """Write messages; return False at a limit."""
+        for index, (source, stamp, data) in enumerate(batch):
+            if not self._within_limits(stamp):
+                self._unwritten = batch[index:]
+                return False
+            try:
+                self._write(source, stamp, data)
+            except OSError:
+                self._unwritten = batch[index + 1 :]
+                raise
+        return True
 
     def _write(self, source: Source, stamp: int, data: bytes) -> None:
         assert self._file is not None

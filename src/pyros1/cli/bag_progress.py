@@ -96,7 +96,7 @@ def record_table(recorder: Recorder) -> str:
     topics = sorted(recorder.topics.values(), key=lambda topic: topic.name)
     width = max((len(topic.name) for topic in topics), default=0)
     lines = [
-        f"  {topic.name:{width}}  {topic.messages - topic.dropped:9} messages  {size_text(topic.bytes):>9}"
+        f"  {topic.name:{width}}  {topic.written:9} messages  {size_text(topic.bytes):>9}"
         f"  {topic.dropped} dropped"
         for topic in topics
     ]
