@@ -45,6 +45,11 @@ def test_transforms_travel(make_node: Make, transport: str, callbacks: str) -> N
     moving.send_transform(iter([stamped("odom", "base", 6, 2.0), stamped("map", "odom", 6, 1.0)]))
     assert buffer.lookup_transform("map", "camera", 6, timeout=10).transform.translation.x == pytest.approx(3.1)
     assert "broadcaster: '/robot'" in buffer.all_frames_as_yaml()
+    TransformListener(listening, Buffer()).close()
+    if callbacks == "spin":
+        return  # services wait for spin()
+    frames = robot.service("/viewer/tf2_frames", "tf2_msgs/FrameGraph")()
+    assert "lidar: \n  parent: 'base'\n" in frames.frame_yaml
 
 
 def test_a_late_listener_gets_all_static_transforms(make_node: Make) -> None:

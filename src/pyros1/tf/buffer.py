@@ -6,11 +6,12 @@ import sys
 import threading
 from collections.abc import Callable
 from time import monotonic
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pyros1.errors import NodeShutdownError
 from pyros1.msgs import load_message
 from pyros1.tf.errors import ConnectivityException, ExtrapolationException, LookupException
+from pyros1.tf.frame import to_sec
 from pyros1.tf.rotation import Transform
 from pyros1.tf.tree import Tree
 from pyros1.timing import Time
@@ -25,6 +26,28 @@ When = Any
 
 Span = Any
 """Seconds as a number, a Duration, or None or 0 for no time at all."""
+
+
+class FrameState(NamedTuple):
+    """What a buffer knows of one frame.
+
+    Attributes:
+        parent: None for the root of a tree, and after `Buffer.clear`.
+        authority: the node that sent the last transform.
+        static: whether the transform holds at all times.
+        rate: transforms per second, in Hz; 0 if there are not two.
+        latest, oldest: stamps in seconds; 0 for a static transform.
+        transforms: how many are kept.
+    """
+
+    name: str
+    parent: str | None
+    authority: str
+    static: bool
+    rate: float
+    latest: float
+    oldest: float
+    transforms: int
 
 
 class Buffer:
@@ -210,6 +233,23 @@ class Buffer:
         """Return the names of all frames, in the order in which they became known."""
         with self._changed:
             return list(self._tree.frames)
+
+    def states(self) -> list[FrameState]:
+        """Return what is known of each frame, in the order in which they became known."""
+        with self._changed:
+            return [
+                FrameState(
+                    frame.name,
+                    frame.parent.name if frame.parent else None,
+                    frame.authority,
+                    bool(frame.static),
+                    frame.frequency,
+                    to_sec(frame.latest),
+                    to_sec(frame.oldest),
+                    len(frame),
+                )
+                for frame in self._tree.frames.values()
+            ]
 
     def has_frame(self, name: str) -> bool:
         """Tell whether a frame of that name is known."""

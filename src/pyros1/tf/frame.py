@@ -141,8 +141,13 @@ class Frame:
         return True
 
     @property
+    def frequency(self) -> float:
+        """How often transforms come, in Hz; 0 if there are not two."""
+        return (len(self) - 1) / (to_sec(self.latest) - to_sec(self.oldest)) if len(self) > 1 else 0.0
+
+    @property
     def rate(self) -> float:
-        """Transforms per second of the buffer's length, in Hz; 10000 for one alone, as tf2 says."""
+        """What tf2 says of that: one more per time, and 10000 for a single one."""
         return len(self) / max(to_sec(self.latest) - to_sec(self.oldest), 0.0001)
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from pyros1.errors import NodeError
 from pyros1.msgs import load_message
 
 if TYPE_CHECKING:
@@ -18,7 +20,7 @@ class TransformListener:
     """Puts what comes on /tf and /tf_static into a buffer, until the node ends. Also a context manager.
 
     The callbacks run in threads of their own, in a node that spins too: a lookup may wait for them. When simulated time
-    jumps back, the buffer is cleared; static transforms stay.
+    jumps back, the buffer is cleared; static transforms stay. The service ``~tf2_frames`` tells what is in the buffer.
 
     Args:
         node: whose topics, time and end count.
@@ -40,6 +42,8 @@ class TransformListener:
         self._subscribe("/tf", tf_message, self._received, _QUEUE)
         self._subscribe("/tf_static", tf_message, self._received_static, None)
         node.on_shutdown(self._end)
+        with suppress(NodeError):  # the node has another listener already
+            node.advertise_service("~tf2_frames", "tf2_msgs/FrameGraph", lambda _: buffer.all_frames_as_yaml())
 
     def _subscribe(self, topic: str, message_class: Any, callback: Any, queue_size: int | None) -> None:
         # direct: not through the queue of a node that spins, which may be waiting in a lookup

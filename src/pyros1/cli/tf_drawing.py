@@ -1,0 +1,206 @@
+"""A tree of frames as text, as a graph for Graphviz, and as a picture (SVG) of our own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import NamedTuple
+
+LETTER = 7.0  # px, width of a letter on average
+LINE = 15.0  # px, height of a line of text
+MARGIN = 14.0
+GAP_X, GAP_Y = 18.0, 44.0
+
+
+class Frame(NamedTuple):
+    """A frame as it is drawn.
+
+    Attributes:
+        parent: None for the root of a tree.
+        static: whether the transform to its parent holds at all times; None if nobody knows.
+        rate: in Hz, how often it comes; 0 if only once.
+        latest, oldest: times of the newest and the oldest transform, in seconds.
+    """
+
+    name: str
+    parent: str | None
+    authority: str
+    static: bool | None
+    rate: float
+    latest: float
+    oldest: float
+
+    def facts(self, now: float) -> list[str]:
+        """Return what there is to say about its transform, in short lines: sender, rate, age."""
+        if self.parent is None:
+            return []
+        if self.static or (self.static is None and not self.latest):
+            return [self.authority, "static"]
+        rate = f"{self.rate:.1f} Hz" if self.latest > self.oldest else "once"
+        return [self.authority, rate, f"{now - self.latest:.3f} s old"]
+
+
+def children_of(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Frame]]]:
+    """Return the roots, and the children of each frame by its name, both sorted by name.
+
+    Frames in a loop hang on none of the roots: the first of each loop is made one.
+    """
+    below: dict[str, list[Frame]] = {}
+    for frame in sorted(frames):
+        if frame.parent is not None:
+            below.setdefault(frame.parent, []).append(frame)
+    known = {frame.name for frame in frames}
+    roots = [frame for frame in sorted(frames) if frame.parent is None or frame.parent not in known]
+    reached: set[str] = set()
+    for frame in [*roots, *sorted(frames)]:
+        if frame.name in reached:
+            continue
+        if frame not in roots:  # a loop
+            roots.append(frame)
+            below[str(frame.parent)] = [other for other in below[str(frame.parent)] if other is not frame]
+        stack = [frame.name]
+        while stack:
+            name = stack.pop()
+            reached.add(name)
+            stack += [child.name for child in below.get(name, [])]
+    return roots, below
+
+
+def text(frames: Sequence[Frame], now: float) -> str:
+    """Return the trees with lines between the frames, and the facts behind each.
+
+    Args:
+        now: the time in seconds, for ages.
+    """
+    roots, below = children_of(frames)
+    rows: list[tuple[str, list[str]]] = []
+
+    def add(frame: Frame, lead: str, deeper: str) -> None:
+        rows.append((lead + frame.name, frame.facts(now)))
+        last = len(below.get(frame.name, ())) - 1
+        for number, child in enumerate(below.get(frame.name, ())):
+            ends = number == last
+            add(child, deeper + ("└── " if ends else "├── "), deeper + ("    " if ends else "│   "))
+
+    for root in roots:
+        add(root, "", "")
+    width = max((len(name) for name, _ in rows), default=0)
+    senders = max((len(facts[0]) for _, facts in rows if facts), default=0)
+    lines = []
+    for name, facts in rows:
+        line = f"{name:{width}}"
+        if facts:
+            line += f"  {facts[0]:{senders}}  {facts[1]:>9}  {' '.join(facts[2:])}"
+        lines.append(line.rstrip())
+    return "\n".join(lines)
+
+
+def dot(frames: Sequence[Frame], now: float) -> str:
+    """Return the trees in Graphviz's language, with tf2_tools' labels."""
+    lines = ["digraph G {"]
+    for frame in frames:
+        if frame.parent is None:
+            continue
+        label = (
+            f" Broadcaster: {_quoted(frame.authority)}\\nAverage rate: {round(frame.rate, 3) or 10000.0}\\n"
+            f"Buffer length: {round(frame.latest - frame.oldest, 3)}\\n"
+            f"Most recent transform: {round(frame.latest, 3)}\\nOldest transform: {round(frame.oldest, 3)}\\n"
+        )
+        lines.append(f'"{_quoted(frame.parent)}" -> "{_quoted(frame.name)}"[label="{label}"];')
+    for root in children_of(frames)[0]:
+        lines += [
+            "edge [style=invis];",
+            ' subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";',
+            f'"Recorded at time: {now}"[ shape=plaintext ] ;',
+            f'}}->"{_quoted(root.name)}";',
+        ]
+    return "\n".join([*lines, "}"])
+
+
+def _quoted(name: str) -> str:
+    return name.replace("\\", "\\\\").replace('"', '\\"')
+
+
+class _Box(NamedTuple):
+    """A frame with its place: the middle of its upper edge."""
+
+    frame: Frame
+    lines: list[str]
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+def svg(frames: Sequence[Frame], now: float, title: str) -> str:
+    """Return the trees as a picture: parents above their children, the facts below each name.
+
+    Args:
+        now: the time in seconds, for ages.
+        title: a line at the top.
+    """
+    roots, below = children_of(frames)
+    boxes: dict[str, _Box] = {}
+    top = 2 * MARGIN + LINE
+
+    def place(frame: Frame, left: float, y: float) -> float:
+        """Place a frame and what hangs on it; return the width that they need."""
+        lines = [frame.name, *frame.facts(now)]
+        width = max(map(len, lines)) * LETTER + 2 * MARGIN
+        height = len(lines) * LINE + MARGIN
+        children = below.get(frame.name, [])
+        spans = []
+        inner = left
+        for child in children:
+            span = place(child, inner, y + height + GAP_Y)
+            spans.append(span)
+            inner += span + GAP_X
+        needed = max(width, inner - GAP_X - left) if children else width
+        spare = (needed - (inner - GAP_X - left)) / 2 if children else 0.0
+        if spare > 0:  # the frame is wider than all below it, which moves to its middle
+            for child in children:
+                _shift(child, spare)
+        boxes[frame.name] = _Box(frame, lines, left + needed / 2, y, width, height)
+        return needed
+
+    def _shift(frame: Frame, by: float) -> None:
+        box = boxes[frame.name]
+        boxes[frame.name] = box._replace(x=box.x + by)
+        for child in below.get(frame.name, []):
+            _shift(child, by)
+
+    right = MARGIN
+    for root in roots:
+        right += place(root, right, top) + 2 * GAP_X
+    width = max(right, len(title) * LETTER + 2 * MARGIN)
+    height = max((box.y + box.height for box in boxes.values()), default=top) + MARGIN
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
+        f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="sans-serif" font-size="12">',
+        '<rect width="100%" height="100%" fill="white"/>',
+        f'<text x="{MARGIN:g}" y="{MARGIN + LINE / 2:g}" fill="#666">{escape(title)}</text>',
+    ]
+    for box in boxes.values():
+        above = boxes.get(box.frame.parent or "")
+        if above is not None:
+            start, end, middle = above.y + above.height, box.y, (above.y + above.height + box.y) / 2
+            style = ' stroke-dasharray="5 3"' if box.lines[-1] == "static" else ""
+            lines.append(
+                f'<path d="M{above.x:.1f} {start:.1f}C{above.x:.1f} {middle:.1f} {box.x:.1f} {middle:.1f} '
+                f'{box.x:.1f} {end:.1f}" fill="none" stroke="#555"{style}/>'
+            )
+    lines += [_box_svg(box) for box in boxes.values()]
+    return "\n".join([*lines, "</svg>"]) + "\n"
+
+
+def _box_svg(box: _Box) -> str:
+    fill = "#e8eef7" if box.frame.parent is None else "#f7f7f2"
+    out = [
+        f'<rect x="{box.x - box.width / 2:.1f}" y="{box.y:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '
+        f'rx="9" fill="{fill}" stroke="#333"/>'
+    ]
+    for number, line in enumerate(box.lines):
+        style = ' font-weight="bold"' if not number else ' fill="#444"'
+        y = box.y + MARGIN / 2 + (number + 0.75) * LINE
+        out.append(f'<text x="{box.x:.1f}" y="{y:.1f}" text-anchor="middle"{style}>{escape(line)}</text>')
+    return "\n".join(out)

@@ -1,0 +1,129 @@
+"""``pyros1 tf monitor``: how late transforms are and how often they come (L196)."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+from pyros1.cli.common import Invocation
+from pyros1.cli.tf_node import Cures, open_node, pauser
+from pyros1.cli.usage import Parser
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+    from pyros1.tf.buffer import Buffer
+
+_WINDOW = 1000
+"""Transforms of a frame, and messages of a node, that averages are made of."""
+
+_STEP = 0.01
+_STEPS = 21
+"""Looks at the chain between two reports."""
+
+_EXAMPLES = {
+    "%prog monitor": "all frames and the nodes that publish them",
+    "%prog monitor map base_link": "the frames between two, and how old the transform is",
+}
+
+
+def main(invocation: Invocation) -> int:
+    """Run the command until it is interrupted; returns the exit code."""
+    parser = Parser("rostf", "%prog monitor [frame_a frame_b]", _EXAMPLES)
+    _, args = parser.parse_args(invocation.args)
+    if len(args) not in (0, 2):
+        parser.error("give no frames, for all, or two")
+    with open_node(invocation, "tf_monitor") as node:
+        _monitor(invocation, node, [name.removeprefix("/") for name in args])
+    return 0
+
+
+class Delays:
+    """Keeps how late the transforms of each frame and the messages of each node were, in seconds."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._frames: dict[str, deque[float]] = {}
+        self._nodes: dict[str, deque[float]] = {}
+        self._times: dict[str, deque[float]] = {}
+        self._senders: dict[str, str] = {}
+
+    def take(self, frames: list[tuple[str, float]], sender: str, now: float) -> None:
+        """Take a message: each frame with its stamp in seconds, 0 for a static transform."""
+        late = [(name, now - stamp if stamp else 0.0) for name, stamp in frames]
+        with self._lock:
+            for name, delay in late:
+                self._senders[name] = sender
+                self._frames.setdefault(name, deque(maxlen=_WINDOW)).append(delay)
+            average = sum(delay for _, delay in late) / max(1, len(late))
+            self._nodes.setdefault(sender, deque(maxlen=_WINDOW)).append(average)
+            self._times.setdefault(sender, deque(maxlen=_WINDOW)).append(now)
+
+    def lines(self, chain: list[str] | None) -> list[str]:
+        """Return the report: of the frames of a chain, None for all, and of all nodes."""
+        with self._lock:
+            rows = ["", "Frames:"]
+            for name, delays in sorted(self._frames.items()):
+                if chain is None or name in chain:
+                    rows.append(f"Frame: {name} published by {self._senders[name]} {_delays(delays)}")
+            rows += ["", "All Broadcasters:"]
+            for name, delays in sorted(self._nodes.items()):
+                times = self._times[name]
+                rate = len(times) / max(1e-8, times[-1] - times[0])
+                rows.append(f"Node: {name} {rate:g} Hz, {_delays(delays)}")
+            return rows
+
+
+def _delays(delays: deque[float]) -> str:
+    return f"Average Delay: {sum(delays) / len(delays):g} Max Delay: {max(0.0, *delays):g}"
+
+
+def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
+    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - wrong arguments need none
+    from pyros1.tf.listener import TransformListener  # noqa: PLC0415
+
+    delays = Delays()
+    buffer = Buffer()
+    listener = TransformListener(node, buffer)
+    cures = Cures(invocation, node, buffer)
+    chain = _await_chain(node, buffer, cures, *frames) if frames else None
+
+    def take(message: Any, static: bool) -> None:
+        sender = (message._connection_header or {}).get("callerid", "unknown_publisher")
+        stamps = [(item.child_frame_id, 0.0 if static else item.header.stamp.to_sec()) for item in message.transforms]
+        delays.take(stamps, f"{sender}(static)" if static else sender, node.now().to_sec())
+
+    kind = "tf2_msgs/TFMessage"
+    with (
+        listener,
+        node.subscribe("/tf", kind, lambda message: take(message, False), queue_size=100),
+        node.subscribe("/tf_static", kind, lambda message: take(message, True), queue_size=100),
+    ):
+        average = most = 0.0
+        pause = pauser(node)
+        step = 0
+        while pause(_STEP):
+            step += 1
+            if chain:
+                stamp = buffer.lookup_transform(frames[0], frames[1]).header.stamp.to_sec()
+                late = node.now().to_sec() - stamp if stamp else 0.0
+                average = 0.01 * late + 0.99 * average
+                most = max(most, late)
+            if step % _STEPS:
+                continue
+            if not buffer.frames():
+                cures.tell(None)
+                continue
+            rows = ["", "", "", f"RESULTS: for {' to '.join(frames) or 'all Frames'}"]
+            if chain:
+                rows += [f"Chain is: {' -> '.join(chain)}", f"Net delay     avg = {average:g}: max = {most:g}"]
+            print("\n".join(rows + delays.lines(chain)), flush=True)
+
+
+def _await_chain(node: Node, buffer: Buffer, cures: Cures, first: str, last: str) -> list[str]:
+    print(f"Waiting for transform chain to become available between {first} and {last} ", end="", flush=True)
+    while not buffer.can_transform(first, last, timeout=1.0):
+        print(".", end="", flush=True)
+        cures.tell(None, first, last)
+    print(flush=True)
+    return buffer.chain(last, first)

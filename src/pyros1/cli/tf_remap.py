@@ -1,0 +1,46 @@
+"""``pyros1 tf remap``: renames the frames of transforms on their way from /tf_old to /tf (L199)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.common import CommandError, Invocation
+from pyros1.cli.tf_node import open_node
+from pyros1.cli.usage import Parser
+
+_TYPE = "tf2_msgs/TFMessage"
+_EXAMPLES = {
+    "%prog remap _mappings:='[{old: base, new: robot1/base}]'": "rename one frame",
+    "pyros1 bag play a.bag /tf:=/tf_old": "and play a bag with the old names",
+}
+
+
+def main(invocation: Invocation) -> int:
+    """Run the node until it is told to end; returns the exit code, 1 if ~mappings is not as it should be."""
+    parser = Parser("rostf", "%prog remap [_mappings:='[{old: NAME, new: NAME}, ...]']", _EXAMPLES)
+    _, args = parser.parse_args(invocation.args)
+    if args:
+        parser.error(f"the mappings are the parameter ~mappings, not {args[0]!r}")
+    with open_node(invocation, "tf_remapper", tool=False) as node:
+        mappings = _mappings(node.params.get("~mappings", []))
+        print(f"Applying the following mappings to incoming tf frame ids {mappings}", flush=True)
+        publisher: Any = node.advertise("/tf", _TYPE, queue_size=100)
+
+        def renamed(message: Any) -> None:
+            if not publisher.num_connections:
+                return
+            for item in message.transforms:
+                header = item.header
+                header.frame_id = mappings.get(header.frame_id, header.frame_id)
+                item.child_frame_id = mappings.get(item.child_frame_id, item.child_frame_id)
+            publisher.publish(message)
+
+        node.subscribe("/tf_old", _TYPE, renamed, queue_size=100)
+        node.spin()
+    return 0
+
+
+def _mappings(value: Any) -> dict[str, str]:
+    if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+        raise CommandError(f"the parameter ~mappings must be a list as [{{old: NAME, new: NAME}}], not {value!r}")
+    return {str(item["old"]): str(item["new"]) for item in value if "old" in item and "new" in item}

@@ -1,0 +1,193 @@
+"""``pyros1 tf static_transform_publisher``: a transform that does not change (L197).
+
+As tf's program, with a period, it is published on /tf again and again; as tf2_ros's, without, once and for all on
+/tf_static, which costs nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from pyros1.cli.common import CommandError, Invocation, report
+from pyros1.cli.tf_node import open_node
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_NAME = "static_transform_publisher"
+_TF_USAGE = """Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id period(milliseconds)
+   or: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id period(milliseconds)
+Publishes on /tf, each period anew, where child_frame_id is in frame_id."""
+_TF2_USAGE = """Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id
+   or: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id
+   or: static_transform_publisher /param_name
+Publishes on /tf_static, once for all who come later too, where child_frame_id is in frame_id."""
+_EXAMPLES = """
+Metres and radians. Without a period, on /tf_static, which is the better way; with a period, on /tf.
+
+Examples:
+  {0} 1 0 0.5 0 0 0 base_link lidar          1 m in front and 0.5 m above, not turned
+  {0} 0 0 0 1.5708 0 0 base_link camera      turned to the left by 90 degrees (yaw pitch roll)
+  {0} 0 0 0 0 0 0.7071 0.7071 base_link camera     the same as quaternion (x y z w)
+  {0} 1 0 0.5 0 0 0 base_link lidar 100      on /tf, every 100 ms
+  {0} /lidar_pose                            as the parameter says, a geometry_msgs/TransformStamped"""
+
+_WRONG = 255
+_UNIT = 1e-6
+
+
+def main(invocation: Invocation) -> int:
+    """Run the node until it is told to end; returns the exit code: 255 after wrong arguments, 1 if they make no sense.
+
+    The flags ``--tf`` and ``--tf2``, as first argument, admit only the forms of that package's program.
+    """
+    words = list(invocation.args)
+    forms = words.pop(0) if words[:1] in (["--tf"], ["--tf2"]) else ""
+    if words[:1] in (["-h"], ["--help"]):
+        print(*_usages(forms), _EXAMPLES.format(f"{invocation.program} static_transform_publisher"), sep="\n")
+        return 0
+    if not _form_fits(len(words), forms):
+        report(f"{_NAME} exited due to not having the right number of arguments", _WRONG)
+        print(*_usages(forms), sep="\n\n")
+        return _WRONG
+    if len(words) == 1:
+        return _publish_parameter(invocation, words[0])
+    with_period = forms == "--tf" or (not forms and len(words) > 8 and (len(words) == 10 or not _is_number(words[6])))
+    period = _number(words.pop(), "period") / 1000.0 if with_period else None
+    *numbers, parent, child = words
+    kinds = ["x", "y", "z", *(["yaw", "pitch", "roll"] if len(numbers) == 6 else ["qx", "qy", "qz", "qw"])]
+    values = [_number(text, kind) for text, kind in zip(numbers, kinds, strict=True)]
+    _check_frames(parent, child)
+    if period is not None and period < 0:
+        raise CommandError(f"the period must not be negative, it is {period * 1000:g} ms")
+    rotation = _from_angles(*values[3:]) if len(values) == 6 else values[3:]
+    return _publish(invocation, parent, child, values[:3], rotation, period)
+
+
+def _usages(forms: str) -> list[str]:
+    return {"--tf": [_TF_USAGE], "--tf2": [_TF2_USAGE]}.get(forms, [_TF2_USAGE, _TF_USAGE])
+
+
+def _form_fits(count: int, forms: str) -> bool:
+    return count in {"--tf": (9, 10), "--tf2": (1, 8, 9)}.get(forms, (1, 8, 9, 10))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _number(text: str, what: str) -> float:
+    if _is_number(text) and math.isfinite(float(text)):
+        return float(text)
+    raise CommandError(
+        f"{what} must be a number, not {text!r}; in this order: x y z yaw pitch roll (or qx qy qz qw) frame_id "
+        f"child_frame_id [period in ms]"
+    )
+
+
+def _check_frames(parent: str, child: str) -> None:
+    if not parent.strip("/") or not child.strip("/"):
+        raise CommandError("a frame needs a name")
+    if parent == child:
+        raise CommandError(f"target_frame and source frame are the same ({parent}, {child}) this cannot work")
+
+
+def _from_angles(yaw: float, pitch: float, roll: float) -> list[float]:
+    from pyros1.tf.transformations import quaternion_from_euler  # noqa: PLC0415 - quaternions need no calculation
+
+    return quaternion_from_euler(roll, pitch, yaw)
+
+
+def _publish(
+    invocation: Invocation, parent: str, child: str, position: list[float], rotation: list[float], period: float | None
+) -> int:
+    rotation, warning = _normalized(rotation)
+    with open_node(invocation, _NAME, tool=False) as node:
+        if warning:
+            node.log.warn("%s", warning)
+        transform = _stamped(parent, child, position, rotation)
+        if period is None:
+            _publish_static(node, transform)
+        else:
+            _publish_repeatedly(node, transform, period)
+    return 0
+
+
+def _normalized(rotation: list[float]) -> tuple[list[float], str]:
+    """Return the quaternion with length 1, and what to say about that."""
+    length = math.hypot(*rotation)
+    if length < _UNIT:
+        raise CommandError("the quaternion 0 0 0 0 is no rotation; write 0 0 0 1 for none (the order is qx qy qz qw)")
+    if abs(length - 1.0) < _UNIT:
+        return rotation, ""
+    # Listeners would throw it away.
+    return [part / length for part in rotation], f"the quaternion's length is {length:g}, not 1: it is normalized"
+
+
+def _publish_parameter(invocation: Invocation, name: str) -> int:
+    with open_node(invocation, _NAME, tool=False) as node:
+        node.log.info("Looking for TF in parameter: %s", name)
+        value = node.params.get(name, None)
+        if value is None:
+            node.log.fatal("Could not read TF from parameter server: %s", name)
+            return _WRONG
+        try:
+            frame, child = str(value["header"]["frame_id"]), str(value["child_frame_id"])
+            position = [float(value["transform"]["translation"][axis]) for axis in "xyz"]
+            rotation = [float(value["transform"]["rotation"][axis]) for axis in "xyzw"]
+        except (KeyError, TypeError, ValueError) as error:
+            _refuse_parameter(name, error)
+        _check_frames(frame, child)
+        rotation, warning = _normalized(rotation)
+        if warning:
+            node.log.warn("%s", warning)
+        _publish_static(node, _stamped(frame, child, position, rotation))
+    return 0
+
+
+def _refuse_parameter(name: str, error: Exception) -> NoReturn:
+    raise CommandError(
+        f"the parameter {name} must be a transform as in {{header: {{frame_id: base}}, child_frame_id: lidar, "
+        f"transform: {{translation: {{x: 0.0, y: 0.0, z: 0.0}}, rotation: {{x: 0.0, y: 0.0, z: 0.0, w: 1.0}}}}}}; "
+        f"this one is not: {type(error).__name__}: {error}"
+    )
+
+
+def _stamped(parent: str, child: str, position: list[float], rotation: list[float]) -> Any:
+    from pyros1.msgs import load_message  # noqa: PLC0415 - wrong arguments need none
+
+    message: Any = load_message("geometry_msgs/TransformStamped")()
+    message.header.frame_id = parent
+    message.child_frame_id = child
+    v, q = message.transform.translation, message.transform.rotation
+    v.x, v.y, v.z = position
+    q.x, q.y, q.z, q.w = rotation
+    return message
+
+
+def _publish_static(node: Node, transform: Any) -> None:
+    from pyros1.tf.broadcaster import StaticTransformBroadcaster  # noqa: PLC0415
+
+    transform.header.stamp = node.now()
+    StaticTransformBroadcaster(node).send_transform(transform)
+    node.log.info("Spinning until killed publishing %s to %s", transform.header.frame_id, transform.child_frame_id)
+    node.spin()
+
+
+def _publish_repeatedly(node: Node, transform: Any, period: float) -> None:
+    """The stamp is one period ahead: until the next comes, this one holds."""
+    from pyros1.tf.broadcaster import TransformBroadcaster  # noqa: PLC0415
+    from pyros1.timing import Duration  # noqa: PLC0415
+
+    broadcaster = TransformBroadcaster(node)
+    ahead = Duration.from_sec(period)
+    rate = node.rate(1.0 / max(period, 0.001))
+    while node.ok():
+        transform.header.stamp = node.now() + ahead
+        broadcaster.send_transform(transform)
+        rate.sleep()

@@ -1,0 +1,74 @@
+"""``pyros1 tf tree``: the tree of frames in the terminal, with rates and ages, live."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pyros1.cli.common import Invocation, print_json
+from pyros1.cli.tf_drawing import Frame, text
+from pyros1.cli.tf_node import Cures, number, open_node, pauser
+from pyros1.cli.usage import Parser
+
+if TYPE_CHECKING:
+    from pyros1.tf.buffer import Buffer
+
+_CLEAR = "\033[H\033[J"
+_EXAMPLES = {
+    "%prog tree": "until Ctrl-C on a terminal, once otherwise",
+    "%prog tree --once -t 3": "once, after 3 s of listening",
+    "%prog tree --json": "once, as JSON",
+}
+
+
+def main(invocation: Invocation) -> int:
+    """Run the command; returns the exit code, 1 if no transform came."""
+    parser = Parser("rostf", "%prog tree [options]", _EXAMPLES)
+    parser.add_option("-t", "--time", metavar="SECONDS", default="1", help="listen so long before each picture (1)")
+    parser.add_option("--once", action="store_true", default=False, help="show it once")
+    parser.add_option("--json", action="store_true", default=False, help="print a JSON list of frames, once")
+    options, args = parser.parse_args(invocation.args)
+    if args:
+        parser.error(f"tree takes no arguments, {args[0]!r} was given")
+    seconds = number(options.time, "the time", parser.error, positive=True)
+    live = sys.stdout.isatty() and not options.once and not options.json
+    with open_node(invocation, "tf_tree") as node:
+        from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - wrong arguments need none
+        from pyros1.tf.listener import TransformListener  # noqa: PLC0415
+
+        buffer = Buffer(max(10.0, 2 * seconds))
+        with TransformListener(node, buffer):
+            cures = Cures(invocation, node, buffer)
+            pause = pauser(node)
+            while pause(seconds):
+                frames = buffer.frames()
+                if not frames:
+                    cures.tell(None)
+                elif options.json:
+                    print_json(_rows(buffer, node.now().to_sec()))
+                else:
+                    _show(buffer, lambda: node.now().to_sec(), live)
+                if not live:
+                    return 0 if frames or options.json else 1
+    return 0
+
+
+def _show(buffer: Buffer, now: Callable[[], float], live: bool) -> None:
+    lines = text([Frame(*state[:7]) for state in buffer.states()], now())
+    print(f"{_CLEAR}{lines}" if live else lines, flush=True)
+
+
+def _rows(buffer: Buffer, now: float) -> list[dict[str, object]]:
+    return [
+        {
+            "frame_id": state.name,
+            "parent": state.parent,
+            "broadcaster": state.authority if state.parent is not None else None,
+            "static": state.static,
+            "rate": round(state.rate, 3) or None,
+            "age": round(now - state.latest, 6) if state.latest else None,
+            "transforms": state.transforms,
+        }
+        for state in buffer.states()
+    ]

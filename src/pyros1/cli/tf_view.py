@@ -1,0 +1,127 @@
+"""``pyros1 tf view_frames``: the tree of frames as a file (L198)."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pyros1.cli.common import CommandError, Invocation
+from pyros1.cli.tf_drawing import Frame, dot, svg, text
+from pyros1.cli.tf_node import Cures, number, open_node, pauser
+from pyros1.cli.usage import Parser
+from pyros1.errors import ServiceError
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_EXAMPLES = {
+    "%prog view_frames": "listen for 5 s, write frames.gv, and frames.pdf or frames.svg",
+    "%prog view_frames -t 1 -o robot.svg": "listen for 1 s, write an SVG",
+    "%prog view_frames --node /move_base": "what that node knows",
+    "%prog view_frames -o frames.png": "by Graphviz, if it is installed",
+}
+_OWN = (".svg", ".gv", ".dot")
+
+
+def main(invocation: Invocation) -> int:
+    """Run the command; returns the exit code: 1 if there are no frames, or nothing can be drawn."""
+    parser = Parser("rostf", "%prog view_frames [options]", _EXAMPLES)
+    parser.add_option("--node", metavar="NODE", help="get the frames from this node, instead of listening")
+    parser.add_option(
+        "-o", "--output", metavar="FILE", help="a file to write: .svg, .gv, .dot, or with Graphviz .pdf .."
+    )
+    parser.add_option("-t", "--time", metavar="SECONDS", default="5", help="how long to listen (5)")
+    options, args = parser.parse_args(invocation.args)
+    if args:
+        parser.error(f"a file is given with -o {args[0]}")
+    seconds = number(options.time, "the time", parser.error, positive=True)
+    output = Path(options.output) if options.output else None
+    _check(output)
+    with open_node(invocation, "view_frames") as node:
+        frames = _ask(node, options.node) if options.node else _listen(invocation, node, seconds)
+        now = node.now().to_sec()
+        source = f"asked from {options.node}" if options.node else f"{seconds:g} s of /tf and /tf_static"
+        print(text(frames, now))
+        for path in [output] if output else _usual():
+            _write(path, frames, now, f"Frames at {now:.3f}, {source}")
+            print(f"{path} written", flush=True)
+    return 0
+
+
+def _usual() -> list[Path]:
+    return [Path("frames.gv"), Path("frames.pdf" if shutil.which("dot") else "frames.svg")]
+
+
+def _check(output: Path | None) -> None:
+    """Say what is wrong with the file before anybody waits."""
+    if output is None or output.suffix in _OWN:
+        return
+    if not output.suffix:
+        raise CommandError(f"which kind of file? Write {output}.svg, {output}.gv or, with Graphviz, {output}.pdf")
+    if not shutil.which("dot"):
+        raise CommandError(
+            f"{output.suffix} files are made by Graphviz, whose program dot is not installed; take {output.stem}.svg"
+        )
+
+
+def _listen(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
+    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - wrong arguments need none
+    from pyros1.tf.listener import TransformListener  # noqa: PLC0415
+
+    buffer = Buffer(max(10.0, 2 * seconds))
+    with TransformListener(node, buffer):
+        print(f"Listening to /tf and /tf_static for {seconds:.1f} seconds", flush=True)
+        pauser(node)(seconds)
+        frames = [Frame(*state[:7]) for state in buffer.states()]
+    if not frames:
+        Cures(invocation, node, buffer).tell(None)
+        raise CommandError(f"no transform came in {seconds:g} s")
+    return frames
+
+
+def _ask(node: Node, name: str) -> list[Frame]:
+    from pyros1.values.reading import load_yaml  # noqa: PLC0415 - few ask nodes
+
+    service = f"{node.resolve(name)}/tf2_frames"
+    try:
+        answer = node.service(service, "tf2_msgs/FrameGraph")().frame_yaml
+    except ServiceError as error:
+        raise CommandError(
+            f"{name} does not tell its frames: {error}. Nodes with a tf2 listener have a service {service} (those in "
+            f"C++ if they ask for it)"
+        ) from None
+    table: dict[str, dict[str, Any]] = load_yaml(answer) or {}
+    frames = [
+        Frame(
+            str(child),
+            str(row["parent"]),
+            str(row["broadcaster"]),
+            None,
+            float(row["rate"]),
+            float(row["most_recent_transform"]),
+            float(row["oldest_transform"]),
+        )
+        for child, row in table.items()
+    ]
+    known = {frame.name for frame in frames}
+    roots = dict.fromkeys(str(frame.parent) for frame in frames if frame.parent not in known)
+    if not frames:
+        raise CommandError(f"{name} knows no frames")
+    return [*(Frame(root, None, "", None, 0.0, 0.0, 0.0) for root in roots), *frames]
+
+
+def _write(path: Path, frames: list[Frame], now: float, title: str) -> None:
+    try:
+        if path.suffix == ".svg":
+            path.write_text(svg(frames, now, title), encoding="utf-8")
+        elif path.suffix in _OWN:
+            path.write_text(dot(frames, now), encoding="utf-8")
+        else:
+            command = ["dot", f"-T{path.suffix[1:]}", "-o", str(path)]
+            done = subprocess.run(command, input=dot(frames, now).encode(), capture_output=True, check=False)
+            if done.returncode:
+                raise CommandError(f"dot cannot write {path}: {done.stderr.decode(errors='replace').strip()}")
+    except OSError as error:
+        raise CommandError(f"{path} cannot be written: {error.strerror}") from error
