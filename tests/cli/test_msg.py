@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from pyros1.bag import BagWriter
 from pyros1.cli import msg, msg_proto
 from pyros1.msgs import load_message, load_service
 from pyros1.values import load_yaml
@@ -74,12 +75,10 @@ def test_json(run: Any) -> None:
 
 
 def test_definitions_in_bags_l86(run: Any, tmp_path: Path) -> None:
-    from rosbags.rosbag1 import Writer
-
     image = load_message("sensor_msgs/Image")
-    with Writer(tmp_path / "a.bag") as bag:
-        connection = bag.add_connection("/t", "sensor_msgs/msg/Image", msgdef=image._full_text, md5sum=image._md5sum)
-        bag.write(connection, 1, b"")
+    fields = {"type": image._type, "md5sum": image._md5sum, "message_definition": image._full_text}
+    with BagWriter(tmp_path / "a.bag") as bag:
+        bag.add_connection("/t", {name: value.encode() for name, value in fields.items()})
     code, out, _ = run(msg.main, "show", "-b", str(tmp_path / "a.bag"), "sensor_msgs/Image")
     assert (code, out) == run(msg.main, "show", "sensor_msgs/Image")[:2]
     assert run(msg.main, "show", "-b", str(tmp_path / "a.bag"), "std_msgs/Header")[1].startswith("uint32 seq\n")

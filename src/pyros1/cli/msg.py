@@ -273,18 +273,12 @@ def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
     """The definitions of a type in a bag, each once."""
     if not os.path.isfile(path):
         raise CommandError(f"bag file [{path}] does not exist")
-    from rosbags.rosbag1 import Reader, ReaderError  # noqa: PLC0415 - only here are bags needed
-
+    from pyros1 import bag as bags  # noqa: PLC0415 - only here are bags needed
     from pyros1.msgs.digest import split_full_text  # noqa: PLC0415
     from pyros1.msgs.spec import parse_message  # noqa: PLC0415
 
-    try:
-        with Reader(path) as reader:
-            texts = {
-                connection.msgdef.data: connection.msgtype.replace("/msg/", "/") for connection in reader.connections
-            }
-    except ReaderError as error:
-        raise CommandError(f"cannot read [{path}]: {error}") from None
+    with bags.open(path) as bag:
+        texts = {connection.text("message_definition"): connection.type for connection in bag.connections}
     shown = set()
     for text, type_name in texts.items():
         parts = split_full_text(type_name, text)
