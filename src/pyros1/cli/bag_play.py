@@ -102,7 +102,7 @@ def _pause(control: Control, paused: bool) -> tuple[bool, str]:
     what = "paused" if paused else "resumed"
     if control.set_paused(paused):
         return True, f"Playback is now {what}"
-    return False, f"Playback is already {'paused' if paused else 'running'}"
+    return False, f"Bag is already {'paused' if paused else 'running'}."
 
 
 def _control_rate(node: Node, player: Player, topic: str) -> None:
