@@ -83,7 +83,7 @@ def test_simulated_time(make_node: Make, master: Master, capfd: pytest.CaptureFi
     static.send_transform(stamped("base", "lidar", 1))
     node = make_node("viewer")
     buffer = Buffer()
-    TransformListener(node, buffer)
+    listener = TransformListener(node, buffer)
     tick: Any = load_message("rosgraph_msgs/Clock")
     assert clock.wait_for_subscribers(timeout=10) and moving._publisher.wait_for_subscribers(timeout=10)
     clock.publish(tick(Time(50)))
@@ -101,3 +101,9 @@ def test_simulated_time(make_node: Make, master: Master, capfd: pytest.CaptureFi
     assert buffer.can_transform("odom", "arm", timeout=1e6)
     assert not buffer.can_transform("odom", "base")
     assert "Detected jump back in time of" in capfd.readouterr().err
+
+    listener.close()  # the buffer keeps what it has, and time goes on for those who wait
+    clock.publish(tick(Time(5)))
+    timer = maker.timer(0.01, lambda _: clock.publish(tick(Time(next(seconds)))))
+    assert not buffer.can_transform("odom", "nope", timeout=5)
+    assert buffer.can_transform("odom", "arm")

@@ -8,7 +8,7 @@ from optparse import Values
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.common import Invocation, print_json
-from pyros1.cli.tf_node import Cures, number, open_node
+from pyros1.cli.tf_node import Cures, await_clock, number, open_node
 from pyros1.cli.usage import Parser
 
 if TYPE_CHECKING:
@@ -78,6 +78,7 @@ def _echo(invocation: Invocation, node: Node, options: Values, source: str, targ
     buffer = Buffer(options.cache_time)
     TransformListener(node, buffer)
     cures = Cures(invocation, node, buffer)
+    await_clock(node)
     if buffer.can_transform(source, target, timeout=1.0) and options.offset is not None and options.time is None:
         node.sleep(min(-options.offset, options.cache_time))  # so far back there is no data yet
     rate = node.rate(options.rate)

@@ -7,7 +7,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.common import Invocation
-from pyros1.cli.tf_node import Cures, open_node, pauser
+from pyros1.cli.tf_node import Cures, await_clock, open_node, pauser
 from pyros1.cli.usage import Parser
 
 if TYPE_CHECKING:
@@ -86,6 +86,7 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
     buffer = Buffer()
     listener = TransformListener(node, buffer)
     cures = Cures(invocation, node, buffer)
+    await_clock(node)
     chain = _await_chain(node, buffer, cures, *frames) if frames else None
 
     def take(message: Any, static: bool) -> None:
@@ -104,8 +105,8 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
         step = 0
         while pause(_STEP):
             step += 1
-            if chain:
-                stamp = buffer.lookup_transform(frames[0], frames[1]).header.stamp.to_sec()
+            if chain and buffer.can_transform(*frames):
+                stamp = buffer.get_latest_common_time(*frames).to_sec()
                 late = node.now().to_sec() - stamp if stamp else 0.0
                 average = 0.01 * late + 0.99 * average
                 most = max(most, late)

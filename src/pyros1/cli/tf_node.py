@@ -51,6 +51,19 @@ def pauser(node: Node) -> Callable[[float], bool]:
     return lambda seconds: not ended.wait(seconds)
 
 
+def await_clock(node: Node) -> None:
+    """Wait shortly until simulated time runs, if the node's time is simulated; say so if it does not."""
+    pause = pauser(node)
+    for _ in range(20):
+        if not node.now().is_zero() or not pause(0.1):
+            return
+    print(
+        "Simulated time is active (/use_sim_time), but /clock does not tick: nothing will be shown until it does",
+        file=sys.stderr,
+        flush=True,
+    )
+
+
 def number(text: str, what: str, problem: Callable[[str], object], *, positive: bool = False) -> float:
     """Return the number that a word is.
 

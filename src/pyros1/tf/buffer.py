@@ -180,7 +180,11 @@ class Buffer:
         return self._message(target_frame, source_frame, stamp, transform)
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
-        """Tell whether `lookup_transform` would succeed, now or within ``timeout`` seconds."""
+        """Tell whether `lookup_transform` would succeed, now or within ``timeout`` seconds.
+
+        Raises:
+            NodeShutdownError: the node ended during the wait.
+        """
         when = _ns(time)
         return self._await_none(lambda: self._tree.can_transform(target_frame, source_frame, when), timeout) is None
 

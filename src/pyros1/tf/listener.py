@@ -32,24 +32,28 @@ class TransformListener:
         self._node = node
         self._lock = threading.Lock()
         self._last = node.now()
+        self._closed = False
         self._subscribers: list[Any] = []
         if buffer.warn is None:
             buffer.warn = lambda text: node.log.warn("%s", text)
         tf_message = load_message("tf2_msgs/TFMessage")
         if node.params.get("/use_sim_time", False) is True:
             buffer.use_time(lambda: node.now().to_sec())
+            # for good: who waits in the buffer needs the ticks even when nobody listens any more
             self._subscribe("/clock", load_message("rosgraph_msgs/Clock"), self._ticked, 1)
-        self._subscribe("/tf", tf_message, self._received, _QUEUE)
-        self._subscribe("/tf_static", tf_message, self._received_static, None)
+        self._subscribers = [
+            self._subscribe("/tf", tf_message, self._received, _QUEUE),
+            self._subscribe("/tf_static", tf_message, self._received_static, None),
+        ]
         node.on_shutdown(self._end)
         with suppress(NodeError):  # the node has another listener already
             node.advertise_service("~tf2_frames", "tf2_msgs/FrameGraph", lambda _: buffer.all_frames_as_yaml())
 
-    def _subscribe(self, topic: str, message_class: Any, callback: Any, queue_size: int | None) -> None:
+    def _subscribe(self, topic: str, message_class: Any, callback: Any, queue_size: int | None) -> Any:
         # direct: not through the queue of a node that spins, which may be waiting in a lookup
         topics = self._node._topics
         name = self._node.resolve(topic)
-        self._subscribers.append(topics.subscribe(name, message_class, callback, queue_size, direct=True))
+        return topics.subscribe(name, message_class, callback, queue_size, direct=True)
 
     def _received(self, message: Any) -> None:
         self._look_at_time()
@@ -68,9 +72,9 @@ class TransformListener:
             now = self._node.now()
             jump = (now - self._last).to_sec()
             self._last = now
-            if jump < 0:
+            if jump < 0 and not self._closed:
                 self.buffer.clear()  # within the lock: what another topic brings now is of the new time, and stays
-        if jump < 0:
+        if jump < 0 and not self._closed:
             self._node.log.warn("Detected jump back in time of %fs. Clearing TF buffer.", -jump)
 
     def _end(self) -> None:
@@ -78,6 +82,7 @@ class TransformListener:
 
     def close(self) -> None:
         """Stop listening; the buffer keeps what it has."""
+        self._closed = True
         for subscriber in self._subscribers:
             subscriber.unregister()
         self._subscribers = []
