@@ -1,17 +1,19 @@
-"""Recording and playing of `pyros1 bag` beside the stock C++ programs'.
+"""Recording and playing: `pyros1 bag` beside the C++ programs of stock's rosbag.
 
-    python interop/bench/bags.py [--seconds S] [--rates HZ...] [--images MB] [--only record|play]
+    python interop/bench/bags.py [--seconds S] [--only record|play]       # both, taking turns, as a table
+    python interop/bench/bags.py --side ours|stock [...]                  # the figures of one, as JSON
 
-Record: a publisher sends std_msgs/Float64 at a rate, or images at 30 Hz, to our recorder and then to stock's; printed
-is how many of the messages are not in the bag, and what the recorder took of a processor and of memory. Play: a bag
-with a message every millisecond is played to a subscriber of ours, and its arrival times are compared with the bag's.
-Exit code: 0; 1 if ours loses where stock loses none, or plays with a p99 error of 1 ms or more; 3 without stock ROS.
+Record: a publisher sends std_msgs/Float64 at a rate, or images at 30 Hz; said is how many of the messages are not in
+the bag, and what the recorder took of a processor and of memory. Play: a bag with a message every millisecond is played
+to a subscriber of ours, whose arrival times are compared with the bag's. Needs two processors and a quiet machine. Exit
+code: 0; 1 if ours loses where stock loses none, or plays with a p99 error of 1 ms or more; 3 without stock ROS.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import os
 import resource
 import signal
@@ -25,8 +27,21 @@ from pathlib import Path
 from typing import Any
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
-STOCK_RECORD, STOCK_PLAY = "/usr/lib/rosbag/record", "/usr/lib/rosbag/play"
 OURS = [sys.executable, "-m", "pyros1", "bag"]
+COMMANDS = {
+    "ours": {"record": [*OURS, "record"], "play": [*OURS, "play"]},
+    "stock": {"record": ["/usr/lib/rosbag/record"], "play": ["/usr/lib/rosbag/play"]},
+}
+LOADS = {
+    "Float64 at 1 kHz": (1e3, 0),
+    "Float64 at 20 kHz": (2e4, 0),
+    "Float64 at 50 kHz": (5e4, 0),
+    "6.2 MB at 30 Hz": (30.0, 1920 * 1080 * 3),
+}
+"""What is recorded: messages per second, and bytes of an image; 0 for Float64."""
+LOST, CPU, MEMORY = "lost", "CPU", "memory"
+MEDIAN, P99, WORST = "error, median", "error, p99", "error, worst"
+UNITS = {LOST: "%", CPU: "%", MEMORY: "MB", MEDIAN: "ms", P99: "ms", WORST: "ms"}
 TICK = 0.001
 DEADLINE = 60.0
 
@@ -37,11 +52,10 @@ DEADLINE = 60.0
 def publish(topic: str, rate: float, size: int, seconds: float) -> None:
     """Publish at a rate: Float64, or images of so many bytes; prints how many. Begins when somebody listens."""
     from pyros1 import Node
+    from pyros1.msgs import load_message
 
     with Node("load", anonymous=True, argv=[]) as node:
-        message_class: Any = __import__("pyros1.msgs", fromlist=["load_message"]).load_message(
-            "sensor_msgs/Image" if size else "std_msgs/Float64"
-        )
+        message_class: Any = load_message("sensor_msgs/Image" if size else "std_msgs/Float64")
         publisher: Any = node.advertise(topic, message_class, queue_size=20 if size else 20000)
         publisher.wait_for_subscribers(timeout=DEADLINE)
         message = message_class()
@@ -58,7 +72,7 @@ def publish(topic: str, rate: float, size: int, seconds: float) -> None:
                 publisher.publish(message)
             time.sleep(max(TICK, began + sent / rate - time.perf_counter()) if rate < 1 / TICK else TICK)
         time.sleep(1.0)
-        print(sent, publisher.dropped, flush=True)
+        print(sent, flush=True)
 
 
 def listen(topic: str, count: int) -> None:
@@ -120,15 +134,17 @@ def role(name: str, *words: object, env: dict[str, str], **options: Any) -> subp
     return subprocess.Popen(command, env=env, stdout=subprocess.PIPE, text=True, **options)
 
 
-def record(command: list[str], env: dict[str, str], bag: Path, rate: float, size: int, seconds: float) -> str:
-    """Record a load; return a row's cell: messages missing of those sent, the recorder's share of a processor."""
+def record(
+    command: list[str], env: dict[str, str], bag: Path, rate: float, size: int, seconds: float
+) -> dict[str, float]:
+    """Record a load; return the figures."""
     with subprocess.Popen(
         [*command, "-O", str(bag), "/load"], env=env, stdout=subprocess.DEVNULL, cwd=bag.parent
     ) as recorder:
         try:
             with role("publish", "/load", rate, size, seconds, env=env) as load:
                 assert load.stdout is not None
-                sent, dropped = map(int, load.stdout.readline().split())
+                sent = int(load.stdout.readline())
                 load.wait(DEADLINE)
             memory = peak_memory(recorder.pid)
             before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -138,10 +154,9 @@ def record(command: list[str], env: dict[str, str], bag: Path, rate: float, size
             recorder.kill()
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    lost = sent - messages_of(bag)
+    lost = 100 * (sent - messages_of(bag)) / sent
     bag.unlink()
-    by_publisher = f" ({dropped} by the publisher)" if dropped else ""
-    return f"{lost} of {sent} lost{by_publisher}, {100 * used / seconds:.0f}% CPU, {memory:.0f} MB"
+    return {LOST: lost, CPU: 100 * used / seconds, MEMORY: memory}
 
 
 def peak_memory(pid: int) -> float:
@@ -178,8 +193,8 @@ def make_regular_bag(path: Path, seconds: float, rate: float = 1000.0) -> int:
     return count
 
 
-def play(command: list[str], env: dict[str, str], bag: Path, count: int) -> tuple[float, float, float]:
-    """Play a bag; return how late its messages came, in ms: median, p99 and worst, beside the line that fits best."""
+def play(command: list[str], env: dict[str, str], bag: Path, count: int) -> dict[str, float]:
+    """Play a bag; return how far, in ms, messages came from their times, beside the offset that most have."""
     with role("listen", "/load", count, env=env) as ear:
         assert ear.stdout is not None
         ear.stdout.readline()
@@ -189,20 +204,35 @@ def play(command: list[str], env: dict[str, str], bag: Path, count: int) -> tupl
         )  # fmt: skip
         lines = ear.communicate(timeout=DEADLINE)[0].split("\n")
     came = [(float(moment), float(value)) for moment, value in (line.split() for line in lines if line)]
+    assert len(came) == count, f"only {len(came)} of {count} messages came"
     offsets = sorted(moment - value for moment, value in came)
     typical = offsets[len(offsets) // 2]
     errors = sorted(abs(offset - typical) * 1e3 for offset in offsets)
-    if len(came) < count:
-        print(f"  only {len(came)} of {count} messages came", file=sys.stderr)
-    return errors[len(errors) // 2], errors[int(len(errors) * 0.99)], errors[-1]
+    return {MEDIAN: errors[count // 2], P99: errors[int(count * 0.99)], WORST: errors[-1]}
+
+
+def measure(side: str, work: str, seconds: float, env: dict[str, str], folder: Path) -> dict[str, float]:
+    """Return the figures of a work.
+
+    Args:
+        side: ``ours`` or ``stock``.
+        work: ``play``, or one of LOADS to record.
+        seconds: how long.
+        env: environment variables.
+        folder: for the bag.
+    """
+    if work != "play":
+        rate, size = LOADS[work]
+        return record(COMMANDS[side]["record"], env, folder / f"{side}.bag", rate, size, seconds)
+    count = make_regular_bag(folder / "regular.bag", seconds)
+    return play(COMMANDS[side]["play"], env, folder / "regular.bag", count)
 
 
 def main() -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser(description="Recording and playing, beside stock's.")
+    parser.add_argument("--side", choices=["ours", "stock"])
     parser.add_argument("--seconds", type=float, default=5.0)
-    parser.add_argument("--rates", type=float, nargs="*", default=[1000, 20000, 50000])
-    parser.add_argument("--images", type=float, default=6.2, help="size in MB; 0 for none")
     parser.add_argument("--only", choices=["record", "play"])
     parser.add_argument("--role", nargs="+", help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -213,27 +243,31 @@ def main() -> int:
         else:
             listen(topic, int(numbers[0]))
         return 0
-    if not Path(STOCK_RECORD).exists():
+    if options.side != "ours" and not Path(COMMANDS["stock"]["record"][0]).exists():
         print("stock rosbag is not installed; run interop/setup", file=sys.stderr)
         return 3
-    failed = False
+    works = [*(LOADS if options.only != "play" else ()), *(["play"] if options.only != "record" else ())]
     with tempfile.TemporaryDirectory() as name, system(Path(name)) as env:
-        folder = Path(name)
-        if options.only != "play":
-            loads = [(rate, 0) for rate in options.rates]
-            loads += [(30.0, int(options.images * 1e6))] if options.images else []
-            for rate, size in loads:
-                what = f"{size / 1e6:g} MB at {rate:g} Hz" if size else f"Float64 at {rate:g} Hz"
-                ours = record([*OURS, "record"], env, folder / "ours.bag", rate, size, options.seconds)
-                stock = record([STOCK_RECORD], env, folder / "stock.bag", rate, size, options.seconds)
-                print(f"record {what:22} pyros1: {ours:52} stock: {stock}", flush=True)
-                failed = failed or (stock.startswith("0 ") and not ours.startswith("0 "))
-        if options.only != "record":
-            count = make_regular_bag(folder / "regular.bag", options.seconds)
-            for who, command in (("pyros1", [*OURS, "play"]), ("stock", [STOCK_PLAY])):
-                median, p99, worst = play(command, env, folder / "regular.bag", count)
-                print(f"play 1 kHz {who:7} error median {median:.3f} ms, p99 {p99:.3f} ms, worst {worst:.3f} ms")
-                failed = failed or (who == "pyros1" and p99 >= 1.0)
+        if options.side:
+            figures = {}
+            for work in works:
+                found = measure(options.side, work, options.seconds, env, Path(name))
+                figures.update({f"{work}: {what}": figure for what, figure in found.items()})
+            print(json.dumps(figures))
+            return 0
+        return table(works, options.seconds, env, Path(name))
+
+
+def table(works: list[str], seconds: float, env: dict[str, str], folder: Path) -> int:
+    """Print the figures of both sides; return the exit code."""
+    failed = False
+    print(f"{'':36} {'pyros1':>10} {'stock':>10}")
+    for work in works:
+        ours, stock = (measure(side, work, seconds, env, folder) for side in COMMANDS)
+        for what, unit in UNITS.items():
+            if what in ours:
+                print(f"{work + ': ' + what:36} {ours[what]:10.3f} {stock[what]:10.3f} {unit}", flush=True)
+        failed = failed or (not stock.get(LOST, 1.0) and ours[LOST] > 0) or ours.get(P99, 0.0) >= 1.0
     return int(failed)
 
 

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import pyros1
 from pyros1.bag import BagWriter
 from pyros1.msgs import Message, load_message
 
 Make = Callable[..., Path]
+DEADLINE = 20.0
 
 
 def header_of(cls: type[Message], **more: str) -> dict[str, bytes]:
@@ -57,3 +63,27 @@ def values(path: Path, *, unindexed: bool = True) -> list[int]:
 
     with pyros1.bag.open(path, unindexed=unindexed) as bag:
         return [int(item.message.data) for item in bag.messages()]
+
+
+@pytest.fixture
+def start(environ: dict[str, str], tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Starts a pyros1 command, or with ``program`` another Python program; what is left of it is killed."""
+    children: list[subprocess.Popen[str]] = []
+
+    def run(*words: str, program: Path | None = None, **settings: Any) -> subprocess.Popen[str]:
+        source = str(Path(pyros1.__file__).parents[1])
+        options = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **settings}
+        child = subprocess.Popen(
+            [sys.executable, *(["-m", "pyros1"] if program is None else [str(program)]), *words],
+            env={**os.environ, **environ, "PYTHONPATH": source, "PYTHONUNBUFFERED": "1"},
+            cwd=tmp_path,
+            text=True,
+            **options,
+        )
+        children.append(child)
+        return child
+
+    yield run
+    for child in children:
+        child.kill()
+        child.communicate(timeout=DEADLINE)

@@ -85,5 +85,7 @@ class Control:
 
     def close(self) -> None:
         """Let go of the system's resources."""
-        os.close(self._wake)
-        os.close(self._bell)
+        wake, bell = self._wake, self._bell
+        self._wake = self._bell = -1  # who rings later must not write into another file
+        os.close(wake)
+        os.close(bell)

@@ -142,6 +142,19 @@ class Player:
         while not self._control.ended and not all(one.num_connections for one in self._by_name.values()):
             self._control.wait(_PATIENCE)
 
+    def now(self) -> int:
+        """Return the time of the bag, in nanoseconds."""
+        return self._timeline.bag_at(perf_counter())
+
+    def follow(self, stamp: int) -> None:
+        """Take a stamp of the topic that controls the pace, in nanoseconds."""
+        self.rate_stamp = stamp
+        self._control.ring()
+
+    def dropped(self) -> int:
+        """Return how many messages connected subscribers have lost because they were too slow."""
+        return sum({one.name: one.dropped for one in self._by_name.values()}.values())
+
     # Playing ----------------------------------------------------------------------------------------------------------
 
     def run(self) -> int:

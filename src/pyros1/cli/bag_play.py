@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from collections.abc import Callable
 from math import inf, isfinite
 from optparse import OptionParser, Values
+from time import monotonic
 from typing import Any
 
 from pyros1.bag.play_control import Control
@@ -35,6 +37,7 @@ def play(invocation: Invocation) -> int:
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with Bags(paths, options.topics) as bags:
         _check_content(bags, options)
+        gc.freeze()  # the index of a large bag is large, and stays
         try:
             node = Node("play", anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
         except SystemExit:
@@ -84,14 +87,15 @@ def _play(node: Node, bags: Bags, options: Values, control: Control) -> int:
             while not control.ended:
                 control.wait(1.0)
     line.clear()
+    dropped = player.dropped()
+    if dropped:
+        node.log.warn("%d messages were lost by subscribers that were too slow; see --queue", dropped)
     if not options.quiet and not control.ended:
         print("\nDone.", flush=True)
     return 0
 
 
 def _sleep(control: Control, seconds: float) -> None:
-    from time import monotonic  # noqa: PLC0415
-
     until = monotonic() + seconds
     while not control.ended and monotonic() < until:
         control.wait(until - monotonic())
@@ -117,7 +121,7 @@ def _control_rate(node: Node, player: Player, topic: str) -> None:
         except MessageError as error:
             node.log.error("%s: %s", topic, error, throttle=5.0)
             return
-        player.rate_stamp = message.header.stamp.to_nsec() if headed else node.now().to_nsec()
+        player.follow(message.header.stamp.to_nsec() if headed else player.now())
 
     node.subscribe(topic, AnyMsg, take)
 

@@ -8,7 +8,8 @@ import threading
 import time
 from typing import TextIO
 
-from pyros1.bag.recorder import Recorder, Topic
+from pyros1.bag.record_model import Topic
+from pyros1.bag.recorder import Recorder
 
 
 class LiveLine:
@@ -96,8 +97,7 @@ def record_table(recorder: Recorder) -> str:
     topics = sorted(recorder.topics.values(), key=lambda topic: topic.name)
     width = max((len(topic.name) for topic in topics), default=0)
     lines = [
-        f"  {topic.name:{width}}  {topic.written:9} messages  {size_text(topic.bytes):>9}"
-        f"  {topic.dropped} dropped"
+        f"  {topic.name:{width}}  {topic.written:9} messages  {size_text(topic.bytes):>9}  {topic.dropped} dropped"
         for topic in topics
     ]
     report = recorder.report

@@ -2,139 +2,86 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-import time
 from collections.abc import Callable
 from optparse import SUPPRESS_HELP, OptionParser, Values
-from queue import Empty, SimpleQueue
 from typing import Any
 
+from pyros1.bag.errors import BagError
+from pyros1.bag.record_model import RecordOptions
 from pyros1.bag.record_names import FileNames, Selection
 from pyros1.bag.record_topics import TopicSearch
-from pyros1.bag.recorder import Events, Recorder, RecordOptions
+from pyros1.bag.recorder import Events, Recorder
+from pyros1.cli.bag_follow import Ending, follow, wait_for_time
 from pyros1.cli.bag_progress import LiveLine, RecordLine, record_table
 from pyros1.cli.common import CommandError, Invocation
 from pyros1.errors import Error
 from pyros1.node import Node
 
-_POLL = 1.0
-_VALID_TIME = 2.0
 _UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
 _SECONDS = {"": 1, "s": 1, "m": 60, "h": 3600}
-
-End = Exception | None
-"""Why a recording ends: an error, or None."""
 
 
 def record(invocation: Invocation) -> int:
     """``bag record [options] TOPIC...``."""
     parser = _parser(invocation)
-    options, args = parser.parse_args(invocation.args)
+    # The old form of --split takes a value, which options of this kind cannot.
+    words = [
+        part for word in invocation.args for part in (word.split("=", 1) if word.startswith("--split=") else [word])
+    ]
+    options, args = parser.parse_args(words)
     selection = _selection(parser, options, [*args, *options.topics])
-    settings = _settings(parser, options, selection)
+    settings = _settings(parser, options)
     try:
         node = Node("record", anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
     except SystemExit:
         return 0  # Ctrl-C while the master was waited for
-    ends: SimpleQueue[End] = SimpleQueue()  # a signal handler may put into it
-    for number in ("SIGINT", "SIGTERM", "SIGHUP"):
-        if hasattr(signal, number):
-            signal.signal(getattr(signal, number), lambda *_: ends.put(None))
-    node.on_shutdown(lambda: ends.put(None))
     try:
-        return _record(node, selection, settings, options, ends)
+        ending = Ending(node)
+        if options.snapshot:
+            from pyros1.cli.bag_snapshot import keep_snapshots  # noqa: PLC0415 - few ask for it
+
+            return keep_snapshots(node, selection, settings, options, ending)
+        return _record(node, selection, settings, options, ending)
     finally:
         node.shutdown()
 
 
-def _record(node: Node, selection: Selection, settings: RecordOptions, options: Values, ends: SimpleQueue[End]) -> int:
+def _record(node: Node, selection: Selection, settings: RecordOptions, options: Values, ending: Ending) -> int:
     line = LiveLine(not options.quiet)
-    publish = _announcer(node) if options.publish else None
+    announce = _announcer(node) if options.publish else lambda path: None
 
     def opened(path: str) -> None:
         line.say(f"Recording to '{path}'.")
-        if publish is not None:
-            publish(path)
+        announce(path)
 
-    events = Events(opened, lambda path: line.say(f"Closing '{path}'."), node.log.warn, ends.put)
-    if not wait_for_time(node, ends):
+    def warn(text: str) -> None:
+        line.clear()
+        node.log.warn("%s", text)
+
+    search = TopicSearch(node, selection)
+    if not wait_for_time(node, ending):
         return 0
+    events = Events(opened, lambda path: line.say(f"Closing '{path}'."), warn, ending.come)
     try:
         recorder = Recorder(node, settings, events)
-    except OSError as error:
-        raise CommandError(f"cannot write {error.filename}: {error.strerror}") from None
+    except (OSError, BagError) as error:
+        raise CommandError(_reason(error)) from None
+
+    def subscribe(name: str) -> None:
+        line.say(f"Subscribing to {name}")
+        recorder.subscribe(name)
+
     with recorder:
-        search, state = TopicSearch(node, selection), RecordLine(recorder)
-
-        def subscribe(name: str) -> None:
-            line.say(f"Subscribing to {name}")
-            recorder.subscribe(name)
-
-        end = follow(
-            search,
-            ends,
-            subscribe,
-            lambda: line.show(state.text()),
-            recorder.leave_finished,
-        )
-    line.clear()
+        state = RecordLine(recorder)
+        follow(search, ending, subscribe, lambda: line.show(state.text()), recorder.leave_finished)
+        line.clear()
     if not options.quiet:
         print(record_table(recorder), flush=True)
-    if end is not None:
-        node.log.error("%s", _reason(end))
+    if recorder.error is not None:
+        node.log.error("recording has ended: %s", _reason(recorder.error))
         return 1
     return 0
-
-
-def follow(
-    search: TopicSearch,
-    ends: SimpleQueue[End],
-    subscribe: Callable[[str], object],
-    show: Callable[[], object],
-    finished: Callable[[], bool] = lambda: False,
-) -> End:
-    """Subscribe to topics as they come up, until the end.
-
-    Args:
-        search: finds them.
-        ends: brings the end.
-        subscribe: called with each new topic.
-        show: called about once a second.
-        finished: tells whether nothing is left to do; asked often.
-
-    Returns:
-        The error that ended it, if one did.
-    """
-    look_at = 0.0
-    while True:
-        now = time.monotonic()
-        if now >= look_at:
-            look_at = now + _POLL
-            for name in search.new_topics():
-                subscribe(name)
-            show()
-        if finished():
-            return None
-        try:
-            return ends.get(timeout=0.1)
-        except Empty:
-            continue
-
-
-def wait_for_time(node: Node, ends: SimpleQueue[End]) -> bool:
-    """Wait until simulated time has begun; return False if the end came before."""
-    began, said = time.monotonic(), False
-    while node.now().is_zero():
-        if not said and time.monotonic() - began > _VALID_TIME:
-            node.log.warn("/use_sim_time set to true and no clock published.  Still waiting for valid time...")
-            said = True
-        try:
-            ends.get(timeout=0.1)
-        except Empty:
-            continue
-        return False
-    return True
 
 
 def _announcer(node: Node) -> Callable[[str], None]:
@@ -148,7 +95,7 @@ def _announcer(node: Node) -> Callable[[str], None]:
 
 def _reason(error: Exception) -> str:
     if isinstance(error, OSError):
-        return f"cannot write the bag: {error.strerror}; recording ends"
+        return f"cannot write {error.filename or 'the bag'}: {error.strerror}"
     return str(error)
 
 
@@ -219,7 +166,7 @@ def _selection(parser: OptionParser, options: Values, topics: list[str]) -> Sele
         raise CommandError(str(error)) from None
 
 
-def _settings(parser: OptionParser, options: Values, selection: Selection) -> RecordOptions:
+def _settings(parser: OptionParser, options: Values) -> RecordOptions:
     if options.output_prefix is not None and options.output_name is not None:
         parser.error("Can't set both prefix and name.")
     duration = _measure(parser, "--duration", options.duration, _SECONDS) if options.duration else 0.0

@@ -53,6 +53,18 @@ EXAMPLES: dict[str, dict[str, str]] = {
     },
     "param load": {"%prog robot.yaml /robot1": "a file into a namespace"},
     "param dump": {"%prog all.yaml": "everything into a file"},
+    "bag record": {
+        "%prog /odom /scan -O run": "two topics into run.bag",
+        "%prog -a -x '/camera/.*' -o day": "all but some, into day_<date>.bag; new topics too",
+        "%prog -a --lz4 --split --duration 10m --max-splits 6": "the last hour, in files of ten minutes",
+        "%prog -a --snapshot --snapshot-duration 60": "the last minute, when somebody calls ~snapshot",
+    },
+    "bag play": {
+        "%prog run.bag": "at the pace of the recording; space pauses, s steps",
+        "%prog --clock -r 0.5 -s 60 -u 10 run.bag": "ten seconds in slow motion, with simulated time",
+        "%prog run.bag --topics /scan /tf /tf_static": "some topics",
+        "%prog a.bag b.bag /scan:=/old/scan": "two bags together, one topic renamed",
+    },
     "bag info": {
         "%prog run.bag": "what a bag holds",
         "%prog -y -k topics[0].type run.bag": "one value, for scripts",

@@ -1,0 +1,125 @@
+"""`pyros1 bag record` beside stock's recorder on the same topics, under both masters: what is in the files."""
+
+from __future__ import annotations
+
+import re
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness import Master, Process, until
+
+from pyros1.bag.reader import BagReader
+
+pytestmark = pytest.mark.ours_only
+
+RECORD = "/usr/lib/rosbag/record"
+TEXT, JOINTS, IMAGE = "std_msgs/String", "sensor_msgs/JointState", "sensor_msgs/Image"
+
+
+def ours(launcher: Master, *words: str) -> Process:
+    return launcher.run([sys.executable, "-m", "pyros1", "bag", "record", *words], python="ours", label="our recorder")
+
+
+def stock(launcher: Master, *words: str) -> Process:
+    return launcher.run([RECORD, *words], label="stock's recorder")
+
+
+def end(process: Process) -> None:
+    process.signal(signal.SIGINT)
+    assert process.wait() == 0, process.transcript()
+
+
+def content(path: Path) -> dict[tuple[Any, ...], list[bytes]]:
+    """Publisher, with every field of its connection header -> its messages, in order."""
+    found: dict[tuple[Any, ...], list[bytes]] = {}
+    with BagReader(path, unindexed=True) as bag:
+        for message in bag.messages():
+            key = (message.connection.topic, *sorted(message.connection.header.items()))
+            found.setdefault(key, []).append(message.data)
+    return found
+
+
+@pytest.mark.parametrize("kind", ["roscpp", "rospy", "pyros1"])
+def test_both_record_the_same(launcher: Master, topic: str, kind: str, tmp_path: Path) -> None:
+    peer = launcher.shared("bag", kind)
+    kinds = {f"{topic}/text": TEXT, f"{topic}/joints": JOINTS, f"{topic}/latched": TEXT}
+    for name, type_name in kinds.items():
+        peer.advertise(name, type_name, 1000, name.endswith("latched"))
+    sent = [peer.publish(f"{topic}/latched", 5)]
+    recorders = [
+        ours(launcher, "-O", str(tmp_path / "ours"), *kinds),
+        stock(launcher, "-O", str(tmp_path / "stock"), *kinds),
+    ]
+    for name in kinds:
+        peer.linked(name, 2)
+    for seed in range(50):
+        sent += [peer.publish(f"{topic}/text", seed), peer.publish(f"{topic}/joints", seed)]
+    active = tmp_path / "ours.bag.active"
+    until(lambda: sum(map(len, content(active).values())) == len(sent), "all is on the disk")
+    for recorder in recorders:
+        end(recorder)
+    mine, theirs = content(tmp_path / "ours.bag"), content(tmp_path / "stock.bag")
+    assert mine == theirs
+    assert sorted(data.hex() or "-" for bodies in mine.values() for data in bodies) == sorted(sent)
+
+
+def test_stock_reads_what_we_record(launcher: Master, topic: str, tmp_path: Path) -> None:
+    peer = launcher.shared("bag", "roscpp")
+    peer.advertise(topic, TEXT)
+    for words in ([], ["--lz4"], ["-j"]):
+        path = tmp_path / "x.bag"
+        recorder = ours(launcher, "-O", str(path), "--chunksize", "1", *words, topic)
+        peer.linked(topic, 1)
+        for seed in range(100):
+            peer.publish(topic, seed)
+        until(lambda: sum(map(len, content(tmp_path / "x.bag.active").values())) == 100, "all is on the disk")
+        end(recorder)
+        peer.linked(topic, 0)
+        info = launcher.tool("rosbag", "info", str(path))
+        assert re.search(r"messages: +100\n", info) and re.search(rf"{topic} +100 msgs +: {TEXT}", info), info
+        assert "not need any migrations" in launcher.tool("rosbag", "check", str(path))
+
+
+def test_stock_reindexes_what_a_killed_recorder_leaves(launcher: Master, topic: str, tmp_path: Path) -> None:
+    """Its own file header has to be as large as stock's: stock rewrites it in place."""
+    peer = launcher.shared("bag", "roscpp")
+    peer.advertise(topic, TEXT)
+    recorder = ours(launcher, "-O", str(tmp_path / "x"), topic)
+    peer.linked(topic, 1)
+    for seed in range(100):
+        peer.publish(topic, seed)
+    active = tmp_path / "x.bag.active"
+    until(lambda: sum(map(len, content(active).values())) == 100, "all is on the disk")
+    recorder.signal(signal.SIGKILL)
+    recorder.wait()
+    path = active.rename(tmp_path / "x.bag")
+    launcher.tool("rosbag", "reindex", "-q", str(path))
+    assert re.search(r"messages: +100\n", launcher.tool("rosbag", "info", str(path)))
+
+
+def test_splits_are_called_and_forgotten_as_stock_does(launcher: Master, topic: str, tmp_path: Path) -> None:
+    """B17, B18: numbers, the latest ones, no trace of the others."""
+    peer = launcher.shared("bag", "roscpp")
+    peer.advertise(topic, IMAGE, 1000)
+    folders = {"ours": ours, "stock": stock}
+    for folder in folders:
+        (tmp_path / folder).mkdir()
+    words = ["--split", "--size", "1", "--max-splits", "2", "-O"]
+    recorders = [start(launcher, *words, str(tmp_path / folder / "s"), topic) for folder, start in folders.items()]
+    peer.linked(topic, 2)
+    for _ in range(9):  # two fill a file, the last one begins the fifth
+        peer.publish(topic, 600_000)
+    names: dict[str, list[str]] = {}
+
+    def fifth() -> bool:
+        for folder in folders:
+            names[folder] = sorted(path.name for path in (tmp_path / folder).iterdir())
+        return all("s_4.bag.active" in found for found in names.values())
+
+    until(fifth, "the fifth file is open")
+    assert names["ours"] == names["stock"] == ["s_2.bag", "s_3.bag", "s_4.bag.active"]
+    for recorder in recorders:
+        end(recorder)

@@ -1,0 +1,54 @@
+"""Keeps a recording from filling the disk (B22)."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+
+from pyros1.bag.errors import BagError
+
+_LOOK_TIME = 1.0
+_WARN_TIME = 20.0
+_WARN_FACTOR = 5
+
+
+class SpaceGuard:
+    """Looks how much room a disk has, about once a second.
+
+    Args:
+        folder: on the disk.
+        least: bytes that must stay free.
+        warn: called with a text while less than five times as much is free.
+    """
+
+    def __init__(self, folder: str, least: int, warn: Callable[[str], object]) -> None:
+        self._folder = folder
+        self._least = least
+        self._warn = warn
+        self._look_at = self._warn_at = 0.0
+
+    def check(self) -> None:
+        """Look, if it is time.
+
+        Raises:
+            BagError: there is too little room.
+        """
+        now = time.monotonic()
+        if now < self._look_at or not hasattr(os, "statvfs"):
+            return
+        self._look_at = now + _LOOK_TIME
+        try:
+            disk = os.statvfs(self._folder)
+        except OSError:
+            return  # the write will say what is wrong
+        free, least = disk.f_bavail * disk.f_frsize, self._least
+        if free < least:
+            raise BagError(self._folder, f"less than {_gigabytes(least)} free on the disk: see --min-space")
+        if free < _WARN_FACTOR * least and now >= self._warn_at:
+            self._warn_at = now + _WARN_TIME
+            self._warn(f"Less than {_gigabytes(_WARN_FACTOR * least)} of space free on the disk.")
+
+
+def _gigabytes(size: int) -> str:
+    return f"{size / (1 << 30):.3g} GiB"

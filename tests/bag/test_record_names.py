@@ -1,0 +1,107 @@
+"""Names of files, choice of topics, and what a recording says about itself."""
+
+from __future__ import annotations
+
+import io
+import re
+import time
+from typing import Any
+
+import pytest
+
+from pyros1.bag.record_model import Topic
+from pyros1.bag.record_names import FileNames, Selection
+from pyros1.cli.bag_progress import LiveLine, RecordLine, record_table, size_text
+from pyros1.errors import Error
+
+MOMENT = time.mktime((2026, 11, 20, 20, 24, 3, 0, 0, -1))
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (FileNames(), "2026-11-20-20-24-03.bag"),
+        (FileNames("pre"), "pre_2026-11-20-20-24-03.bag"),
+        (FileNames("dir/pre.bag"), "dir/pre_2026-11-20-20-24-03.bag"),
+        (FileNames("name", dated=False), "name.bag"),
+        (FileNames("name.bag", dated=False), "name.bag"),
+        (FileNames("pre", numbered=True), "pre_2026-11-20-20-24-03_7.bag"),
+        (FileNames("name.bag", dated=False, numbered=True), "name_7.bag"),
+        (FileNames(numbered=True), "2026-11-20-20-24-03_7.bag"),
+    ],
+)
+def test_names(names: FileNames, expected: str) -> None:
+    """B17"""
+    assert names.name(7, MOMENT) == expected
+
+
+def test_selection() -> None:
+    """B15: expressions match whole names; what is excluded is so however it was found, but not if it was named."""
+    every = Selection(everything=True, exclude="/cam.*")
+    assert every.wants("/odom") and not every.wants("/cam1") and every.polling
+    some = Selection(["/cam[0-9]", "/odom"], regex=True, exclude=".*9")
+    assert some.wants("/cam1") and not some.wants("/cam12") and not some.wants("/cam9")
+    assert not some.wants("/my/odom") and some.named() == []
+    node = Selection(node="/n")
+    assert node.wants("/a", ["/a"]) and not node.wants("/b", ["/a"]) and node.polling
+    plain = Selection(["/a"], exclude="/a")
+    assert plain.named() == ["/a"] and not plain.polling
+    with pytest.raises(Error, match=r"not a regular expression"):
+        Selection(exclude="(")
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_messages_and_the_live_line_do_not_mix() -> None:
+    out = Terminal()
+    line = LiveLine(stream=out)
+    line.show("x" * 1000)
+    line.say("hello")
+    line.show("y")
+    line.clear()
+    lines = re.split(r"[\r\n]", out.getvalue().replace("\x1b[K", ""))
+    assert re.fullmatch(r"\[ INFO\] \[\d+\.\d{9}\]: hello", lines[2])
+    assert len(lines[1]) < 1000 and lines[3:] == ["", "y", ""]
+
+
+def test_nothing_but_messages_goes_into_a_file_and_nothing_at_all_if_quiet() -> None:
+    out, quiet = io.StringIO(), Terminal()
+    for line in (LiveLine(stream=out), LiveLine(False, quiet)):
+        line.show("x")
+        line.say("hello")
+        line.clear()
+    assert out.getvalue().count("\n") == 1 and "x" not in out.getvalue()
+    assert quiet.getvalue() == ""
+
+
+def test_an_output_that_goes_away_does_not_end_the_recording() -> None:
+    out = Terminal()
+    line = LiveLine(stream=out)
+    out.close()
+    line.show("x")
+    line.say("hello")
+    line.clear()
+
+
+def test_topics_that_lose_messages_come_first() -> None:
+    recorder: Any = type("Recorder", (), {})()
+    busy, losing = Topic("/busy", messages=1000, bytes=10_000_000), Topic("/losing", messages=10, bytes=10, dropped=3)
+    losing.beyond = 2
+    recorder.topics = {"/busy": busy, "/losing": losing}
+    recorder.size = 12_345_678
+    recorder.report = type("Report", (), {"files": ["a.bag"], "messages": 1005, "bytes": 12_345_678})()
+    text = RecordLine(recorder).text()
+    assert "12.3 MB" in text and "DROPPED 3" in text
+    assert text.index("/losing") < text.index("/busy")
+    table = record_table(recorder).split("\n")
+    assert table[0] == "1005 messages, 12.3 MB in 1 file"
+    assert re.fullmatch(r"  /losing +5 messages +10 B  3 dropped", table[2])
+
+
+def test_sizes_for_people() -> None:
+    assert [size_text(size) for size in (0, 999, 1500, 2_000_000, 3.21e12)] == [
+        "0 B", "999 B", "1.5 KB", "2 MB", "3.21 TB"
+    ]  # fmt: skip
