@@ -85,7 +85,7 @@ def test_start_and_duration(launcher: Master, topic: str, who: str, tmp_path: Pa
 def test_clock(launcher: Master, topic: str, who: str, tmp_path: Path) -> None:
     """B30: it begins with the first message, never runs back, ends before the last message or with it."""
     path = make_bag(tmp_path / "x.bag", topic, topic + "/latched")
-    peer = launcher.ready_peer("roscpp", f"ear_{who}")
+    peer = launcher.ready_peer("rospy", f"ear_{who}")
     peer.subscribe("/clock", "rosgraph_msgs/Clock", 1000)
     process = player(launcher, who, "--clock", "--hz", "100", "-d", "1", str(path))
     assert process.wait() == 0, process.transcript()
