@@ -101,7 +101,6 @@ class InLink:
         begin = size - tail - array + 4
         if self.patient and _ALL and begin >= 4:
             self.expected = Expected(begin, tail, max(TRUSTED, 2 * array), counted)
-            self.buffer.shrink()
 
     def _receive_large(self, expected: Expected, flags: int) -> int | SplitBody:
         """Receive a frame of the expected shape; whatever else comes goes to the buffer.

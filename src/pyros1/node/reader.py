@@ -362,6 +362,8 @@ class Reader:
             behind = perf_counter() + FRESH
             while backlog and perf_counter() < behind:
                 self._deliver_item(*backlog.take())
+            if not backlog and perf_counter() < behind:
+                return  # callbacks are quick again
 
     def _next_of(self, queue: deque[tuple[Source, Item]]) -> tuple[Source, Item] | None:
         with self._queues:
