@@ -1,8 +1,8 @@
 """A small, safe part of Python's expressions, for the texts in which ROS 1 lets a user calculate.
 
 A text is parsed to Python's syntax tree, checked to consist of harmless parts, and interpreted node by node; nothing is
-compiled or executed. There is no way to a name that begins with ``_``, to a lambda, a comprehension or an assignment,
-and sizes are bounded, so that an expression can neither reach into the interpreter nor keep it busy for long.
+compiled or executed. There is no way to a name that begins with ``_``, to a lambda or an assignment, and sizes and
+loops are bounded, so that an expression can neither reach into the interpreter nor keep it busy for long.
 
 Who lets users calculate says in a subclass of `Interpreter` which nodes, names, attributes and functions there are.
 """
@@ -12,7 +12,7 @@ from __future__ import annotations
 import ast
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 from pyros1.errors import Error
@@ -25,6 +25,9 @@ MAX_ITEMS = 10_000
 
 MAX_BITS = 4096
 """Most bits of a calculated integer."""
+
+MAX_STEPS = 100_000
+"""Most items that the comprehensions of an expression go through, all together."""
 
 
 class ExpressionError(Error, ValueError):
@@ -76,14 +79,21 @@ _METHODS: dict[type[ast.expr], str] = {
     ast.Compare: "_compare",
     ast.Constant: "_constant",
     ast.Dict: "_dict",
+    ast.DictComp: "_dictcomp",
+    ast.GeneratorExp: "_listcomp",
     ast.IfExp: "_ifexp",
     ast.List: "_list",
+    ast.ListComp: "_listcomp",
     ast.Name: "_name",
+    ast.Set: "_set",
+    ast.SetComp: "_setcomp",
     ast.Slice: "_slice",
     ast.Subscript: "_subscript",
     ast.Tuple: "_tuple",
     ast.UnaryOp: "_unaryop",
 }
+_COMPREHENSIONS = (ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
+_OPTIONAL = {ast.Attribute, ast.Call, ast.Dict, ast.Set, *_COMPREHENSIONS}
 _FAILURES = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
 _VIEWS: tuple[type[Any], ...] = (type({}.keys()), type({}.values()), type({}.items()))
 _CONTAINERS: tuple[type[Any], ...] = (list, tuple, dict, set, frozenset, *_VIEWS)
@@ -142,6 +152,22 @@ def require(needed: int, limit: int = MAX_ITEMS) -> None:
         raise ExpressionError("the result is too large")
 
 
+def _is_target(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) or (isinstance(node, ast.Tuple) and all(map(_is_target, node.elts)))
+
+
+def _assign(target: ast.expr, item: Any, names: dict[str, Any]) -> None:
+    """Give the names of a comprehension's target their values, as in ``for a, (b, c) in``."""
+    if isinstance(target, ast.Name):
+        names[target.id] = item
+    elif isinstance(target, ast.Tuple):
+        items = list(item)
+        if len(items) != len(target.elts):
+            raise ExpressionError(f"{len(target.elts)} names are for {len(items)} values")
+        for name, part in zip(target.elts, items, strict=True):
+            _assign(name, part, names)
+
+
 class Interpreter:
     """One checked expression.
 
@@ -155,7 +181,7 @@ class Interpreter:
         ExpressionError: it is malformed, too long, or uses what is not allowed.
     """
 
-    nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_METHODS) - {ast.Attribute, ast.Call, ast.Dict}
+    nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_METHODS) - _OPTIONAL
     """The kinds of syntax nodes allowed, of those that this class knows."""
 
     max_items: ClassVar[int] = MAX_ITEMS
@@ -164,7 +190,11 @@ class Interpreter:
     formatting: ClassVar[bool] = False
     """Whether ``text % values`` is allowed."""
 
+    max_steps: ClassVar[int] = MAX_STEPS
+    """Most items that comprehensions go through."""
+
     def __init__(self, text: str) -> None:
+        self._steps = 0
         if len(text) > MAX_TEXT:
             raise ExpressionError(f"the expression has more than {MAX_TEXT} characters")
         try:
@@ -187,6 +217,7 @@ class Interpreter:
         Raises:
             ExpressionError: a name does not exist, types do not fit, the result gets too large, ...
         """
+        self._steps = 0
         try:
             return self.value(self._root, names)
         except ExpressionError:
@@ -213,6 +244,8 @@ class Interpreter:
             raise ExpressionError("only plain function calls are possible")
         if (isinstance(node, ast.keyword) and node.arg is None) or (isinstance(node, ast.Dict) and None in node.keys):
             raise ExpressionError("** is not possible here")
+        if isinstance(node, ast.comprehension) and (node.is_async or not _is_target(node.target)):
+            raise ExpressionError("a comprehension can only give names to its items")
 
     def constant(self, value: Any) -> Any:
         """Return the value of a literal."""
@@ -263,6 +296,46 @@ class Interpreter:
     def _dict(self, node: ast.Dict, names: Mapping[str, Any]) -> Any:
         pairs = zip(node.keys, node.values, strict=True)
         return self._bounded({self.value(key, names): self.value(item, names) for key, item in pairs if key})
+
+    def _set(self, node: ast.Set, names: Mapping[str, Any]) -> Any:
+        return self._bounded({self.value(item, names) for item in node.elts})
+
+    # A generator expression is calculated at once: what it makes has to keep the bounds, too.
+    def _listcomp(self, node: ast.ListComp | ast.GeneratorExp, names: Mapping[str, Any]) -> Any:
+        return self._collected(node.generators, names, lambda inner: self.value(node.elt, inner))
+
+    def _setcomp(self, node: ast.SetComp, names: Mapping[str, Any]) -> Any:
+        return set(self._collected(node.generators, names, lambda inner: self.value(node.elt, inner)))
+
+    def _dictcomp(self, node: ast.DictComp, names: Mapping[str, Any]) -> Any:
+        def pair(inner: Mapping[str, Any]) -> tuple[Any, Any]:
+            return self.value(node.key, inner), self.value(node.value, inner)
+
+        return dict(self._collected(node.generators, names, pair))
+
+    def _collected(
+        self, loops: list[ast.comprehension], names: Mapping[str, Any], make: Callable[[Mapping[str, Any]], Any]
+    ) -> list[Any]:
+        results: list[Any] = []
+        total = 0
+        for inner in self._loop(loops, dict(names)):
+            results.append(make(inner))
+            total += 1 + size(results[-1], self.max_items)
+            require(total, self.max_items)
+        return results
+
+    def _loop(self, loops: list[ast.comprehension], names: dict[str, Any]) -> Iterator[dict[str, Any]]:
+        if not loops:
+            yield names
+            return
+        first, *rest = loops
+        for item in self.value(first.iter, names):
+            self._steps += 1
+            if self._steps > self.max_steps:
+                raise ExpressionError("comprehensions go through too many items")
+            _assign(first.target, item, names)
+            if all(self.value(condition, names) for condition in first.ifs):
+                yield from self._loop(rest, names)
 
     def _subscript(self, node: ast.Subscript, names: Mapping[str, Any]) -> Any:
         return self.value(node.value, names)[self.value(node.slice, names)]

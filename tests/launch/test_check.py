@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+
 from pathlib import Path
 
 import pytest
 
 from pyros1.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.check import check_machines, missing_parts
+from pyros1.launch.conditions import Condition
 from pyros1.launch.loader import load_plan
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan
 from pyros1.launch.resources import Resources
@@ -90,7 +93,7 @@ def test_missing_parts() -> None:
         NodePlan("nope", "nope", "elsewhere", machine="arm"),
     ]
     plan = Plan(nodes=nodes, machines={"arm": MachinePlan("arm", "192.0.2.1")})
-    texts = [str(error) for error in missing_parts(plan, Packages())]
+    texts = [str(error) for error in missing_parts(plan, Packages(), {"PATH": os.defpath})]
     assert texts[0] == "f:3: node [/no_machine]: unknown machine [arrm] (did you mean 'arm'?)"
     assert texts[1] == "f:1: node [/no_package]: package [robt] not found (did you mean 'robot'?)"
     assert texts[2].startswith("f:2: node [/no_type]: Cannot locate node of type [walk] in package [robot]")
@@ -100,3 +103,33 @@ def test_missing_parts() -> None:
     with pytest.raises(LaunchError, match="unknown machine"):
         check_machines(plan)
     check_machines(Plan())
+
+
+def test_prefixes_that_are_not_there() -> None:
+    plan = Plan(nodes=[NodePlan("robot", "run", "n", prefix=["nice_try", "-n", "5"], file="f", line=1)])
+    texts = [str(error) for error in missing_parts(plan, Packages(), {"PATH": os.defpath})]
+    assert texts == ["f:1: node [/n]: launch-prefix: there is no program [nice_try] on the PATH"]
+
+
+def test_nodes_that_wait_for_themselves() -> None:
+    def node(name: str, *needs: str) -> NodePlan:
+        return NodePlan("robot", "run", name, wait_for=[Condition("node", need) for need in needs], file="f", line=1)
+
+    plan = Plan(nodes=[node("a", "/b"), node("b", "/c", "/d"), node("c", "/a"), node("d"), node("e", "/e"), node("f", "/a")])
+    texts = [str(error).removeprefix("f:1: ") for error in missing_parts(plan, Packages(), {})]
+    assert texts == [
+        f"node [/{name}]: it can never start: it waits for itself ({chain})"
+        for name, chain in (
+            ("a", "/a -> /b -> /c -> /a"),
+            ("b", "/b -> /c -> /a -> /b"),
+            ("c", "/c -> /a -> /b -> /c"),
+            ("e", "/e -> /e"),
+        )
+    ]
+
+
+def test_a_file_that_includes_itself_is_named_once() -> None:
+    resources = Resources(Packages(), {}, read_bytes=lambda name: b'<launch><include file="a"/></launch>')
+    with pytest.raises(LaunchError) as caught:
+        load_plan(["a"], {}, resources)
+    assert str(caught.value).count("included at a:1") == 1 and str(caught.value).endswith("(again and again)")

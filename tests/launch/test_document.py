@@ -30,12 +30,23 @@ def test_bad_xml_x07(text: str) -> None:
         parse_document(text, "f.launch")
 
 
-def test_entities_are_refused() -> None:
+def test_entities_are_short_texts() -> None:
+    text = '<!DOCTYPE l [<!ENTITY x "y">]><launch a="&x;1">&x;2</launch>'
+    root = parse_document(text, "f.launch")
+    assert (root.attributes, root.text) == ({"a": "y1"}, "y2")
+
+
+def test_other_entities_are_refused() -> None:
     bomb = '<!DOCTYPE l [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><launch>&b;</launch>'
     outside = '<!DOCTYPE l [<!ENTITY a SYSTEM "file:///etc/passwd">]><launch>&a;</launch>'
-    for text in (bomb, outside):
-        with pytest.raises(LaunchError, match="refused"):
+    long = f'<!DOCTYPE l [<!ENTITY a "{"x" * 1000}">]><launch>&a;</launch>'
+    parameter = '<!DOCTYPE l [<!ENTITY % a "x">]><launch/>'
+    many = "<!DOCTYPE l [" + "".join(f'<!ENTITY a{i} "x">' for i in range(1000)) + "]><launch/>"
+    for text in (bomb, outside, long, parameter, many):
+        with pytest.raises(LaunchError, match=r"^f.launch:1: Invalid roslaunch XML syntax: the entity '\w+' is refused: "):
             parse_document(text, "f.launch")
+    with pytest.raises(LaunchError, match=r"^f.launch:1: .*nothing outside of the file"):
+        parse_document('<!DOCTYPE l SYSTEM "http://here/l.dtd"><launch>&b;</launch>', "f.launch")
     with pytest.raises(LaunchError, match="deeply"):
         parse_document("<launch>" + "<a>" * 5000, "f.launch")
 

@@ -24,6 +24,10 @@ FUNCTIONS = {"arg": VARIABLES.__getitem__, "env": lambda name: "/home/me"}
         ("sqrt(16) + math.pi * 0", "4.0"), ("arg('s') + env('HOME')", "text/home/me"), ("list(map(str, [1, 2]))", "['1', '2']"),
         ("{'a': 1}['a']", "1"), ("-i", "-3"), ("str(1) + str(true)", "1True"), ("int('7') / 2", "3.5"), ("','.join(['a', 'b'])", "a,b"),
         ("i is not None", "True"), ("dict(a=1).get('a')", "1"),
+        ("[x * 2 for x in range(3) if x]", "[2, 4]"), ("''.join(str(x) for x in [1, 2])", "12"), ("{k: v for k, v in zip('ab', [1, 2])}", "{'a': 1, 'b': 2}"),
+        ("[(x, y) for x in range(2) for y in range(x)]", "[(1, 0)]"), ("sorted({x % 2 for x in range(9)})", "[0, 1]"), ("[i for i, in [(7,)]][0] + i", "10"),
+        ("hex(255) + chr(65) + str(ord('A'))", "0xffA65"), ("format(3, '03d') + repr('a')", "003'a'"), ("divmod(7, 2)", "(3, 1)"), ("isinstance(i, int)", "True"),
+        ("list(enumerate('ab'))", "[(0, 'a'), (1, 'b')]"), ("''.join(reversed('abc'))", "cba"), ("{1, 1}", "{1}"),
     ],
 )  # fmt: skip
 def test_what_launch_files_use(text: str, result: str) -> None:
@@ -33,9 +37,10 @@ def test_what_launch_files_use(text: str, result: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "", "1 +", "foo", "open('x')", "().__class__", "'{0.real}'.format(i)", "'{:{}}'.format(i, 9)", "'{:999999}'.format(i)", "f'{i:999999}'", "'a'.zfill(10 ** 6)", "s.encode()", "(lambda: 1)()", "[x for x in [1]]", "9 ** 9 ** 9", "1 << 99999",
+        "", "1 +", "foo", "open('x')", "().__class__", "'{0.real}'.format(i)", "'{:{}}'.format(i, 9)", "'{:999999}'.format(i)", "f'{i:999999}'", "'a'.zfill(10 ** 6)", "s.encode()", "(lambda: 1)()", "9 ** 9 ** 9", "1 << 99999",
         "'a' * 10 ** 8", "exec('1')", "math", "i.real", "[1][5]", "1 / 0", "'%99999999d' % 1", "str(*[1])", "dict(**{})", "(i := 4)",
-        "arg('nope')", "'a' + 1", "factorial(10000)", "print(1)", "{**{}}", "await i", "int('9' * 9000)",
+        "arg('nope')", "'a' + 1", "factorial(10000)", "print(1)", "{**{}}", "await i", "int('9' * 9000)", "[x for x in range(99999)]", "[0 for x in range(9999) for y in range(9999) if 0]", "[x.__class__ for x in [1]]", "x for x in [1]",
+        "format(1, '999999')", "[a for a, b in [(1,)]]", "[v for s.x in [1]]",
     ],
 )  # fmt: skip
 def test_what_is_refused(text: str) -> None:

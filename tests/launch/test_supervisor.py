@@ -188,5 +188,5 @@ def test_what_cannot_be_started_is_said(bench: Bench) -> None:
     spec = bench.spec("none-1", "")
     spec.words = ["/no/such/program"]
     assert not bench.supervisor.start(spec)
-    assert "cannot launch node of type [/none-1]" in bench.err.getvalue()
+    assert "cannot start [none-1]: No such file or directory: /no/such/program" in bench.err.getvalue()
     assert bench.supervisor.run().startswith("all processes")

@@ -106,6 +106,18 @@ def test_own_packages_need_no_executable_bit(tmp_path: Path) -> None:
     assert packages.find_executable("minimal", "talker.py") == [package / "nodes/talker.py"]
 
 
+def test_programs_that_an_installed_package_lacks_are_pyros1s(tmp_path: Path) -> None:
+    """Debian has packages, tf2_ros for one, whose programs are in a package of their own."""
+    stock, own = make_package(tmp_path / "stock/share/tf"), make_package(tmp_path / "own/tf")
+    for folder, name in ((own, "echo"), (own, "monitor"), (stock, "echo")):
+        (folder / name).touch(mode=0o755)
+    packages = index(tmp_path)
+    assert packages.find("tf") == stock
+    assert packages.find_executable("tf", "echo") == [stock / "echo"]
+    assert packages.find_executable("tf", "monitor") == [own / "monitor"]
+    assert packages.find_executable("tf", "nothing") == []
+
+
 def test_executables_of_a_package(tmp_path: Path) -> None:
     folder = tmp_path / "share" / "robot"
     for path, mode in (("package.xml", 0o644), ("scripts/run", 0o755), ("scripts/data", 0o644), (".git/hook", 0o755)):

@@ -19,7 +19,7 @@ def check(files: list[str], arguments: dict[str, str], resources: Resources) -> 
 
     problems: list[LaunchError] = []
     plan = load_plan(files, arguments, resources, problems=problems)
-    texts = [*map(str, problems), *plan.warnings, *map(str, missing_parts(plan, resources.packages))]
+    texts = [*map(str, problems), *plan.warnings, *map(str, missing_parts(plan, resources.packages, resources.environ))]
     for text in texts:
         print(text)
     if not texts:

@@ -220,7 +220,7 @@ def _problems(file: str, arguments: dict[str, str], resources: Resources, option
     plan = load_plan([file], arguments, resources, problems=errors)
     if options.ignore_unset_args:
         errors = [error for error in errors if not _is_unset_arg(error)]
-    texts = [*map(str, errors), *map(str, missing_parts(plan, resources.packages))]
+    texts = [*map(str, errors), *map(str, missing_parts(plan, resources.packages, resources.environ))]
     for package, names in undeclared(file_needs(plan), test_depends=options.test_depends).items():
         if names:
             texts.append(f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(names))}")

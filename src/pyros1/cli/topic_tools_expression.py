@@ -187,38 +187,13 @@ class MessageExpression(Interpreter):
 
     nodes = Interpreter.nodes | {ast.Attribute, ast.Call, ast.ListComp, ast.GeneratorExp}
     max_items = _MAX_ITEMS
+    max_steps = _MAX_ITEMS
     formatting = True
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
         """Return the expression's value, numpy's numbers as Python's; see `Interpreter`."""
         result = super().evaluate(names)
         return type(result)(map(_plain, result)) if type(result) in (list, tuple) else _plain(result)
-
-    def check(self, node: ast.AST) -> None:
-        """Refuse what may not be in an expression; see `Interpreter`."""
-        super().check(node)
-        if isinstance(node, ast.comprehension) and not isinstance(node.target, ast.Name):
-            raise ExpressionError("a comprehension has one name for its items")
-        if isinstance(node, (ast.ListComp, ast.GeneratorExp)) and len(node.generators) > 1:
-            raise ExpressionError("a comprehension has one `for`")
-
-    def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
-        """Return the value of a node; see `Interpreter`."""
-        if isinstance(node, (ast.ListComp, ast.GeneratorExp)):
-            return self._comprehension(node, names)
-        return super().value(node, names)
-
-    def _comprehension(self, node: ast.ListComp | ast.GeneratorExp, names: Mapping[str, Any]) -> list[Any]:
-        loop = node.generators[0]
-        assert isinstance(loop.target, ast.Name)
-        inner = dict(names)
-        result = []
-        for item in self.value(loop.iter, names):
-            inner[loop.target.id] = item
-            if all(self.value(condition, inner) for condition in loop.ifs):
-                result.append(self.value(node.elt, inner))
-                require(len(result), self.max_items)
-        return result
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         """Return what a name stands for; see `Interpreter`."""

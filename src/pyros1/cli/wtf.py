@@ -144,7 +144,7 @@ def _launch_problems(files: list[str], words: list[str]) -> list[str]:
     texts: list[str] = []
     try:
         plan = load_plan(find_files(files, resources), parse_arguments(words), resources, problems=problems)
-        texts = [*plan.warnings, *map(str, missing_parts(plan, resources.packages))]
+        texts = [*plan.warnings, *map(str, missing_parts(plan, resources.packages, resources.environ))]
     except Error as error:
         texts = [str(error)]
     return [*map(str, problems), *texts]

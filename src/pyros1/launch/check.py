@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from pyros1.errors import LaunchError, PackageNotFoundError
-from pyros1.launch.command_line import locate
+from pyros1.launch.command_line import check_prefix, locate
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.resources import PackageFinder
 from pyros1.launch.suggest import did_you_mean
@@ -32,22 +32,52 @@ def is_remote(plan: Plan, node: NodePlan) -> bool:
     return machine is not None and not is_local(machine.address)
 
 
-def missing_parts(plan: Plan, packages: PackageFinder) -> Iterator[LaunchError]:
-    """Yield an error for each machine, package and executable that a node needs and that is not there.
+def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
+    """Yield an error for each machine, package and program that a node needs and that is not there.
 
-    What is on other machines is not looked for.
+    What is on other machines is not looked for. Nodes that wait for each other count, too: none of them would start.
     """
     yield from unknown_machines(plan)
+    yield from endless_waits(plan)
     for node in [*plan.nodes, *plan.tests]:
         if is_remote(plan, node):
             continue
         try:
             locate(node.package, node.type, packages)
         except LaunchError as error:
-            yield _error(node, f"{error}{_hint(node, packages)}")
+            yield _error(node, f"{error}{near_executable(node, packages)}")
+        try:
+            check_prefix(node, environ)
+        except LaunchError as error:
+            yield _error(node, str(error))
 
 
-def _hint(node: NodePlan, packages: PackageFinder) -> str:
+def endless_waits(plan: Plan) -> Iterator[LaunchError]:
+    """Yield an error for each node that waits, in the end, for itself."""
+    waits = {node.full_name: [need.name for need in node.wait_for if need.kind == "node"] for node in plan.nodes}
+    for node in plan.nodes:
+        chain = _way_back(node.full_name, waits)
+        if chain:
+            yield _error(node, f"it can never start: it waits for itself ({' -> '.join(chain)})")
+
+
+def _way_back(start: str, waits: Mapping[str, list[str]]) -> list[str]:
+    """The nodes from one back to itself, along what they wait for; empty if there is no such way."""
+    ways = [[start]]
+    seen: set[str] = set()
+    while ways:
+        way = ways.pop()
+        for name in waits.get(way[-1], ()):
+            if name == start:
+                return [*way, start]
+            if name not in seen:
+                seen.add(name)
+                ways.append([*way, name])
+    return []
+
+
+def near_executable(node: NodePlan, packages: PackageFinder) -> str:
+    """A hint at what a misspelt package or type may mean; empty if nothing is near."""
     try:
         return did_you_mean(node.type, packages.executables(node.package))
     except PackageNotFoundError:

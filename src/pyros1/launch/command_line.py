@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,6 +32,16 @@ def locate(package: str, kind: str, packages: PackageFinder) -> Path:
             f"permission is set to executable (chmod +x)"
         )
     return found[0]
+
+
+def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
+    """Make sure that the program of a ``launch-prefix`` is there.
+
+    Raises:
+        LaunchError: it is not.
+    """
+    if node.prefix and shutil.which(node.prefix[0], path={**environ, **node.env}.get("PATH")) is None:
+        raise LaunchError(f"launch-prefix: there is no program [{node.prefix[0]}] on the PATH")
 
 
 def is_own(executable: Path) -> bool:

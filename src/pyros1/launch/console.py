@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import threading
 from typing import TextIO
@@ -62,8 +63,9 @@ class Console:
             try:
                 stream.write(f"{style}{text}\033[0m\n" if style and stream.isatty() else text + "\n")
                 stream.flush()
-            except (BrokenPipeError, ValueError):
-                pass  # nobody reads any more; the nodes still have to be looked after
+            except (OSError, ValueError):
+                pass  # nobody reads any more, or the disk is full; the nodes still have to be looked after
             if self._log is not None:
-                self._log.write(text + "\n")
-                self._log.flush()
+                with contextlib.suppress(OSError, ValueError):
+                    self._log.write(text + "\n")
+                    self._log.flush()

@@ -1,7 +1,7 @@
 """A launch file's XML as a tree that remembers where everything stood.
 
-Entities are refused (defusedxml), nothing is fetched from anywhere, and the only thing checked here is that the text is
-XML with one ``<launch>`` at its root.
+Nothing is fetched from anywhere (defusedxml); entities are short texts, so that little cannot become much. The only thing
+checked here is that the text is XML with one ``<launch>`` at its root.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from defusedxml.ElementTree import DefusedXMLParser  # type: ignore[import-untyp
 from pyros1.errors import LaunchError
 
 _MAX_DEPTH = 200
+_MAX_ENTITIES = 100
+_MAX_ENTITY = 256
+"""Most characters of an entity. A file can grow by no more than about 80 times."""
 
 
 @dataclass(slots=True)
@@ -55,7 +58,8 @@ class _TreeBuilder:
         self._stack: list[Element] = []
         self._text: list[list[str]] = []
         self.root: Element | None = None
-        self.parser = DefusedXMLParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
+        self._entities = 0
+        self.parser = DefusedXMLParser(forbid_dtd=False, forbid_entities=False, forbid_external=True)
         expat = self.parser.parser
         # The facade's own handlers build an element tree without line numbers; only its refusals are wanted here.
         expat.DefaultHandlerExpand = None
@@ -67,6 +71,8 @@ class _TreeBuilder:
         expat.StartElementHandler = self._start
         expat.EndElementHandler = self._end
         expat.CharacterDataHandler = self._characters
+        expat.EntityDeclHandler = self._entity
+        expat.UnparsedEntityDeclHandler = self._unparsed
         self._expat = expat
 
     def _start(self, tag: str, attributes: list[str]) -> None:
@@ -86,6 +92,24 @@ class _TreeBuilder:
 
     def _end(self, _tag: str) -> None:
         self._stack.pop().text = "".join(self._text.pop())
+
+    def _entity(self, name: str, is_parameter: bool, value: str | None, *_ids: str | None) -> None:
+        self._entities += 1
+        if is_parameter or value is None:
+            reason = "only entities for plain texts are possible"
+        elif "&" in value or "<" in value or len(value) > _MAX_ENTITY:
+            reason = f"an entity is a plain text of at most {_MAX_ENTITY} characters"
+        elif self._entities > _MAX_ENTITIES:
+            reason = f"there are more than {_MAX_ENTITIES} entities"
+        else:
+            return
+        self._refuse(f"the entity {name!r} is refused: {reason}")
+
+    def _unparsed(self, name: str, *_ids: str | None) -> None:
+        self._refuse(f"the entity {name!r} is refused: only entities for plain texts are possible")
+
+    def _refuse(self, reason: str) -> None:
+        raise LaunchError(f"Invalid roslaunch XML syntax: {reason}", self._file, self._expat.CurrentLineNumber)
 
     def _characters(self, data: str) -> None:
         if self._text:
@@ -111,7 +135,8 @@ def parse_document(data: str | bytes, file: str) -> Element:
     except ExpatError as error:
         raise LaunchError(f"Invalid roslaunch XML syntax: {error}", file, error.lineno) from error
     except DefusedXmlException as error:
-        raise LaunchError(f"Invalid roslaunch XML syntax: refused: {error}", file) from error
+        line = builder.parser.parser.CurrentLineNumber
+        raise LaunchError("Invalid roslaunch XML syntax: nothing outside of the file can be used", file, line) from error
     except (ValueError, LookupError) as error:  # an unknown encoding, NUL characters
         raise LaunchError(f"Invalid roslaunch XML syntax: {error}", file) from error
     found = [] if builder.root is None else [tag for tag in _all(builder.root) if tag.tag == "launch"]

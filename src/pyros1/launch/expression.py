@@ -80,6 +80,24 @@ def _format(template: str, *arguments: Any, **keywords: Any) -> str:
     return "".join(parts)
 
 
+def _range(*arguments: int) -> list[int]:
+    numbers = range(*arguments)
+    require(len(numbers))
+    return list(numbers)
+
+
+def _zip(*iterables: Iterable[Any]) -> list[Any]:
+    return list(zip(*iterables))  # noqa: B905 - as zip() does it, up to the shortest
+
+
+def _filter(function: Callable[[Any], Any] | None, items: Iterable[Any]) -> list[Any]:
+    return [item for item in items if (item if function is None else function(item))]
+
+
+def _format_value(value: Any, spec: str = "") -> str:
+    return _formatted(value, None, spec)
+
+
 def _padder(method: Callable[..., str]) -> Callable[..., str]:
     def pad(text: str, width: int, *fill: str) -> str:
         require(width)
@@ -90,8 +108,15 @@ def _padder(method: Callable[..., str]) -> Callable[..., str]:
 
 _BUILTINS: dict[str, Any] = {
     "map": _map,
+    "range": _range,
+    "zip": _zip,
+    "filter": _filter,
+    "format": _format_value,
+    "enumerate": lambda items, start=0: list(enumerate(items, start)),
+    "reversed": lambda items: list(reversed(items)),
     **{kind.__name__: kind for kind in (bool, dict, float, int, list, set, str, tuple)},
     **{function.__name__: function for function in (abs, all, any, len, max, min, round, sorted, sum)},
+    **{function.__name__: function for function in (bin, chr, divmod, hex, isinstance, oct, ord, repr)},
     "true": True,
     "false": False,
     **_MATH,
@@ -144,7 +169,10 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
 
 
 class _Eval(Interpreter):
-    nodes = Interpreter.nodes | {ast.Attribute, ast.Call, ast.Dict, ast.JoinedStr, ast.FormattedValue}
+    nodes = Interpreter.nodes | {
+        *(ast.Attribute, ast.Call, ast.Dict, ast.Set, ast.JoinedStr, ast.FormattedValue),
+        *(ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp),
+    }
     formatting = True
 
     def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:

@@ -323,7 +323,11 @@ class _Loader:
 
 
 def _add_includer(error: LaunchError, include: Element) -> None:
-    error.args = (f"{error}\n  included at {include.place}",)
+    text, line = str(error), f"  included at {include.place}"
+    again = f"{line} (again and again)"
+    if text.endswith(again):
+        return
+    error.args = (f"{text} (again and again)" if text.endswith(line) else f"{text}\n{line}",)
 
 
 def absolute_files(files: Sequence[str]) -> list[str]:

@@ -111,8 +111,11 @@ class Process:
         self._remains = {pid for pid in self._remains if leaderless(pid)}
         return self._remains
 
-    def start(self) -> None:
+    def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
         """Start it, or start it again.
+
+        Args:
+            announce: called with it at once, before it has had time to say much.
 
         Raises:
             OSError: it cannot be started.
@@ -121,6 +124,7 @@ class Process:
         if self.warden is not None:
             self.warden.expect(spec.words[-1])
         self._popen = self._spawn()
+        announce(self)
         if self.warden is not None:
             self.warden.watch(self._popen.pid)
         self._ended = threading.Event()

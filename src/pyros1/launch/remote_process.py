@@ -6,7 +6,7 @@ import contextlib
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.launch.plan import NodePlan
@@ -46,8 +46,11 @@ class RemoteProcess(Process):
         """Whether it does not run; the agent sees to what it leaves behind."""
         return not self._running
 
-    def start(self) -> None:
+    def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
         """Start it, or start it again.
+
+        Args:
+            announce: called with it when it runs.
 
         Raises:
             OSError: it cannot be started, or the machine cannot be reached.
@@ -87,6 +90,7 @@ class RemoteProcess(Process):
         self.exit_code = None
         self.spawn_count += 1
         self.started = time.monotonic()
+        announce(self)
 
     def heard(self, message: dict[str, Any]) -> None:
         """Take what the agent says about it; called by the thread that listens to the machine."""

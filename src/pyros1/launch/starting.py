@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pyros1.errors import LaunchError
-from pyros1.launch.command_line import locate, node_environment, node_words
+from pyros1.launch.check import near_executable
+from pyros1.launch.command_line import check_prefix, locate, node_environment, node_words
 from pyros1.launch.console import Console
 from pyros1.launch.logs import ros_home
 from pyros1.launch.options import Options
@@ -18,6 +19,10 @@ from pyros1.launch.remote import Machine, make_machine
 from pyros1.launch.resources import PackageFinder
 from pyros1.launch.supervisor import Supervisor
 from pyros1.net.hosts import is_local
+
+
+def _place(node: NodePlan) -> str:
+    return f"\n  at {node.file}:{node.line}" if node.file else ""
 
 
 @dataclass
@@ -150,7 +155,8 @@ class Starter:
         try:
             spec = self.spec(node, label) if machine is None else self._remote_spec(node, label)
         except LaunchError as error:
-            self.console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}")
+            hint = near_executable(node, self.packages) if machine is None else ""
+            self.console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}{hint}{_place(node)}")
             return
         if machine is None:
             self.supervisor.start(spec)
@@ -164,6 +170,7 @@ class Starter:
             LaunchError: there is no such executable, or no folder to start it in.
         """
         executable = locate(node.package, node.type, self.packages)
+        check_prefix(node, self.environ)
         home = ros_home(self.environ)
         try:
             home.mkdir(parents=True, exist_ok=True)

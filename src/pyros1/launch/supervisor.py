@@ -101,12 +101,14 @@ class Supervisor:
     def _start(self, process: Process) -> bool:
         spec = process.spec
         try:
-            process.start()
+            process.start(self._announce)
         except OSError as error:
-            self._console.error(f"cannot launch node of type [{spec.node}]: {error.strerror}: {error.filename}")
+            self._console.error(f"cannot start [{spec.label}]: {error.strerror}: {error.filename}")
             return False
-        self._console.bold(f"process[{spec.label}]: started with pid [{process.pid}]")
         return True
+
+    def _announce(self, process: Process) -> None:
+        self._console.bold(f"process[{process.spec.label}]: started with pid [{process.pid}]")
 
     def _exited(self, process: Process) -> None:
         self._events.put(("exit", process))
@@ -181,7 +183,8 @@ class Supervisor:
             process.due = True
             return False
         if spec.respawn:
-            self._later(spec.label, spec.respawn_delay, lambda: self._again(process))
+            process.signal(signal.SIGTERM)  # what it has left behind would gather, life after life
+            self._later(spec.label, spec.respawn_delay, lambda: self._respawn(process))
             return False
         self._retire(process)
         if spec.required:
@@ -196,6 +199,10 @@ class Supervisor:
         process.join()
         del self._processes[process.spec.label]
         self._dead[process.spec.label] = process
+
+    def _respawn(self, process: Process) -> None:
+        process.kill()
+        self._again(process)
 
     def _again(self, process: Process) -> None:
         process.join()

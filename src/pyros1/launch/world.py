@@ -56,4 +56,7 @@ def run_command(words: list[str]) -> str:
         raise LaunchError(f"command [{words}] failed: {error}") from error
     if done.returncode:
         raise LaunchError(f"command [{words}] returned with code [{done.returncode}].")
-    return done.stdout.decode("utf-8", "replace")
+    try:
+        return done.stdout.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise LaunchError(f"command [{words}]: its output is not UTF-8 text: {error}") from error

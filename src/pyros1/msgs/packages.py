@@ -130,10 +130,19 @@ class PackageIndex:
             PackageNotFoundError: there is no such package.
         """
         folder = self.find(package)
-        own = self._own in folder.parents
         known = self._executables.get((package, name))
         if known and all(path.is_file() for path in known):
             return list(known)
+        found = self._executables_in(folder, package, name)
+        # Debian installs some packages without their programs, which are in packages of their own.
+        spare = self._own / package
+        if not found and spare != folder and _package_name(spare) == package:
+            found = self._executables_in(spare, package, name)
+        self._executables[package, name] = found
+        return list(found)
+
+    def _executables_in(self, folder: Path, package: str, name: str) -> _Paths:
+        own = self._own in folder.parents
         prefixes = list(self._prefixes)
         if folder.parent.name == "share":
             prefixes.append(folder.parent.parent)
@@ -145,9 +154,7 @@ class PackageIndex:
             if own and not name.endswith(".py"):
                 candidates.extend(_walk(folder, name + ".py"))
         # Installers may drop the executable bit of a package's data files; ours are started through their interpreter.
-        found = _unique(path for path in candidates if path.is_file() and (own or os.access(path, os.X_OK)))
-        self._executables[package, name] = found
-        return list(found)
+        return _unique(path for path in candidates if path.is_file() and (own or os.access(path, os.X_OK)))
 
     def executables(self, package: str) -> _Names:
         """Return the names of everything in a package that can be started, sorted.
