@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-
 from pathlib import Path
 
 import pytest
@@ -115,7 +114,9 @@ def test_nodes_that_wait_for_themselves() -> None:
     def node(name: str, *needs: str) -> NodePlan:
         return NodePlan("robot", "run", name, wait_for=[Condition("node", need) for need in needs], file="f", line=1)
 
-    plan = Plan(nodes=[node("a", "/b"), node("b", "/c", "/d"), node("c", "/a"), node("d"), node("e", "/e"), node("f", "/a")])
+    plan = Plan(
+        nodes=[node("a", "/b"), node("b", "/c", "/d"), node("c", "/a"), node("d"), node("e", "/e"), node("f", "/a")]
+    )
     texts = [str(error).removeprefix("f:1: ") for error in missing_parts(plan, Packages(), {})]
     assert texts == [
         f"node [/{name}]: it can never start: it waits for itself ({chain})"

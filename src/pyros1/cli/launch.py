@@ -17,7 +17,7 @@ from pyros1.launch.words import WordsError, find_files, parse_arguments
 from pyros1.launch.world import make_resources
 
 
-def main(argv: list[str]) -> int:
+def main(argv: list[str]) -> int:  # noqa: PLR0911 - one way out per kind of run
     """Run ``pyros1 launch``.
 
     Args:

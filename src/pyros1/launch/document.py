@@ -1,7 +1,7 @@
 """A launch file's XML as a tree that remembers where everything stood.
 
-Nothing is fetched from anywhere (defusedxml); entities are short texts, so that little cannot become much. The only thing
-checked here is that the text is XML with one ``<launch>`` at its root.
+Nothing is fetched from anywhere (defusedxml); entities are short texts, so that little cannot become much. The only
+thing checked here is that the text is XML with one ``<launch>`` at its root.
 """
 
 from __future__ import annotations
@@ -136,7 +136,9 @@ def parse_document(data: str | bytes, file: str) -> Element:
         raise LaunchError(f"Invalid roslaunch XML syntax: {error}", file, error.lineno) from error
     except DefusedXmlException as error:
         line = builder.parser.parser.CurrentLineNumber
-        raise LaunchError("Invalid roslaunch XML syntax: nothing outside of the file can be used", file, line) from error
+        raise LaunchError(
+            "Invalid roslaunch XML syntax: nothing outside of the file can be used", file, line
+        ) from error
     except (ValueError, LookupError) as error:  # an unknown encoding, NUL characters
         raise LaunchError(f"Invalid roslaunch XML syntax: {error}", file) from error
     found = [] if builder.root is None else [tag for tag in _all(builder.root) if tag.tag == "launch"]

@@ -124,9 +124,9 @@ class Process:
         if self.warden is not None:
             self.warden.expect(spec.words[-1])
         self._popen = self._spawn()
-        announce(self)
         if self.warden is not None:
             self.warden.watch(self._popen.pid)
+        announce(self)
         self._ended = threading.Event()
         self.exit_code = None
         self.spawn_count += 1
