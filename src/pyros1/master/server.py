@@ -16,7 +16,7 @@ from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer
 DEFAULT_PORT: Final = 11311
 NOTIFY_TIMEOUT_S: Final = 10.0
 _FAREWELL_S: Final = 0.1
-LINGER: Final = 60e-6
+LINGER: Final = 150e-6
 """Nodes and tools ask many things one after the other; awaking for each on another core takes longer than answering."""
 
 
