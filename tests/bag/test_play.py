@@ -284,9 +284,14 @@ def test_immediate_steps_the_clock(tmp_path: Path, ear: Ear, playing: Any) -> No
     path = write_numbers(tmp_path / "x.bag", "/t", [0, day])
     with playing([path], expect=[ear.listen("/t"), ear.listen("/clock", Clock)], immediate=True, clock_rate=10):
         pass
-    ear.wait(4)
-    clocks = [message.clock.to_nsec() for topic, message in ear.heard if topic == "/clock"]
-    assert clocks[0] == BEGIN and clocks[-1] == BEGIN + int(day) * MS
+    end = BEGIN + int(day) * MS
+
+    def clocks() -> list[int]:
+        return [message.clock.to_nsec() for topic, message in list(ear.heard) if topic == "/clock"]
+
+    while len(ear.values("/t")) < 2 or end not in clocks():
+        ear.wait(len(ear.heard) + 1)
+    assert clocks() in ([BEGIN, end], [end])  # a clock has a queue of one: the first may be overtaken
 
 
 @pytest.mark.parametrize("rate", [0.5, 4.0])

@@ -34,6 +34,7 @@ OWN_MODULES = frozenset(
         "factory",
         "fill",
         "importing",
+        "json_form",
         "large",
         "library",
         "packages",
