@@ -291,7 +291,7 @@ def test_immediate_steps_the_clock(tmp_path: Path, ear: Ear, playing: Any) -> No
 
     while len(ear.values("/t")) < 2 or end not in clocks():
         ear.wait(len(ear.heard) + 1)
-    assert clocks() in ([BEGIN, end], [end])  # a clock has a queue of one: the first may be overtaken
+    assert set(clocks()) <= {BEGIN, end} and clocks()[-1] == end  # a queue of one: the first may be overtaken
 
 
 @pytest.mark.parametrize("rate", [0.5, 4.0])
