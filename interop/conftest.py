@@ -31,8 +31,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "master" in metafunc.fixturenames:
-        kinds = metafunc.config.getoption("--masters").split(",")
-        metafunc.parametrize("master", kinds, indirect=True, scope="session")
+        module = metafunc.module
+        wanted = getattr(module, "MASTERS", ("ours", "stock"))
+        kinds = [kind for kind in metafunc.config.getoption("--masters").split(",") if kind in wanted] or list(wanted)
+        owner = module.__name__ if getattr(module, "OWN_MASTER", False) else ""
+        metafunc.parametrize("master", [(kind, owner) for kind in kinds], True, ids=kinds, scope="session")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -70,12 +73,17 @@ def new_master(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Mast
 def master(
     request: pytest.FixtureRequest, running_masters: dict[str, Master], new_master: Callable[[str], Master]
 ) -> Master:
-    """A running master with rosout: ``ours`` or ``stock``, shared by all tests of the session."""
-    kind: str = request.param
-    if kind not in running_masters:
-        running_masters[kind] = started = new_master(kind)
+    """A running master with rosout, ``ours`` or ``stock``, shared by all tests of the session.
+
+    A module may say ``MASTERS = ("ours",)`` if its tests do not depend on the kind, and ``OWN_MASTER = True`` if they
+    look at the whole system, or leave dead nodes behind: then it shares its masters with no other module.
+    """
+    kind, owner = request.param
+    key = f"{kind} {owner}"
+    if key not in running_masters:
+        running_masters[key] = started = new_master(kind)
         started.start()
-    return running_masters[kind]
+    return running_masters[key]
 
 
 @pytest.fixture

@@ -16,6 +16,9 @@ from pyros1.bag import BagWriter
 from pyros1.bag.reader import BagReader
 from pyros1.msgs import load_message
 
+OWN_MASTER = True
+MASTERS = ("ours",)  # stock's tool and ours are compared, whatever the master
+
 pytestmark = pytest.mark.ours_only
 
 RECORD, PLAY = "/usr/lib/rosbag/record", "/usr/lib/rosbag/play"

@@ -13,6 +13,9 @@ from harness import Master, Process, until
 
 from pyros1.bag.reader import BagReader
 
+OWN_MASTER = True
+MASTERS = ("ours",)  # stock's tool and ours are compared, whatever the master
+
 pytestmark = pytest.mark.ours_only
 
 RECORD = "/usr/lib/rosbag/record"

@@ -16,6 +16,8 @@ from pathlib import Path
 import pytest
 from harness import SOURCE, Master, Process
 
+OWN_MASTER = True
+
 DEADLINE = 30.0
 
 STOCK_SYSTEM = """

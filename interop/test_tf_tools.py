@@ -17,6 +17,9 @@ from harness import STOCK_PYTHON, Master, Process, until
 from pyros1.node import Node
 from pyros1.tf import Buffer, TransformListener
 
+OWN_MASTER = True
+MASTERS = ("ours",)  # stock's tool and ours are compared, whatever the master
+
 TF, TF2, TF2_TOOLS = Path("/usr/lib/tf"), Path("/usr/lib/tf2_ros"), Path("/usr/lib/tf2_tools")
 Start = Callable[..., Process]
 

@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 from harness import SOURCE, Master, Peer, until
 
+OWN_MASTER = True
+
 LIMIT = 6.0
 """Seconds for programs that do not end by themselves."""
 Answer = tuple[int, str, str]

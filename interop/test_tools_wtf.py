@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 from harness import SOURCE, Master
 
+OWN_MASTER = True
+
 HEADINGS = (
     "No package or stack",
     "Package:",

@@ -8,6 +8,9 @@ from collections.abc import Callable, Sequence
 import pytest
 from harness import Master, Peer, Process, until
 
+OWN_MASTER = True
+MASTERS = ("ours",)  # stock's tool and ours are compared, whatever the master
+
 TEXT, JOINTS, IMAGE = "std_msgs/String", "sensor_msgs/JointState", "sensor_msgs/Image"
 Run = Callable[..., Process]
 
