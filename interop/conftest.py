@@ -35,7 +35,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         wanted = getattr(module, "MASTERS", ("ours", "stock"))
         kinds = [kind for kind in metafunc.config.getoption("--masters").split(",") if kind in wanted] or list(wanted)
         owner = module.__name__ if getattr(module, "OWN_MASTER", False) else ""
-        metafunc.parametrize("master", [(kind, owner) for kind in kinds], True, ids=kinds, scope="session")
+        metafunc.parametrize("master", [(kind, owner) for kind in kinds], indirect=True, ids=kinds, scope="session")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
