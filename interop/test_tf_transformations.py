@@ -99,3 +99,79 @@ def test_quaternions_and_matrices() -> None:
         questions += [("maths", *call) for call in calls]
     questions += [("maths", "identity_matrix"), ("maths", "quaternion_matrix", [0, 0, 0, 0])]
     compare(questions)
+
+
+def random_vector(chance: random.Random, size: int = 3) -> list[float]:
+    return [chance.uniform(-5, 5) for _ in range(size)]
+
+
+def test_matrices_made() -> None:
+    chance = random.Random(3)
+    questions: list[Question] = []
+    for _ in range(100):
+        point, normal, direction, eye = (random_vector(chance) for _ in range(4))
+        across = sum(d * n for d, n in zip(direction, normal, strict=True)) / sum(n * n for n in normal)
+        along = [d - n * across for d, n in zip(direction, normal, strict=True)]
+        low, size = random_vector(chance), [chance.uniform(0.1, 5) for _ in range(3)]
+        box = [bound for a, b in zip(low, size, strict=True) for bound in (a, a + b)]
+        frustum = [*box[:4], 0.5, 0.5 + size[2]]
+        parts = (random_vector(chance), random_vector(chance), [chance.uniform(-1.5, 1.5) for _ in range(3)], point)
+        cloud = [[chance.gauss(0, 2) for _ in range(7)] for _ in range(3)]
+        noisy = [[2 * x + chance.gauss(0, 0.1) for x in row] for row in (cloud[1], cloud[2], cloud[0])]
+        mirrored = [[-x for x in cloud[0]], cloud[1], cloud[2]]
+        composed = transformations.compose_matrix(*parts)
+        calls: list[Question] = [
+            ("shear_matrix", chance.uniform(-1.5, 1.5), along, point, normal),
+            ("projection_matrix", point, normal),
+            ("projection_matrix", point, normal, direction),
+            ("projection_matrix", point, normal, None, eye),
+            ("projection_matrix", point, normal, None, eye, True),
+            ("clip_matrix", *box),
+            ("clip_matrix", *frustum, True),
+            ("orthogonalization_matrix", size, [chance.uniform(80, 100) for _ in range(3)]),
+            ("compose_matrix", *parts),
+            ("compose_matrix", *parts, [0.1, 0.2, 0.3, 1.5]),
+            ("decompose_matrix", composed),
+            ("decompose_matrix", transformations.compose_matrix(*parts, [0.01, 0.02, 0.03, 1.0])),
+            ("superimposition_matrix", cloud, noisy),
+            ("superimposition_matrix", cloud, noisy, True),
+            ("superimposition_matrix", cloud, noisy, True, False),
+            ("superimposition_matrix", cloud, mirrored),
+            ("vector_norm", cloud, 1),
+            ("unit_vector", cloud, 0),
+            ("unit_vector", cloud),
+            ("arcball_map_to_sphere", random_vector(chance, 2), [0.0, 0.5], 3.0),
+            ("arcball_constrain_to_axis", transformations.unit_vector(point), transformations.unit_vector(normal)),
+        ]
+        questions += [("maths", *call) for call in calls]
+    compare(questions)
+
+
+def test_matrices_understood() -> None:
+    """Several answers describe one matrix: the matrix is made again of each."""
+    chance = random.Random(4)
+    questions: list[Question] = []
+    for _ in range(50):
+        point, normal, direction, eye = (random_vector(chance) for _ in range(4))
+        for name, *arguments in (
+            ("rotation", chance.uniform(-3, 3), normal, point),
+            ("reflection", point, normal),
+            ("scale", chance.uniform(-3, 3), point),
+            ("scale", chance.uniform(-3, 3), point, normal),
+            ("projection", point, normal, direction),
+            ("projection", point, normal, None, eye),
+        ):
+            matrix = getattr(transformations, f"{name}_matrix")(*arguments)
+            questions.append(("maths", f"{name}_from_matrix", matrix))
+    answers, _ = ask_stock(questions)
+    for (_, name, matrix), (kind, stock) in zip(questions, answers, strict=True):
+        assert kind == "maths", (name, matrix, stock)
+        make = getattr(transformations, name.replace("_from_", "_"))
+        for answer in (getattr(transformations, name)(matrix), stock):
+            assert transformations.is_same_transform(make(*answer), matrix), (name, answer)
+
+
+def test_every_public_function_is_there() -> None:
+    answers, _ = ask_stock([("maths_names",)])
+    _, names = answers[0]
+    assert not set(names) - set(transformations.__all__)

@@ -11,6 +11,8 @@ import tf2_py
 from geometry_msgs.msg import TransformStamped
 from tf import transformations
 
+_MATHS = transformations.__name__
+
 
 def time(ns):
     return rospy.Time(*divmod(ns, 10**9))
@@ -77,6 +79,11 @@ class Asked:
 
     def maths(self, name, *arguments):
         return plain(getattr(transformations, name)(*arguments))
+
+    def maths_names(self):
+        """The functions and classes of its own."""
+        own = [name for name, thing in vars(transformations).items() if getattr(thing, "__module__", "") == _MATHS]
+        return [name for name in own if name[0] != "_"]
 
 
 def main():

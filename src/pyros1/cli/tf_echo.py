@@ -113,7 +113,7 @@ def _precision(node: Node, options: Values) -> int:
 
 
 def _show(transform: Any, options: Values, now: float) -> None:
-    from pyros1.tf.transformations import euler_from_quaternion  # noqa: PLC0415
+    from pyros1.tf.quaternions import euler_from_quaternion  # noqa: PLC0415
 
     v, q = transform.transform.translation, transform.transform.rotation
     angles = euler_from_quaternion([q.x, q.y, q.z, q.w])
