@@ -345,21 +345,21 @@ class Interpreter:
         return slice(*(None if part is None else self.value(part, names) for part in parts))
 
     def _boolop(self, node: ast.BoolOp, names: Mapping[str, Any]) -> Any:
-        result = None
-        for operand in node.values:
+        *first, last = node.values
+        for operand in first:
             result = self.value(operand, names)
             if bool(result) is isinstance(node.op, ast.Or):
-                break
-        return result
+                return result
+        return self.value(last, names)
 
     def _compare(self, node: ast.Compare, names: Mapping[str, Any]) -> Any:
         left = self.value(node.left, names)
         result: Any = True
-        for op, comparator in zip(node.ops, node.comparators, strict=True):
+        for number, (op, comparator) in enumerate(zip(node.ops, node.comparators, strict=True)):
+            if number and not result:  # only a chain asks whether it is true: of a numpy array that cannot be said
+                break
             right = self.value(comparator, names)
             result = _COMPARE[type(op)](left, right)
-            if not result:
-                break
             left = right
         return result
 

@@ -43,6 +43,13 @@ def test_numpy() -> None:
     assert value("numpy.sum(numpy.array([m.z, m.w]) * 2).tolist()", quaternion) == 14.0
 
 
+def test_whole_arrays() -> None:
+    pytest.importorskip("numpy")
+    assert value("numpy.array([1, 5, 9])[numpy.array([1, 5, 9]) > 4].tolist()") == [5, 9]
+    assert value("(True and numpy.array([1, 2]) == 2).tolist()") == [False, True]
+    assert value("1 < 2 < 3 and not 3 < 2 < 9") is True
+
+
 def test_messages_and_times() -> None:
     stamped: Any = value("geometry_msgs.msg.Point(x=m, y=2)", 1, "geometry_msgs")
     assert (stamped.x, stamped.y) == (1, 2)

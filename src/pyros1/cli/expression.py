@@ -11,7 +11,7 @@ from pyros1.expressions import ExpressionError, Interpreter
 from pyros1.msgs import Message
 from pyros1.timing import TVal
 
-__all__ = ["Expression", "ExpressionError"]
+__all__ = ["FUNCTIONS", "STRING_METHODS", "TIME_METHODS", "Expression", "ExpressionError"]
 
 _MAX_DIGITS = 400
 
@@ -28,16 +28,19 @@ def _sum(numbers: Iterable[Any]) -> Any:
     return sum(numbers)
 
 
-_FUNCTIONS: dict[str, Callable[..., Any]] = {
+FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{f.__name__: f for f in (abs, all, any, bool, float, int, len, max, min, sorted, str)},
     **{f.__name__: f for f in (math.sqrt, math.sin, math.cos, math.atan2, math.hypot, math.isnan, math.isinf)},
     "round": _round,
     "sum": _sum,
 }
-_STRING_METHODS = frozenset(
+"""Functions that every expression may call."""
+STRING_METHODS = frozenset(
     {"startswith", "endswith", "find", "count", "lower", "upper", "strip", "lstrip", "rstrip", "split", "isdigit"}
 )
-_TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "is_zero"})
+"""What expressions may use of texts."""
+TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "is_zero"})
+"""What expressions may use of times and durations."""
 
 
 class Expression:
@@ -81,18 +84,16 @@ class _Filter(Interpreter):
         if isinstance(node, ast.Call):
             if node.keywords:
                 raise ExpressionError("only plain function calls are possible")
-            if isinstance(node.func, ast.Name) and node.func.id not in _FUNCTIONS:
-                raise ExpressionError(
-                    f"there is no function {node.func.id}; there are: {', '.join(sorted(_FUNCTIONS))}"
-                )
+            if isinstance(node.func, ast.Name) and node.func.id not in FUNCTIONS:
+                raise ExpressionError(f"there is no function {node.func.id}; there are: {', '.join(sorted(FUNCTIONS))}")
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         if name in names:
             return names[name]
         if name == "pi":
             return math.pi
-        if name in _FUNCTIONS:
-            return _FUNCTIONS[name]
+        if name in FUNCTIONS:
+            return FUNCTIONS[name]
         raise ExpressionError(f"there is no name {name!r}; there are: {', '.join(sorted(names))}")
 
     def attribute(self, owner: Any, name: str) -> Any:
@@ -100,7 +101,7 @@ class _Filter(Interpreter):
         if isinstance(owner, Message):
             allowed = name in owner.__slots__ or name.isupper()
         elif isinstance(owner, TVal):
-            allowed = name in _TIME_METHODS
+            allowed = name in TIME_METHODS
         else:
-            allowed = isinstance(owner, str) and name in _STRING_METHODS
+            allowed = isinstance(owner, str) and name in STRING_METHODS
         return getattr(owner, name) if allowed else super().attribute(owner, name)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
-from pyros1.cli.expression import _FUNCTIONS, _STRING_METHODS, _TIME_METHODS
+from pyros1.cli.expression import FUNCTIONS, STRING_METHODS, TIME_METHODS
 from pyros1.errors import Error, UnknownTypeError
 from pyros1.expressions import ExpressionError, Interpreter, require
 from pyros1.msgs import Message, load_message
@@ -99,7 +99,7 @@ def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any
         if name == "rospy":
             modules[name] = _rospy(now)
         elif name == "tf":
-            modules[name] = Module("tf", {"transformations": Module("tf.transformations", _TRANSFORMATIONS)})
+            modules[name] = _tf()
         else:
             modules[name] = _messages(name)
     return modules
@@ -130,36 +130,14 @@ def _messages(package: str) -> Module:
     return _MessageModule(package)
 
 
-def _euler_from_quaternion(quaternion: Any) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a quaternion x, y, z, w."""
-    x, y, z, w = map(float, quaternion)
-    length = math.sqrt(x * x + y * y + z * z + w * w)
-    if not length:
-        return (0.0, 0.0, 0.0)
-    x, y, z, w = x / length, y / length, z / length, w / length
-    sine = 2 * (w * y - x * z)
-    if abs(sine) > 1 - 1e-12:  # straight up or down: roll and yaw turn about the same axis
-        return (math.atan2(2 * (x * w - y * z), 1 - 2 * (x * x + z * z)), math.copysign(math.pi / 2, sine), 0.0)
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    return (roll, math.asin(sine), math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+def _tf() -> Module:
+    from pyros1.tf import transformations  # noqa: PLC0415 - few expressions turn anything
+
+    members = {name: getattr(transformations, name) for name in transformations.__all__ if name not in _NO_CALCULATION}
+    return Module("tf", {"transformations": Module("tf.transformations", members)})
 
 
-def _quaternion_from_euler(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """The quaternion x, y, z, w of roll, pitch and yaw."""
-    cr, cp, cy = (math.cos(angle / 2) for angle in (roll, pitch, yaw))
-    sr, sp, sy = (math.sin(angle / 2) for angle in (roll, pitch, yaw))
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
-
-
-_TRANSFORMATIONS = {
-    "euler_from_quaternion": _euler_from_quaternion,
-    "quaternion_from_euler": _quaternion_from_euler,
-}
+_NO_CALCULATION = frozenset({"Arcball", "random_vector"})
 _MATH = """
 acos acosh asin asinh atan atan2 atanh ceil copysign cos cosh degrees e exp expm1 fabs floor fmod fsum hypot inf
 isclose isfinite isinf isnan log log10 log1p log2 nan pi radians sin sinh sqrt tan tanh tau trunc
@@ -197,10 +175,10 @@ class MessageExpression(Interpreter):
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         """Return what a name stands for; see `Interpreter`."""
-        for place in (names, _FUNCTIONS, _MORE_FUNCTIONS):
+        for place in (names, FUNCTIONS, _MORE_FUNCTIONS):
             if name in place:
                 return place[name]
-        known = ", ".join(sorted([*names, *_FUNCTIONS, *_MORE_FUNCTIONS]))
+        known = ", ".join(sorted([*names, *FUNCTIONS, *_MORE_FUNCTIONS]))
         raise ExpressionError(f"there is no name {name!r}; there are: {known}")
 
     def attribute(self, owner: Any, name: str) -> Any:
@@ -212,9 +190,9 @@ class MessageExpression(Interpreter):
         elif isinstance(owner, type) and issubclass(owner, Message):
             allowed = name.isupper()
         elif isinstance(owner, TVal):
-            allowed = name in _TIME_METHODS
+            allowed = name in TIME_METHODS
         elif isinstance(owner, str):
-            allowed = name in _STRING_METHODS
+            allowed = name in STRING_METHODS
         else:
             allowed = type(owner).__module__ == "numpy" and name in _ARRAY.split()
         return getattr(owner, name) if allowed else super().attribute(owner, name)
@@ -236,4 +214,4 @@ def names_used(text: str) -> set[str]:
 
 def is_function(name: str) -> bool:
     """Whether there is a function of that name."""
-    return name in _FUNCTIONS or name in _MORE_FUNCTIONS
+    return name in FUNCTIONS or name in _MORE_FUNCTIONS
