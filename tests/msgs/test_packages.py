@@ -65,6 +65,27 @@ def test_g28_earlier_root_wins_and_a_root_may_be_a_package(tmp_path: Path) -> No
     assert packages.find("single") == single
 
 
+def test_of_one_name_the_package_right_there_counts(tmp_path: Path) -> None:
+    make_package(tmp_path / "ws/backup/p")
+    make_package(tmp_path / "ws/another", name="p")
+    right = make_package(tmp_path / "ws/p")
+    assert index(tmp_path, "ws").paths()["p"] == index(tmp_path, "ws").find("p") == right
+
+
+def test_links_that_lead_back_end(tmp_path: Path) -> None:
+    make_package(tmp_path / "ws/p")
+    for name in ("loop", "another", "third"):
+        (tmp_path / "ws" / name).symlink_to(tmp_path / "ws")
+    assert index(tmp_path, "ws").list() == ["p"]
+
+
+def test_names_in_comments_do_not_count(tmp_path: Path) -> None:
+    folder = make_package(tmp_path / "ws/folder", name="yes")
+    file = folder / "package.xml"
+    file.write_text(file.read_text().replace("<name>", "<!-- <name>no</name> --><name>"))
+    assert index(tmp_path, "ws").list() == ["yes"]
+
+
 def test_not_found_names_the_places(tmp_path: Path) -> None:
     with pytest.raises(PackageNotFoundError, match=r"package \[nope\] not found .*ws"):
         index(tmp_path, "ws").find("nope")

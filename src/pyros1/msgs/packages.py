@@ -4,6 +4,8 @@ A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (ros
 folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of ``CMAKE_PREFIX_PATH``, stock
 installations found on the machine, the Python packages of this interpreter that declare a ROS package (by a
 ``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that come with pyros1.
+Of several packages of one name below one of these folders, the one that lies there under that name counts, else the
+first in the order of the folders' names.
 Nothing is read before a question is asked, a package that lies directly in one of the places costs one look, and what
 was found is remembered by the object: have one of them and ask it everything.
 """
@@ -21,9 +23,11 @@ from pyros1.errors import PackageNotFoundError
 OWN_PACKAGES = Path(__file__).resolve().parent.parent / "packages"
 """Folder of the ROS packages that are part of pyros1."""
 
+_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _NAME_TAG = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
-_MAX_DEPTH = 20
+MAX_DEPTH = 20
+"""How many levels below a folder of ``ROS_PACKAGE_PATH`` packages are looked for."""
 _Names = list[str]
 _Paths = list[Path]
 
@@ -70,6 +74,10 @@ class PackageIndex:
         self._crawled: dict[Path, dict[str, Path]] = {}
         self._executables: dict[tuple[str, str], _Paths] = {}
 
+    def places(self) -> list[tuple[Path, int]]:
+        """Return the folders searched, in order, each with how many levels deep."""
+        return [*((root, MAX_DEPTH) for root in self._roots), *((share, 1) for share in self._flat)]
+
     def find(self, name: str) -> Path:
         """Return the folder of the package.
 
@@ -80,7 +88,7 @@ class PackageIndex:
         if path is None:
             path = self._search(name)
             if path is None:
-                places = ", ".join(map(str, dict.fromkeys([*self._roots, *self._flat])))
+                places = ", ".join(dict.fromkeys(str(place) for place, _ in self.places()))
                 raise PackageNotFoundError(
                     f"package [{name}] not found (searched: {places}); is ROS_PACKAGE_PATH set as it should be?"
                 )
@@ -197,8 +205,8 @@ class PackageIndex:
             found = self._crawled[root] = {}
             for folder in _packages_below(root):
                 name = _package_name(folder)
-                if name is not None:
-                    found.setdefault(name, folder)
+                if name is not None and (name not in found or folder == root / name):
+                    found[name] = folder
         return found
 
     def list(self) -> _Names:
@@ -212,7 +220,7 @@ def _package_name(folder: Path) -> str | None:
         text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return folder.name if (folder / "manifest.xml").is_file() else None
-    match = _NAME_TAG.search(text)
+    match = _NAME_TAG.search(_COMMENT.sub("", text))
     return match[1] if match else folder.name
 
 
@@ -234,9 +242,16 @@ def _subfolders(folder: Path) -> list[Path]:
         return []
 
 
-def _packages_below(root: Path, depth: int = 0) -> Iterator[Path]:
-    """Yield package folders in order; packages do not nest and marked folders are passed over."""
+def _packages_below(root: Path, depth: int = 0, above: tuple[tuple[int, int], ...] = ()) -> Iterator[Path]:
+    """Yield package folders in order; packages do not nest, marked folders and links that lead back are passed over.
+
+    ``above`` has device and inode of the folders on the way.
+    """
     try:
+        status = os.stat(root)
+        here = (status.st_dev, status.st_ino)
+        if here in above:
+            return
         with os.scandir(root) as listing:
             entries = {entry.name: entry for entry in listing}
     except OSError:
@@ -246,11 +261,11 @@ def _packages_below(root: Path, depth: int = 0) -> Iterator[Path]:
         if "CATKIN_IGNORE" not in names:
             yield root
         return
-    if depth >= _MAX_DEPTH or not _IGNORE_MARKS.isdisjoint(names):
+    if depth >= MAX_DEPTH or not _IGNORE_MARKS.isdisjoint(names):
         return
     for name in sorted(names):
         if name[0] != "." and entries[name].is_dir():
-            yield from _packages_below(root / name, depth + 1)
+            yield from _packages_below(root / name, depth + 1, (*above, here))
 
 
 def _walk(folder: Path, filename: str) -> Iterator[Path]:

@@ -12,7 +12,7 @@ import os
 import re
 import time
 from binascii import crc32
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,7 +21,6 @@ from pyros1.msgs.packages import PackageIndex
 MANIFESTS = ("package.xml", "manifest.xml", "stack.xml")
 _IGNORED = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
-_MAX_DEPTH = 20
 _VERSION = 1
 _TRUSTED_AGE = 2_000_000_000  # ns; file systems with the coarsest clocks count in steps of two seconds
 
@@ -52,9 +51,7 @@ class Found(NamedTuple):
 
 def places(environ: Mapping[str, str]) -> list[tuple[str, int]]:
     """Return the folders in which packages are looked for, in order, each with how many levels deep."""
-    index = PackageIndex(environ)
-    deep = [(str(root), _MAX_DEPTH) for root in index._roots]
-    return [*deep, *((str(folder), 1) for folder in index._flat)]
+    return [(str(folder), depth) for folder, depth in PackageIndex(environ).places()]
 
 
 def cache_folder(environ: Mapping[str, str]) -> Path:
@@ -75,7 +72,7 @@ def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | N
     crawl = Crawl(_load(file))
     found: dict[str, Found] = {}
     for root, depth in roots:
-        for package in crawl.packages(root, depth):
+        for package in _by_rank(root, crawl.packages(root, depth)):
             found.setdefault(package.folder, package)
     if crawl.changed:
         _save(file, crawl.trusted())
@@ -97,9 +94,18 @@ def find_quickly(environ: Mapping[str, str], name: str) -> Found | None:
     roots = places(environ)
     records = _load(_record_file(environ, roots))
     try:
-        return next((found for root, depth in roots for found in _recorded(records, root, depth, name)), None)
+        for root, depth in roots:
+            found = _by_rank(root, _recorded(records, root, depth, name))
+            if found:
+                return found[0]
     except (LookupError, OSError):
-        return None
+        pass
+    return None
+
+
+def _by_rank(root: str, found: Iterable[Found]) -> list[Found]:
+    """The packages in the order in which they count: first those that lie in the root under their own names."""
+    return sorted(found, key=lambda each: each.folder != f"{root.rstrip('/')}/{each.name}")
 
 
 def _recorded(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[Found]:
