@@ -7,7 +7,7 @@
     with pyros1.bag.open("run.bag") as bag:
         for topic, message, time, connection in bag.messages(["/odom", "/scan"], start=10.0, end=20.0):
             ...
-        frame = pandas.DataFrame(bag.columns("/odom"))
+        frame = pandas.DataFrame(bag.arrays("/odom"))
 
 Times in seconds count from the bag's beginning, negative ones from its end; a `Time` is taken as it is.
 """

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator
 from types import TracebackType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pyros1.bag.columns import column
 from pyros1.bag.errors import BagError
 from pyros1.bag.info import Summary, summarize
 from pyros1.bag.reader import BagReader, RawMessage
@@ -15,8 +16,14 @@ from pyros1.errors import MessageError
 from pyros1.msgs import AnyMsg, DefinitionCache, Message
 from pyros1.timing import Duration, Time
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
 When = Time | Duration | float | None
 """A time: a Time as it is; a Duration or seconds count from the bag's beginning, negative ones from its end."""
+
+_OWN_TIME = "time_"
+"""Column of a field that is called time; that name stands for when a message was recorded."""
 
 
 class BagMessage(NamedTuple):
@@ -102,6 +109,7 @@ class Bag:
         end: When = None,
         *,
         raw: bool = False,
+        progress: Callable[[int, int], object] | None = None,
     ) -> Iterator[BagMessage]:
         """Yield messages by time. Only the chunks that hold some of the wanted time are read.
 
@@ -110,13 +118,19 @@ class Bag:
             start: only from this time on.
             end: only until this time.
             raw: give `AnyMsg` instead of decoding.
+            progress: called after each message with how many nanoseconds of the bag's time are done, and of how many.
 
         Raises:
             BagError: the file is damaged, or a message cannot be decoded.
         """
-        for stored in self.reader.messages(self._ids(topics), self._nanoseconds(start), self._nanoseconds(end)):
+        first, last = self._nanoseconds(start), self._nanoseconds(end)
+        begin = max(self.reader.start, first or 0)
+        total = max(0, min(self.reader.end, self.reader.end if last is None else last) - begin)
+        for stored in self.reader.messages(self._ids(topics), first, last):
             message = self._any(stored) if raw else self.decode(stored)
             yield BagMessage(stored.connection.topic, message, Time.from_nsec(stored.time), stored.connection)
+            if progress is not None:
+                progress(stored.time - begin, total)
 
     __iter__ = messages
 
@@ -151,30 +165,75 @@ class Bag:
         }
 
     def columns(
-        self, topic: str, fields: Iterable[str] | None = None, start: When = None, end: When = None
+        self,
+        topic: str,
+        fields: Iterable[str] | None = None,
+        start: When = None,
+        end: When = None,
+        *,
+        progress: Callable[[int, int], object] | None = None,
     ) -> dict[str, list[Any]]:
-        """Return a topic as columns: ``pandas.DataFrame(bag.columns("/odom"))``.
+        """Return a topic as columns; `arrays` returns the same for numpy and pandas.
 
         Args:
             topic: the topic.
-            fields: paths such as ``pose.position.x``; None means every field that is not an array.
+            fields: paths such as ``pose.position.x`` or ``ranges``; None means every field that is not an array.
             start: as for :meth:`messages`.
             end: as for :meth:`messages`.
+            progress: as for :meth:`messages`.
 
         Returns:
-            ``time`` in seconds, and a list per field, times among them in seconds.
+            ``time`` in seconds since 1970, and a list per field, times among them in seconds. A field that is called
+            ``time`` itself is named ``time_``.
+
+        Raises:
+            BagError: as for :meth:`messages`.
+            AttributeError: there is no such field.
         """
-        columns: dict[str, list[Any]] = {"time": []}
-        paths = None if fields is None else list(fields)
-        columns |= {path: [] for path in paths or ()}
-        for item in self.messages(topic, start, end):
-            if paths is None:
-                paths = list(_leaves(item.message))
-                columns |= {path: [] for path in paths}
-            columns["time"].append(item.time.to_sec())
-            for path in paths:
-                columns[path].append(_value(item.message, path))
-        return columns
+        times: list[float] = []
+        columns: dict[str, list[Any]] | None = None if fields is None else {path: [] for path in fields}
+        for item in self.messages(topic, start, end, progress=progress):
+            if columns is None:
+                columns = {path: [] for path in _leaves(item.message)}
+            times.append(item.time.to_sec())
+            for path, values in columns.items():
+                values.append(_value(item.message, path))
+        own = {_OWN_TIME if path == "time" else path: values for path, values in (columns or {}).items()}
+        return {"time": times, **own}
+
+    def arrays(
+        self,
+        topic: str,
+        fields: Iterable[str] | None = None,
+        start: When = None,
+        end: When = None,
+        *,
+        progress: Callable[[int, int], object] | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """Return a topic as arrays, which numpy calculates with and pandas makes a table of::
+
+            frame = pandas.DataFrame(bag.arrays("/odom")).set_index("time")
+            speed = bag.arrays("/odom")["twist.twist.linear.x"].mean()
+
+        Args:
+            topic: as for :meth:`columns`; and so the others.
+
+        Returns:
+            As :meth:`columns`, with the fields' own types of numbers: texts are objects. A field that is an array of
+            numbers has a row per message if all are of the same length; else they are objects, too.
+
+        Raises:
+            BagError: as for :meth:`messages`.
+            AttributeError: there is no such field.
+        """
+        columns = self.columns(topic, fields, start, end, progress=progress)
+        ids = sorted(self._ids(topic) or ())
+        cls = self.message_class(self.reader.connections[ids[0]]) if ids else None
+        types = (
+            {name: _type_of(cls, "time" if name == _OWN_TIME else name) for name in columns} if cls is not None else {}
+        )
+        types["time"] = "float64"
+        return {name: column(values, types.get(name, "")) for name, values in columns.items()}
 
     def decode(self, stored: RawMessage) -> Message:
         """Return a stored message as an object; its class is made from the definition in the bag.
@@ -230,7 +289,9 @@ class Bag:
         return AnyMsg(stored.data, {name: connection.text(name) for name in connection.header})
 
 
-def open(path: str | os.PathLike[str], *, unindexed: bool = True) -> Bag:
+def open(
+    path: str | os.PathLike[str], *, unindexed: bool = True, progress: Callable[[int], object] | None = None
+) -> Bag:
     """Open a bag for reading.
 
     ::
@@ -242,12 +303,13 @@ def open(path: str | os.PathLike[str], *, unindexed: bool = True) -> Bag:
     Args:
         path: the file.
         unindexed: also read bags that were not closed.
+        progress: called with the offset in bytes while such a bag is scanned.
 
     Raises:
         BagError: it cannot be read; the text says why and what to do.
         OSError: it cannot be opened.
     """
-    return Bag(path, unindexed=unindexed)
+    return Bag(path, unindexed=unindexed, progress=progress)
 
 
 def bag_topics(path: str | os.PathLike[str]) -> dict[str, tuple[str, int, int]]:
@@ -269,3 +331,15 @@ def _value(message: Any, path: str) -> Any:
     for name in path.split("."):
         message = getattr(message, name)
     return message.to_sec() if isinstance(message, (Time, Duration)) else message
+
+
+def _type_of(cls: type[Message], path: str) -> str:
+    """A field's type, for example ``float32[]``; empty if it is none of the message."""
+    kind = ""
+    for name in path.split("."):
+        if kind in ("time", "duration"):
+            return "int64"
+        if kind:
+            cls = cls._classes[kind]
+        kind = dict(zip(cls.__slots__, cls._slot_types, strict=True)).get(name, "")
+    return kind

@@ -1,0 +1,42 @@
+"""Values of many messages as one array of numpy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_DTYPES = {"bool": "?", "byte": "int8", "char": "uint8", "time": "float64", "duration": "float64"}
+_NUMBERS = {"int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"}
+
+
+def column(values: Sequence[Any], type_name: str) -> NDArray[Any]:
+    """Return one array of a field's values.
+
+    Args:
+        values: one per message; times as seconds.
+        type_name: the field's, for example ``float32`` or ``uint8[]``.
+
+    Returns:
+        Numbers of that type; with a row per message if they are arrays of the same length. Else the values themselves.
+    """
+    import numpy as np  # noqa: PLC0415 - not cheap, and only columns need it
+
+    base, bracket, _ = type_name.partition("[")
+    dtype = _DTYPES.get(base, base if base in _NUMBERS else None)
+    if dtype is not None and not bracket:
+        return np.array(values, dtype)
+    if dtype is not None and base not in ("time", "duration"):
+        rows = [
+            np.frombuffer(value, dtype) if isinstance(value, (bytes, bytearray)) else np.array(value, dtype)
+            for value in values
+        ]
+        if len({len(row) for row in rows}) <= 1:
+            return np.array(rows, dtype).reshape(len(rows), -1)
+        values = rows
+    objects = np.empty(len(values), object)
+    for number, value in enumerate(values):
+        objects[number] = value
+    return objects

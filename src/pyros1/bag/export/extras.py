@@ -1,0 +1,24 @@
+"""Packages that only some exports need."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from pyros1.errors import Error
+
+
+def extra(module: str, name: str) -> Any:
+    """Import a module of a package that is not always installed.
+
+    Args:
+        module: for example ``PIL.Image``.
+        name: of the extra of pyros1 that brings it.
+
+    Raises:
+        Error: it is not there; the text says how to install it.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise Error(f"this needs {module.partition('.')[0]} ({error}): pip install 'pyros1[{name}]'") from None

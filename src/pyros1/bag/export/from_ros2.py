@@ -1,0 +1,198 @@
+"""Bags from ROS 2 bags and MCAP files, through the rosbags library."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.interfaces import Connection as Ros2Connection
+from rosbags.interfaces import ConnectionExtRosbag2
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.store import Typestore
+
+from pyros1.bag.container import BagWriter
+from pyros1.bag.errors import BagError
+from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, used_types
+from pyros1.bag.records import RECORD_OVERHEAD
+from pyros1.errors import MessageError, UnknownTypeError
+from pyros1.msgs import from_definition, load_message
+
+_TRANSIENT_LOCAL = 1
+
+
+@dataclass
+class Imported:
+    """What was imported.
+
+    Attributes:
+        messages: written.
+        topics: how many.
+        skipped: topic -> why ROS 1 has no place for it.
+    """
+
+    messages: int = 0
+    topics: int = 0
+    skipped: dict[str, str] = field(default_factory=dict)
+
+
+def import_bag(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    *,
+    compression: str = "none",
+    wanted: Callable[[str], bool] = lambda topic: True,
+    progress: Callable[[int], object] | None = None,
+) -> Imported:
+    """Make a bag of a ROS 2 bag.
+
+    Types that are known here get their ROS 1 definition and md5 sum; fields that differ are matched by name and type.
+    Other types are defined as the source says.
+
+    Args:
+        source: a folder with ``metadata.yaml``, an ``.mcap`` or a ``.db3`` file.
+        target: the new bag; replaced if it exists.
+        compression: ``none``, ``bz2`` or ``lz4``.
+        wanted: says whether a topic is.
+        progress: called with the number of bytes of messages done.
+
+    Raises:
+        BagError: the source cannot be read, or holds what cannot be converted.
+        OSError: a file cannot be opened or written.
+    """
+    path = Path(source)
+    if not path.exists():
+        raise FileNotFoundError(2, "No such file or directory", str(path))
+    if path.is_dir() and not (path / "metadata.yaml").exists():
+        raise BagError(str(path), "the folder holds no metadata.yaml, so that it is no ROS 2 bag")
+    if path.is_file() and path.suffix not in (".mcap", ".db3"):
+        raise BagError(str(path), "this is neither a ROS 2 bag's folder nor an .mcap or .db3 file")
+    try:
+        with (
+            AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader,
+            BagWriter(target, compression) as writer,
+        ):
+            return _Import(reader, writer).run(wanted, progress)
+    except (BagError, OSError):
+        raise
+    except AnyReaderError as error:
+        raise BagError(str(path), f"rosbags cannot read it: {error}") from error
+    except Exception as error:  # rosbags lets through whatever its parts raise: of SQLite, zstd, lz4, struct, dict
+        raise BagError(str(path), f"rosbags cannot read it: {type(error).__name__}: {error}") from error
+
+
+class _Import:
+    def __init__(self, reader: AnyReader, writer: BagWriter) -> None:
+        self._reader = reader
+        self._writer = writer
+        self._types = _Types(reader.typestore)
+
+    def run(self, wanted: Callable[[str], bool], progress: Callable[[int], object] | None) -> Imported:
+        result = Imported()
+        numbers: dict[int, tuple[int, Convert]] = {}
+        chosen = []
+        for connection in self._reader.connections:
+            if not wanted(connection.topic):
+                continue
+            try:
+                numbers[connection.id] = self._add(connection)
+            except _NotInRos1 as error:
+                result.skipped[connection.topic] = str(error)
+                continue
+            chosen.append(connection)
+        result.topics = len({connection.topic for connection in chosen})
+        done = 0
+        for connection, time, data in self._reader.messages(chosen) if chosen else ():
+            number, convert = numbers[connection.id]
+            try:
+                body = convert(data)
+            except Exception as error:  # as above
+                where = f"message on {connection.topic} at {time / 1e9:.6f} ({connection.msgtype})"
+                raise BagError(str(self._reader.paths[0]), f"{where} cannot be converted: {error}") from error
+            self._writer.write(number, time, body)
+            result.messages += 1
+            done += len(data) + RECORD_OVERHEAD
+            if progress is not None:
+                progress(done)
+        return result
+
+    def _add(self, connection: Ros2Connection) -> tuple[int, Convert]:
+        kind = self._types.get(connection.msgtype)
+        profiles = connection.ext.offered_qos_profiles if isinstance(connection.ext, ConnectionExtRosbag2) else []
+        latched = any(profile.durability.value == _TRANSIENT_LOCAL for profile in profiles)
+        header = {
+            "type": kind.name,
+            "md5sum": kind.md5sum,
+            "message_definition": kind.definition,
+            **({"latching": "1"} if latched else {}),
+        }
+        fields = {name: text.encode("utf-8", "surrogateescape") for name, text in header.items()}
+        return self._writer.add_connection(connection.topic, fields), kind.convert
+
+
+class _NotInRos1(Exception):
+    """A type that ROS 1 has no place for."""
+
+
+@dataclass(frozen=True)
+class _Type:
+    name: str
+    md5sum: str
+    definition: str
+    convert: Convert
+
+
+class _Types:
+    """Types of the source, and what they become."""
+
+    def __init__(self, source: Typestore) -> None:
+        self._source = source
+        self._target = empty_store()
+        self._types: dict[str, _Type] = {}
+
+    def get(self, name: str) -> _Type:
+        """Return what a type becomes.
+
+        Args:
+            name: ``package/msg/Type``.
+        """
+        if name not in self._types:
+            self._types[name] = self._make(name)
+        return self._types[name]
+
+    def _make(self, name: str) -> _Type:
+        package, _, rest = name.partition("/")
+        folder, _, short = rest.partition("/")
+        if folder != "msg" or not short:
+            raise _NotInRos1(f"ROS 1 has no messages of the kind {name}")
+        if name not in self._source.fielddefs:
+            raise _NotInRos1(f"there is no definition of {name}")
+        ours = f"{package}/{short}"
+        known = self._known(name)
+        adopt(self._target, self._source, name)
+        convert = converter(self._source, self._target, name, name, to_ros2=False)
+        if known is not None:
+            return _Type(ours, *known, convert)
+        definition, _ = self._target.generate_msgdef(name, ros_version=1)
+        try:
+            return _Type(ours, from_definition(ours, definition)._md5sum, definition, convert)
+        except MessageError as error:
+            raise _NotInRos1(f"{name} cannot be defined in ROS 1: {error}") from None
+
+    def _known(self, name: str, seen: Collection[str] = ()) -> tuple[str, str] | None:
+        """Register a type, or those it uses, as ROS 1 defines them; returns its md5 sum and definition there."""
+        if name in seen or name not in self._source.fielddefs:
+            return None
+        package, _, short = name.split("/")
+        try:
+            cls = load_message(f"{package}/{short}")
+        except UnknownTypeError:
+            for nested in used_types(self._source, name):
+                self._known(nested, {*seen, name})
+            return None
+        theirs = empty_store()
+        theirs.register(parsed(cls._type, cls._full_text))
+        adopt(self._target, theirs, name)
+        return cls._md5sum, cls._full_text

@@ -1,0 +1,144 @@
+"""Images in messages as arrays of pixels: sensor_msgs/Image in the encodings of ROS 1."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pyros1.errors import MessageError
+
+Pixels = NDArray[Any]
+
+_NAMED = {
+    "mono8": ("u1", 1, ""),
+    "mono16": ("u2", 1, ""),
+    "rgb8": ("u1", 3, "rgb"),
+    "bgr8": ("u1", 3, "bgr"),
+    "rgba8": ("u1", 4, "rgb"),
+    "bgra8": ("u1", 4, "bgr"),
+    "rgb16": ("u2", 3, "rgb"),
+    "bgr16": ("u2", 3, "bgr"),
+    "rgba16": ("u2", 4, "rgb"),
+    "bgra16": ("u2", 4, "bgr"),
+}
+_YUV = {"yuv422": (1, 0, 2), "uyvy": (1, 0, 2), "yuv422_yuy2": (0, 1, 3), "yuyv": (0, 1, 3)}
+"""Encoding -> place of the first brightness, of U and of V in the four bytes of two pixels."""
+
+_GENERIC = re.compile(r"(8|16|32|64)([USF])C\(?([1-4])?\)?\Z")
+_BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
+
+
+def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
+    """Return an image's pixels.
+
+    Args:
+        message: a sensor_msgs/Image.
+        mosaic: leave Bayer images as the sensor has them instead of calculating colours.
+
+    Returns:
+        Height x width of numbers as they are, or x 3 or 4 with red, green, blue and opacity.
+
+    Raises:
+        MessageError: the encoding is unknown, or the message is shorter than its size says.
+    """
+    encoding = str(message.encoding)
+    bayer = _BAYER.match(encoding)
+    if encoding in _YUV:
+        return _from_yuv(_rows(message, "u1", 2), *_YUV[encoding])
+    if bayer:
+        raw = _rows(message, f"u{int(bayer[2]) // 8}", 1)[:, :, 0]
+        return raw if mosaic else _demosaiced(raw, bayer[1])
+    kind, channels, order = _kind(encoding)
+    found = _rows(message, kind, channels)
+    if channels == 1:
+        return found[:, :, 0]
+    return found[:, :, [2, 1, 0, 3][:channels]] if order == "bgr" else found
+
+
+def to_8_bits(image: Pixels) -> Pixels:
+    """Return an image with 8 bits per channel, for eyes.
+
+    16 bits lose their lower half; other numbers are stretched from their least to their greatest.
+    """
+    if image.dtype == np.uint8:
+        return image
+    if image.dtype == np.uint16 and image.ndim == 3:
+        return (image >> 8).astype(np.uint8)
+    finite = np.isfinite(image)
+    low, high = (float(image[finite].min()), float(image[finite].max())) if finite.any() else (0.0, 0.0)
+    scaled = np.zeros(image.shape) if high <= low else (np.where(finite, image, low) - low) * (255.0 / (high - low))
+    return np.rint(scaled).astype(np.uint8)
+
+
+def _kind(encoding: str) -> tuple[str, int, str]:
+    if encoding in _NAMED:
+        return _NAMED[encoding]
+    match = _GENERIC.match(encoding)
+    if match is None or (match[2] == "F" and match[1] not in ("32", "64")) or (match[2] != "F" and match[1] == "64"):
+        raise MessageError(f"images of the encoding {encoding!r} are not supported")
+    channels = int(match[3] or 1)
+    # OpenCV's, whose colours begin with blue.
+    return f"{match[2].lower().replace('s', 'i')}{int(match[1]) // 8}", channels, "bgr" if channels > 2 else ""
+
+
+def _rows(message: Any, kind: str, channels: int) -> Pixels:
+    """The pixels without what the rows have behind them."""
+    height, width, step = int(message.height), int(message.width), int(message.step)
+    dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{kind}")
+    needed = width * channels * dtype.itemsize
+    if not height or not width:
+        raise MessageError(f"the image is empty: {width} x {height} pixels")
+    if step < needed:
+        raise MessageError(
+            f"the image's step is {step}; rows of {width} pixels in {message.encoding} take {needed} bytes"
+        )
+    data = np.frombuffer(message.data, dtype=np.uint8)
+    size = step * (height - 1) + needed
+    if len(data) < size:
+        raise MessageError(
+            f"the image has {len(data)} bytes; {width} x {height} pixels in {message.encoding} take {size}"
+        )
+    rows = np.lib.stride_tricks.as_strided(data, (height, needed), (step, 1), writeable=False)
+    found = np.ascontiguousarray(rows).view(dtype).reshape(height, width, channels)
+    native: Pixels = found.astype(dtype.newbyteorder("="), copy=False)
+    return native
+
+
+def _from_yuv(pairs: Pixels, first: int, u_place: int, v_place: int) -> Pixels:
+    height, width, _ = pairs.shape
+    if width % 2:
+        raise MessageError(f"a YUV image's width is even, and not {width}")
+    quads = pairs.reshape(height, width // 2, 4).astype(np.float32)
+    y = quads[:, :, [first, first + 2]].reshape(height, width)
+    u = np.repeat(quads[:, :, u_place], 2, axis=1) - 128
+    v = np.repeat(quads[:, :, v_place], 2, axis=1) - 128
+    y = (y - 16) * 1.164
+    colours = np.stack([y + 1.596 * v, y - 0.391 * u - 0.813 * v, y + 2.018 * u], axis=2)
+    image: Pixels = np.rint(colours.clip(0, 255)).astype(np.uint8)
+    return image
+
+
+def _demosaiced(raw: Pixels, pattern: str) -> Pixels:
+    """Colours of a Bayer image: what a pixel lacks is the mean of its neighbours that have it."""
+    height, width = raw.shape
+    colours = np.empty((height, width, 3), raw.dtype)
+    for channel, name in enumerate("rgb"):
+        known = np.zeros((height, width), np.float32)
+        for place, colour in enumerate(pattern):
+            if colour == name:
+                known[place // 2 :: 2, place % 2 :: 2] = 1
+        weight = _spread(known)
+        mean = _spread(np.where(known > 0, raw, 0).astype(np.float32)) / np.where(weight > 0, weight, 1)
+        colours[:, :, channel] = np.where(known > 0, raw, np.rint(mean))
+    return colours
+
+
+def _spread(values: Pixels) -> Pixels:
+    """Each number with half of its neighbours and a quarter of those at the corners."""
+    wide = np.pad(values, 1)
+    rows = wide[1:-1] + (wide[:-2] + wide[2:]) / 2
+    total: Pixels = rows[:, 1:-1] + (rows[:, :-2] + rows[:, 2:]) / 2
+    return total

@@ -1,0 +1,125 @@
+"""Image files from sensor_msgs/Image and CompressedImage."""
+
+from __future__ import annotations
+
+import os
+import re
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from pyros1.bag.export.extras import extra
+from pyros1.bag.export.images import Pixels, pixels
+from pyros1.bag.export.topic_names import FileNames
+from pyros1.errors import MessageError
+from pyros1.timing import Time
+
+TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+"""Messages that are images."""
+
+_KINDS = {b"\xff\xd8": "jpg", b"\x89PNG": "png", b"BM": "bmp", b"II*\0": "tiff", b"MM\0*": "tiff", b"RIFF": "webp"}
+
+_DEPTH_HEAD = 12
+"""Bytes before the PNG file in what compressed_depth_image_transport sends."""
+
+
+class PictureWriter:
+    """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is the header's, or the bag's time if that is 0.
+
+    Numbers that PNG has no place for become TIFF files; compressed images are written as they are.
+
+    Args:
+        folder: is made.
+        mosaic: leave Bayer images as the sensor has them.
+
+    Raises:
+        Error: Pillow is missing.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], *, mosaic: bool = False) -> None:
+        self._image = extra("PIL.Image", "images")
+        self._folder = Path(folder)
+        self._mosaic = mosaic
+        self._names = FileNames()
+        self._used: dict[str, int] = {}
+        self._folder.mkdir()
+
+    def write_message(self, topic: str, message: Any, time: Time) -> None:
+        """Write an image.
+
+        Args:
+            topic: where it comes from.
+            message: one of `TYPES`.
+            time: in the bag.
+
+        Raises:
+            MessageError: it is no image, or of a kind that is not supported.
+            OSError: the disk is full, ...
+        """
+        stamp = message.header.stamp if message.header.stamp else time
+        if message._type == TYPES[0]:
+            image = pixels(message, mosaic=self._mosaic)
+            kind = picture_kind(image, str(message.encoding))
+            picture = self._image.fromarray(image.astype("i4") if image.dtype == "i2" else image)
+            data = _encoded(picture, kind)
+        else:
+            data, kind = compressed(message)
+        self._path(topic, stamp, kind).write_bytes(data)
+
+    def close(self) -> None:
+        """Nothing is left to write."""
+
+    def abort(self) -> None:
+        """No file is open."""
+
+    def _path(self, topic: str, stamp: Time, kind: str) -> Path:
+        folder = self._folder / self._names[topic]
+        folder.mkdir(exist_ok=True)
+        stem = f"{stamp.secs}.{stamp.nsecs:09d}"
+        if (folder / f"{stem}.{kind}").exists():
+            number = self._used[f"{topic} {stem}"] = self._used.get(f"{topic} {stem}", 1) + 1
+            stem = f"{stem}_{number}"
+        return folder / f"{stem}.{kind}"
+
+
+def picture_kind(image: Pixels, encoding: str) -> str:
+    """Return the kind of file that keeps an image without loss.
+
+    Raises:
+        MessageError: there is none.
+    """
+    channels = 1 if image.ndim == 2 else image.shape[2]
+    if image.dtype == "u1" and channels in (1, 3, 4):
+        return "png"
+    if channels == 1 and image.dtype in ("u2", "i2", "i4", "f4"):
+        return "png" if image.dtype == "u2" else "tiff"
+    raise MessageError(f"images of the encoding {encoding!r} have no place in PNG and TIFF files; try --format video")
+
+
+def compressed(message: Any) -> tuple[bytes, str]:
+    """Return the content of an image file and its extension.
+
+    Args:
+        message: a sensor_msgs/CompressedImage.
+
+    Raises:
+        MessageError: it is empty, or depths that are not stored as they are.
+    """
+    data, form = bytes(message.data), str(message.format)
+    if "compressedDepth" in form:
+        if not form.startswith("16UC1") or not data[_DEPTH_HEAD:].startswith(b"\x89PNG"):
+            raise MessageError(f"depth images of the format {form!r} are not supported, only 16UC1")
+        data = data[_DEPTH_HEAD:]
+    if not data:
+        raise MessageError("the compressed image is empty")
+    for magic, kind in _KINDS.items():
+        if data.startswith(magic):
+            return data, kind
+    word = re.search(r"[A-Za-z]\w*", form.rpartition(";")[2])
+    return data, word[0].lower() if word else "bin"
+
+
+def _encoded(image: Any, kind: str) -> bytes:
+    file = BytesIO()
+    image.save(file, kind.upper())
+    return file.getvalue()

@@ -1,0 +1,119 @@
+"""ROS 2 bags and MCAP files from messages of ROS 1 bags, through the rosbags library."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Literal
+
+from rosbags.convert.converter import LATCH
+from rosbags.interfaces import Connection as Ros2Connection
+from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, TypesysError, get_typestore
+
+from pyros1.bag.errors import BagError
+from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, ros2_name
+from pyros1.bag.reader import RawMessage
+from pyros1.bag.records import Connection
+
+STORAGES = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
+"""Kinds of files in a ROS 2 bag."""
+
+_VERSION: Literal[8] = 8
+"""Of the metadata file; ROS 2 distributions read newer ones only from Jazzy on."""
+
+
+class Ros2Writer:
+    """A new ROS 2 bag: a folder with a file of metadata and one of messages.
+
+    Types that the ROS 2 distribution knows become its own; others stay as the bag defines them.
+
+    Args:
+        path: the folder, which is not there yet.
+        storage: ``sqlite3`` or ``mcap``.
+        distribution: of ROS 2, for example ``jazzy``.
+
+    Raises:
+        OSError: the folder cannot be made.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], storage: str = "sqlite3", distribution: str = "jazzy") -> None:
+        self.path = Path(path)
+        self._target = get_typestore(Stores(f"ros2_{distribution}"))
+        self._converters: dict[tuple[str, str], Convert] = {}
+        self._connections: dict[int, tuple[Ros2Connection, Convert]] = {}
+        self._known: dict[tuple[str, str, bool], Ros2Connection] = {}
+        self._sources: list[Connection] = []  # keeps them alive, so that their ids stay theirs
+        self._writer = Writer(self.path, version=_VERSION, storage_plugin=STORAGES[storage])
+        self._writer.open()
+
+    def write_raw(self, stored: RawMessage) -> None:
+        """Write a message.
+
+        Raises:
+            BagError: its definition cannot be read, or it is not such a message; the text says which.
+        """
+        connection = stored.connection
+        entry = self._connections.get(id(connection))
+        try:
+            if entry is None:
+                entry = self._connections[id(connection)] = self._add(connection)
+                self._sources.append(connection)
+            self._writer.write(entry[0], stored.time, entry[1](stored.data))
+        except (TypesysError, SerdeError, WriterError, KeyError, UnicodeDecodeError) as error:
+            where = f"message on {connection.topic} at {stored.time / 1e9:.6f} ({connection.type})"
+            raise BagError(str(self.path), f"{where} cannot be converted: {error}") from error
+
+    def close(self) -> None:
+        """Write what is left, and the metadata."""
+        self._writer.close()
+
+    def abort(self) -> None:
+        """Close the files as they are."""
+        self._writer.abort()
+
+    def _add(self, connection: Connection) -> tuple[Ros2Connection, Convert]:
+        convert = self._converter(connection)
+        name = ros2_name(connection.type)
+        key = (connection.topic, name, connection.latching)
+        found = self._known.get(key)
+        if found is None:
+            found = self._known[key] = self._writer.add_connection(
+                connection.topic,
+                name,
+                typestore=self._target,
+                offered_qos_profiles=LATCH if connection.latching else [],
+            )
+        return found, convert
+
+    def _converter(self, connection: Connection) -> Convert:
+        key = (connection.type, connection.md5sum)
+        if key not in self._converters:
+            source = empty_store()
+            source.register(parsed(connection.type, connection.definition))
+            name = ros2_name(connection.type)
+            adopt(self._target, source, name)
+            self._converters[key] = converter(source, self._target, name, name, to_ros2=True)
+        return self._converters[key]
+
+
+class McapWriter(Ros2Writer):
+    """A new MCAP file with messages of ROS 2.
+
+    Args:
+        path: the file, replaced if it exists; its folder must be writable.
+        distribution: of ROS 2, for example ``jazzy``.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], distribution: str = "jazzy") -> None:
+        self._file = Path(path)
+        super().__init__(self._file.with_name(f"{self._file.name}.parts"), "mcap", distribution)
+
+    def close(self) -> None:
+        """Write what is left."""
+        super().close()
+        (content,) = self.path.glob("*.mcap")
+        os.replace(content, self._file)
+        shutil.rmtree(self.path)

@@ -1,0 +1,99 @@
+"""Message types as the rosbags library knows them, which converts messages between ROS 1 and ROS 2."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+from rosbags.convert.converter import STATIC_MSGTYPE_RENAMES, is_same_wireformat, migrate_bytes
+from rosbags.interfaces import Nodetype
+from rosbags.interfaces.typing import Typesdict
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+Convert = Callable[[bytes], memoryview]
+
+
+def ros2_name(type_name: str) -> str:
+    """Return a type's name in ROS 2: ``std_msgs/msg/String`` for ``std_msgs/String``."""
+    package, _, name = type_name.partition("/")
+    full = f"{package}/msg/{name}"
+    return STATIC_MSGTYPE_RENAMES.get(full, full)
+
+
+def distributions() -> dict[str, str]:
+    """Return the ROS 2 distributions whose types rosbags knows: ``jazzy`` -> the store's name."""
+    return {store.value[5:]: store.value for store in Stores if store.value.startswith("ros2_")}
+
+
+def parsed(type_name: str, definition: str) -> Typesdict:
+    """Return the types of a full definition text.
+
+    Args:
+        type_name: ``package/Type``.
+        definition: with those of all types used.
+
+    Raises:
+        TypesysError: rosbags cannot read it.
+    """
+    return get_types_from_msg(definition.replace("\r\n", "\n"), ros2_name(type_name))
+
+
+def empty_store() -> Typestore:
+    """Return a store without message types."""
+    return get_typestore(Stores.EMPTY)
+
+
+def adopt(target: Typestore, source: Typestore, name: str) -> None:
+    """Register a type in a store as another store has it, unless it is there; so with the types that it uses.
+
+    Raises:
+        KeyError: a type is missing in the source.
+    """
+    missing: Typesdict = {}
+
+    def collect(wanted: str) -> None:
+        if wanted not in target.fielddefs and wanted not in missing:
+            missing[wanted] = source.fielddefs[wanted]
+            for used in used_types(source, wanted):
+                collect(used)
+
+    collect(name)
+    target.register(missing)
+
+
+def used_types(store: Typestore, name: str) -> Iterator[str]:
+    """Yield the message types of a type's fields."""
+    for _, kind in store.fielddefs[name][1]:
+        element: Any = kind[1][0] if kind[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE) else kind
+        if element[0] == Nodetype.NAME:
+            yield str(element[1])
+
+
+def converter(source: Typestore, target: Typestore, name: str, target_name: str, *, to_ros2: bool) -> Convert:
+    """Return what converts messages of a type between ROS 1 and ROS 2.
+
+    If both sides' fields are of the same types in the same order the bytes are rearranged; else fields are matched by
+    name and type, and those without a counterpart get zeros.
+
+    Args:
+        source: where `name` is defined.
+        target: where `target_name` is.
+        to_ros2: from ROS 1 to ROS 2, or the other way.
+    """
+    cache: dict[str, object] = {}
+
+    def migrate(data: bytes) -> memoryview:
+        return migrate_bytes(source, target, name, target_name, cache, data, src_is2=not to_ros2, dst_is2=to_ros2)
+
+    if not is_same_wireformat(source, target, name, target_name):
+        return migrate
+    if to_ros2:
+        return partial(target.ros1_to_cdr, typename=target_name)
+
+    def to_ros1(data: bytes) -> memoryview:
+        little_endian = data[:2] == b"\x00\x01"
+        return source.cdr_to_ros1(data, name) if little_endian else migrate(data)
+
+    return to_ros1

@@ -1,0 +1,118 @@
+"""Videos from sensor_msgs/Image and CompressedImage; each frame is shown as long as it was in the bag."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+
+from pyros1.bag.export.extras import extra
+from pyros1.bag.export.images import Pixels, pixels, to_8_bits
+from pyros1.bag.export.pictures import TYPES, compressed
+from pyros1.errors import MessageError
+from pyros1.timing import Time
+
+_TICK = Fraction(1, 1_000_000)
+_CODECS = ("libx264", "mpeg4")
+_QUALITY = {"crf": "20", "preset": "fast"}
+
+
+class VideoWriter:
+    """Writes the images of each topic to a video of its own.
+
+    Args:
+        path: returns a topic's file, whose extension says its kind: ``.mp4``, ``.mkv``, ...
+
+    Raises:
+        Error: PyAV or Pillow are missing.
+    """
+
+    def __init__(self, path: Callable[[str], str]) -> None:
+        self._av = extra("av", "video")
+        self._image = extra("PIL.Image", "video")
+        self._path = path
+        self._videos: dict[str, _Video] = {}
+
+    def write_message(self, topic: str, message: Any, time: Time) -> None:
+        """Write a frame.
+
+        Args:
+            topic: where it comes from.
+            message: an Image or a CompressedImage.
+            time: in the bag.
+
+        Raises:
+            MessageError: it is no image, of a kind that is not supported, or has not the size of those before.
+            OSError: the disk is full, ...
+        """
+        image = pixels(message) if message._type == TYPES[0] else self._decompressed(message)
+        image = _even(to_8_bits(image))
+        video = self._videos.get(topic)
+        if video is None:
+            video = self._videos[topic] = _Video(self._av, self._path(topic), image, time)
+        video.write(image, time)
+
+    def close(self) -> None:
+        """Write what is left, and close the files."""
+        try:
+            for video in self._videos.values():
+                video.finish()
+        finally:
+            self.abort()
+
+    def abort(self) -> None:
+        """Close the files as they are."""
+        for video in self._videos.values():
+            video.container.close()
+
+    def _decompressed(self, message: Any) -> Pixels:
+        data, _ = compressed(message)
+        try:
+            with self._image.open(BytesIO(data)) as image:
+                whole = image if image.mode in ("L", "RGB", "RGBA", "I;16") else image.convert("RGB")
+                found: Pixels = np.asarray(whole)
+        except (OSError, ValueError, SyntaxError) as error:  # Pillow's words for damaged files
+            raise MessageError(f"the compressed image cannot be read: {error}") from None
+        return found
+
+
+class _Video:
+    def __init__(self, av: Any, path: str, image: Pixels, time: Time) -> None:
+        self._av = av
+        self._begin = time.to_nsec()
+        self._last = -1
+        self._size = image.shape[:2]
+        self.container = av.open(path, "w")
+        # Frames are at times of the video's own, which begins at 0; where that is on the clock is noted here.
+        self.container.metadata["comment"] = f"begins at {time.secs}.{time.nsecs:09d}"
+        codec = next(name for name in _CODECS if name in av.codecs_available)
+        self._stream = self.container.add_stream(codec, rate=30)
+        self._stream.height, self._stream.width = self._size
+        self._stream.pix_fmt = "yuv420p"
+        self._stream.codec_context.time_base = _TICK
+        if codec == _CODECS[0]:
+            self._stream.options = _QUALITY
+
+    def write(self, image: Pixels, time: Time) -> None:
+        if image.shape[:2] != self._size:
+            (height, width), (rows, columns) = self._size, image.shape[:2]
+            raise MessageError(f"the image has {columns} x {rows} pixels, and those before {width} x {height}")
+        form = "gray" if image.ndim == 2 else "rgb24" if image.shape[2] == 3 else "rgba"
+        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=form)
+        self._last = max((time.to_nsec() - self._begin) // 1000, self._last + 1)
+        frame.pts, frame.time_base = self._last, _TICK
+        self.container.mux(self._stream.encode(frame))
+
+    def finish(self) -> None:
+        self.container.mux(self._stream.encode(None))
+
+
+def _even(image: Pixels) -> Pixels:
+    """Videos have even sizes: a last row or column is repeated."""
+    height, width = image.shape[:2]
+    if not height % 2 and not width % 2:
+        return image
+    return np.pad(image, [(0, height % 2), (0, width % 2), (0, 0)][: image.ndim], mode="edge")
