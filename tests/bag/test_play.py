@@ -172,7 +172,7 @@ def test_part_of_the_bag_topics_and_prefix(tmp_path: Path, ear: Ear, playing: An
     other = write_numbers(tmp_path / "y.bag", "/other", range(100))
     subscriber = ear.listen("/p/t")
     with playing([path, other], topics=["/t"], expect=[subscriber], prefix="/p", start=0.05, duration=0.02) as player:
-        assert [publisher.name for publisher in player._by_name.values()] == ["/p/t"]
+        assert [publisher.name for publisher in player._publishers.values()] == ["/p/t"]
     ear.wait(21)
     assert ear.values("/p/t") == list(map(float, range(50, 71)))
 

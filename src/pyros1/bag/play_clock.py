@@ -34,7 +34,7 @@ class Timeline:
         """Return the bag time, in nanoseconds, at a wall time in seconds."""
         if self.held:
             return self._bag
-        return self._bag + int((wall - self._wall) * self._rate * NS)
+        return self._bag + round((wall - self._wall) * self._rate * NS)
 
     def wall_at(self, bag: int) -> float:
         """Return the wall time, in seconds, at which it will be a bag time, if nothing holds it."""

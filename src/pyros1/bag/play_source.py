@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
+from pyros1.bag.play_static import keeps_static
 from pyros1.bag.reader import BagReader, RawMessage
 from pyros1.bag.records import Connection
 
@@ -15,7 +16,10 @@ AHEAD = 32 << 20
 """Bytes that are read ahead at most, and one batch."""
 _BATCH = 1 << 20
 _BATCH_MESSAGES = 500
-_OVERHEAD = 250
+_OVERHEAD = 1500
+"""What a message takes beside its bytes, and more: not too many are read ahead, as the garbage collector visits all."""
+_STATIC_CHUNKS = 20
+"""Chunks that are read for static transforms whose publishers the bag does not tell apart."""
 
 
 class Played(NamedTuple):
@@ -91,16 +95,18 @@ class Bags:
             yield Played(number, message)
 
     def latched_before(self, time: int) -> list[Played]:
-        """Return the last message before a time of each latched connection, by time."""
+        """Return what subscribers that come at a time would get, by time: the last message of each latched connection.
+
+        Of static transforms whose publishers are not told apart, those at the beginning of the bag as well.
+        """
         found: list[Played] = []
         for number, reader in enumerate(self.readers):
             chosen = self._chosen[number]
-            wanted = {
-                conn
-                for conn, connection in reader.connections.items()
-                if connection.latching and (chosen is None or conn in chosen)
-            }
-            found += [Played(number, message) for message in _last_before(reader, wanted, time)]
+            chosen_ones = [one for conn, one in reader.connections.items() if chosen is None or conn in chosen]
+            latched = {one.id for one in chosen_ones if one.latching or keeps_static(one)}
+            mixed = {one.id for one in chosen_ones if not one.latching and keeps_static(one)}
+            found += [Played(number, message) for message in _first_ones(reader, mixed, time)]
+            found += [Played(number, message) for message in _last_before(reader, latched, time)]
         found.sort(key=lambda played: played.message.time)
         return found
 
@@ -114,6 +120,17 @@ class Bags:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _first_ones(reader: BagReader, wanted: set[int], time: int) -> Iterator[RawMessage]:
+    """Yield the wanted connections' messages before a time, out of the first chunks that have some."""
+    chunks = [chunk for chunk in reader.chunks if chunk.start < time and not wanted.isdisjoint(chunk.counts)]
+    for chunk in sorted(chunks, key=lambda chunk: chunk.start)[:_STATIC_CHUNKS]:
+        content, messages = reader.content(chunk)
+        for message in messages:
+            if message.conn in wanted and message.time < time:
+                data = content[message.start : message.end]
+                yield RawMessage(reader.connections[message.conn], message.time, data)
 
 
 def _last_before(reader: BagReader, wanted: set[int], time: int) -> Iterator[RawMessage]:

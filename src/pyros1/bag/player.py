@@ -14,6 +14,7 @@ from typing import Any
 from pyros1.bag.play_clock import NS, Ticker, Timeline
 from pyros1.bag.play_control import Control
 from pyros1.bag.play_source import Bags, Played, ReadAhead
+from pyros1.bag.play_static import StaticTransforms, keeps_static
 from pyros1.bag.records import MAX_TIME, Connection
 from pyros1.errors import Error
 from pyros1.msgs import AnyMsg, load_message
@@ -106,8 +107,9 @@ class Player:
         self._status = Ticker(_STATUS_TIME)
         self._tick = Ticker(1 / options.clock_rate if options.clock_rate else inf)
         self._node = node
-        self._publishers: dict[tuple[int, int], Any] = {}
-        self._by_name: dict[tuple[str, str], Any] = {}
+        self._send: dict[tuple[int, int], Callable[[AnyMsg], object]] = {}
+        self._publishers: dict[tuple[str, str], Any] = {}
+        self._static: dict[str, StaticTransforms] = {}
         self._pausing: set[str] = {topic.lstrip("/") for topic in options.pause_topics}
         self._clock_class: Any = load_message("rosgraph_msgs/Clock")
         self._clock: Any = node.advertise("clock", self._clock_class, queue_size=1)
@@ -119,27 +121,28 @@ class Player:
     # Publishers -------------------------------------------------------------------------------------------------------
 
     def _advertise(self, number: int, connection: Connection) -> None:
-        key = (connection.callerid, connection.topic)
-        publisher = self._by_name.get(key)
+        topic, static = self._options.prefix + connection.topic, keeps_static(connection)
+        key = (connection.callerid, topic)
+        publisher = self._publishers.get(key)
         if publisher is None:
             kind = TopicType(connection.type, connection.md5sum, connection.definition)
+            latch = connection.latching or static
             try:
                 publisher = self._node.advertise(
-                    self._options.prefix + connection.topic,
-                    AnyMsg,
-                    queue_size=self._options.queue_size,
-                    latch=connection.latching,
-                    raw_type=kind,
+                    topic, AnyMsg, queue_size=self._options.queue_size, latch=latch, raw_type=kind
                 )
             except Error as error:
                 self.unplayable[connection.topic] = str(error)
                 return
-            self._by_name[key] = publisher
-        self._publishers[number, connection.id] = publisher
+            self._publishers[key] = publisher
+        send = publisher.publish
+        if static:
+            send = self._static.setdefault(publisher.name, StaticTransforms(send)).publish
+        self._send[number, connection.id] = send
 
     def wait_for_subscribers(self) -> None:
         """Wait until every topic has a subscriber, or the user ends it."""
-        while not self._control.ended and not all(one.num_connections for one in self._by_name.values()):
+        while not self._control.ended and not all(one.num_connections for one in self._publishers.values()):
             self._control.wait(_PATIENCE)
 
     def now(self) -> int:
@@ -153,7 +156,7 @@ class Player:
 
     def dropped(self) -> int:
         """Return how many messages connected subscribers have lost because they were too slow."""
-        return sum({one.name: one.dropped for one in self._by_name.values()}.values())
+        return sum({one.name: one.dropped for one in self._publishers.values()}.values())
 
     # Playing ----------------------------------------------------------------------------------------------------------
 
@@ -201,9 +204,9 @@ class Player:
         return count
 
     def _publish(self, one: Played) -> None:
-        publisher = self._publishers.get((one.bag, one.message.connection.id))
-        if publisher is not None:
-            publisher.publish(AnyMsg(one.message.data))
+        send = self._send.get((one.bag, one.message.connection.id))
+        if send is not None:
+            send(AnyMsg(one.message.data))
 
     def _await(self, one: Played) -> bool:
         """Wait until a message is due; return False if the user ends it before."""
@@ -212,7 +215,7 @@ class Player:
         if self._last is None:
             self._begin_at(time, now)
         elif options.skip_empty is not None and time - self._last > options.skip_empty * NS:
-            timeline.set(time, now)
+            self._jump(time, now)
         if self._pausing and control.pause_on_topics and one.message.connection.topic.lstrip("/") in self._pausing:
             control.set_paused(True)
         self._last = time
@@ -245,14 +248,19 @@ class Player:
         return self.rate_stamp is not None and time - self.rate_stamp > self._options.max_delay * NS
 
     def _step(self, time: int, now: float) -> bool:
-        """Go to a message's time at once."""
-        self._timeline.set(time, now)
-        if self._options.clock_rate:
-            self._publish_clock(time)
+        """Go to a message's time at once; return False if the user wants no more."""
+        self._jump(time, now)
         if now >= self._status.due:
             self._control.wait(0)
             self._show(time, now)
         return not self._control.ended
+
+    def _jump(self, time: int, now: float) -> None:
+        """Say that it is now a time of the bag: the clock says so before the message comes."""
+        self._timeline.set(time, now)
+        self._publish_clock(time)
+        if now >= self._tick.due:
+            self._tick.tick(now)
 
     def _show(self, time: int, now: float) -> None:
         """Publish /clock and report, as far as they are due."""
