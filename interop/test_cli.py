@@ -7,14 +7,13 @@ differences are the subject of tests of their own, at the end.
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from harness import SOURCE, Master, Process
+from harness import SOURCE, Master, Process, our_tools, stock_tools, write_tool
 
 OWN_MASTER = True
 
@@ -101,23 +100,14 @@ def tools(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with our program under the stock tools' names, so that usage texts too can be compared."""
     folder = tmp_path_factory.mktemp("tools")
     for name in ("rostopic", "rosnode", "rosservice", "rosparam"):
-        tool = folder / name
-        start = f"import sys; sys.path.insert(0, {str(SOURCE)!r}); from pyros1.cli.main import entry; sys.exit(entry())"
-        tool.write_text(f"#!{sys.executable}\n{start}\n")
-        tool.chmod(0o755)
+        write_tool(folder, name)
     return folder
 
 
 def ask(master: Master, program: str, words: list[str], stdin: str = "", **environ: str) -> Answer:
-    done = subprocess.run(
-        [program, *words],
-        env={**master.environ(), **environ},
-        input=stdin.encode(),
-        capture_output=True,
-        timeout=DEADLINE,
-        check=False,
-    )
-    return done.returncode, done.stdout.decode(), done.stderr.decode()
+    variables = {**master.environ(), **environ}
+    tools = stock_tools() if program.startswith("/usr/bin/") else our_tools()
+    return tools.ask([program, *words], variables, stdin=stdin, timeout=DEADLINE)
 
 
 _VARYING = [

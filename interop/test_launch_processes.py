@@ -49,7 +49,9 @@ def env(tmp_path: Path) -> dict[str, str]:
 def launcher(request: pytest.FixtureRequest, env: dict[str, str], tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     words = [sys.executable, "-m", "pyros1.cli.launch"] if request.param == "ours" else ["/usr/bin/roslaunch"]
     with (tmp_path / "output").open("w") as output:
-        process = subprocess.Popen([*words, "both.launch"], cwd=tmp_path, env=env, stdout=output, stderr=output, text=True)
+        process = subprocess.Popen(
+            [*words, "both.launch"], cwd=tmp_path, env=env, stdout=output, stderr=output, text=True
+        )
     yield process
     process.send_signal(signal.SIGINT)
     try:
@@ -66,7 +68,9 @@ def launcher(request: pytest.FixtureRequest, env: dict[str, str], tmp_path: Path
 
 def stock_tool(env: dict[str, str], *words: str) -> str:
     own = {**env, "PATH": os.environ["PATH"], "PYTHONPATH": ""}
-    done = subprocess.run([f"/usr/bin/{words[0]}", *words[1:]], env=own, capture_output=True, text=True, timeout=DEADLINE, check=False)
+    done = subprocess.run(
+        [f"/usr/bin/{words[0]}", *words[1:]], env=own, capture_output=True, text=True, timeout=DEADLINE, check=False
+    )
     return done.stdout
 
 
@@ -81,12 +85,20 @@ def test_both_kinds_of_nodes_run_and_talk(launcher: subprocess.Popen[str], env: 
     text = (tmp_path / "output").read_text()
     (pid,) = re.findall(r"process\[g/stock-2\]: started with pid \[(\d+)\]", text)
     environ = dict(item.split("=", 1) for item in Path(f"/proc/{pid}/environ").read_text().split("\0") if "=" in item)
-    assert (environ["ROS_NAMESPACE"], environ["MARK"], environ["ROS_MASTER_URI"].rstrip("/")) == ("/g", "set", env["ROS_MASTER_URI"])
+    assert (environ["ROS_NAMESPACE"], environ["MARK"], environ["ROS_MASTER_URI"].rstrip("/")) == (
+        "/g",
+        "set",
+        env["ROS_MASTER_URI"],
+    )
     words = Path(f"/proc/{pid}/cmdline").read_text().split("\0")[:-1]
     run_id = stock_tool(env, "rosparam", "get", "/run_id").strip()
     log = f"__log:={tmp_path}/ros/log/{run_id}/g-stock-2.log"
     assert words == ["/usr/lib/topic_tools/relay", "/in", "/out", "unused:=used", "__name:=stock", log]
     assert os.path.realpath(f"/proc/{pid}/cwd") == str((tmp_path / "ros").resolve())
     assert os.getpgid(int(pid)) == int(pid)
-    uris = [name for name in stock_tool(env, "rosparam", "list").split() if name.startswith("/roslaunch/uris/host_localhost__")]
+    uris = [
+        name
+        for name in stock_tool(env, "rosparam", "list").split()
+        if name.startswith("/roslaunch/uris/host_localhost__")
+    ]
     assert len(uris) == 1

@@ -5,19 +5,15 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
-import subprocess
-import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from harness import PEERS, our_tools, stock_roslaunch
 
 CORPUS = Path(__file__).parent / "launch_corpus"
-SOURCES = Path(__file__).parent.parent / "src"
 TABLE = (CORPUS / "README.md").read_text(encoding="utf-8")
 GOOD = sorted(path.stem for path in CORPUS.glob("*.launch"))
 BAD = sorted(path.stem for path in (CORPUS / "bad").glob("*.launch"))
@@ -56,39 +52,17 @@ class Answer(NamedTuple):
     err: str
 
 
-Ask = Callable[..., Answer]
-
-
-def run(words: list[str], cwd: Path, **variables: str) -> Answer:
-    """Run a program that finds pyros1."""
-    paths = [str(SOURCES), *filter(None, [os.environ.get("PYTHONPATH")])]
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "ROS_HOSTNAME": "localhost", **variables}
-    done = subprocess.run(
-        words, cwd=cwd, env=env, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False
-    )
-    return Answer(done.returncode, done.stdout, done.stderr)
-
-
-@pytest.fixture(scope="module")
-def stock() -> Iterator[Ask]:
+def stock(*words: str, cwd: Path = CORPUS, **variables: str) -> Answer:
     """Ask stock roslaunch."""
-    program = ["/usr/bin/python3", str(Path(__file__).with_name("stock_roslaunch.py"))]
-    env = {**os.environ, "ROS_HOSTNAME": "localhost"}
-    with subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=env) as process:
-        assert process.stdin is not None and process.stdout is not None
-
-        def ask(*words: str, cwd: Path = CORPUS, **variables: str) -> Answer:
-            assert process.stdin is not None and process.stdout is not None
-            print(json.dumps({"words": words, "cwd": str(cwd), "env": variables}), file=process.stdin, flush=True)
-            return Answer(**json.loads(process.stdout.readline()))
-
-        yield ask
-        process.stdin.close()
+    path = f"{PEERS / 'quick'}:{os.environ['PATH']}"
+    env = {**os.environ, "ROS_HOSTNAME": "localhost", "PATH": path, **variables}
+    return Answer(*stock_roslaunch().ask(["roslaunch", *words], env, cwd=cwd))
 
 
 def ours(*words: str, cwd: Path = CORPUS, **variables: str) -> Answer:
     """Ask ``pyros1 launch``."""
-    return run([sys.executable, "-m", "pyros1.cli.launch", *words], cwd, **variables)
+    env = {**os.environ, "ROS_HOSTNAME": "localhost", **variables}
+    return Answer(*our_tools().ask(["roslaunch", *words], env, cwd=cwd))
 
 
 def plain(text: str) -> str:
@@ -96,7 +70,7 @@ def plain(text: str) -> str:
     return re.sub(r"(?<=[a-z])_\w+_\d+_\d{10,}", "_RANDOM", text)
 
 
-def same(stock: Ask, *words: str, **variables: str) -> Answer:
+def same(*words: str, **variables: str) -> Answer:
     """Ask both the same; their answers must be the same."""
     theirs, mine = stock(*words, **variables), ours(*words, **variables)
     if words[0] == "--files":  # stock's order is that of a set
@@ -112,22 +86,22 @@ QUESTIONS.remove(("binary", "--dump-params"))  # stock fails with a traceback: s
 
 
 @pytest.mark.parametrize(("name", "query"), QUESTIONS)
-def test_query_prints_what_stock_prints(stock: Ask, name: str, query: str) -> None:
-    answer = same(stock, query, f"{name}.launch", *ARGUMENTS.get(name, []))
+def test_query_prints_what_stock_prints(name: str, query: str) -> None:
+    answer = same(query, f"{name}.launch", *ARGUMENTS.get(name, []))
     assert answer.code == 0 and "Unable to load" not in answer.err, "the corpus says that stock takes this"
 
 
 @pytest.mark.parametrize("name", GOOD)
-def test_questions_about_each_node(stock: Ask, name: str) -> None:
+def test_questions_about_each_node(name: str) -> None:
     arguments = ARGUMENTS.get(name, [])
     for node in stock("--nodes", f"{name}.launch", *arguments).out.split("\n"):
         if node and "RANDOM" not in plain(node):
-            same(stock, f"--args={node}", f"{name}.launch", *arguments)
-            same(stock, f"--find-node={node.lstrip('/')}", f"{name}.launch", *arguments)
+            same(f"--args={node}", f"{name}.launch", *arguments)
+            same(f"--find-node={node.lstrip('/')}", f"{name}.launch", *arguments)
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_stock_refuses_is_refused_with_its_place(stock: Ask, name: str) -> None:
+def test_what_stock_refuses_is_refused_with_its_place(name: str) -> None:
     theirs = stock("--nodes", f"bad/{name}.launch")
     assert theirs.code == 1 and not theirs.out and theirs.err, "the corpus says that stock refuses this"
     mine = ours("--nodes", f"bad/{name}.launch")
@@ -173,7 +147,7 @@ def test_what_stock_refuses_is_refused_with_its_place(stock: Ask, name: str) -> 
     ],
     ids=" ".join,
 )  # fmt: skip
-def test_command_lines(stock: Ask, words: list[str]) -> None:
+def test_command_lines(words: list[str]) -> None:
     if words == ["--help"]:  # ours has more options
         theirs, mine = stock(*words), ours(*words)
         assert (
@@ -181,18 +155,23 @@ def test_command_lines(stock: Ask, words: list[str]) -> None:
             == set()
         )
         return
-    same(stock, *words)
+    same(*words)
 
 
-def test_namespace_of_the_environment(stock: Ask) -> None:
+def test_namespace_of_the_environment() -> None:
     for query in ("--nodes", "--dump-params", "--args=n5", "--find-node=a/d/n3"):
-        same(stock, query, "scopes.launch", ROS_NAMESPACE="/pushed/down")
+        same(query, "scopes.launch", ROS_NAMESPACE="/pushed/down")
 
 
 @pytest.mark.parametrize("name", [name for name in GOOD if name not in ARGUMENTS])
-def test_summary_x82(name: str) -> None:
-    theirs = run(["/usr/bin/python3", "-c", SUMMARY, f"{name}.launch"], CORPUS)
-    mine = run([sys.executable, "-c", OUR_SUMMARY, f"{name}.launch"], CORPUS)
+def test_summary_x82(tmp_path: Path, name: str) -> None:
+    answers = []
+    for tools, text in ((stock_roslaunch(), SUMMARY), (our_tools(), OUR_SUMMARY)):
+        program = tmp_path / f"{len(answers)}.py"
+        program.write_text(text)
+        env = {**os.environ, "ROS_HOSTNAME": "localhost"}
+        answers.append(Answer(*tools.ask([str(program), f"{name}.launch"], env, cwd=CORPUS)))
+    theirs, mine = answers
     assert plain(mine.out) == plain(theirs.out), mine.err
 
 
@@ -204,7 +183,7 @@ def make_package(folder: Path, name: str, **files: str) -> None:
         (folder / path).chmod(0o755 if text.startswith("#!") else 0o644)
 
 
-def test_packages_of_workspaces_x01_x70(stock: Ask, tmp_path: Path) -> None:
+def test_packages_of_workspaces_x01_x70(tmp_path: Path) -> None:
     source, devel, install = tmp_path / "src", tmp_path / "devel", tmp_path / "install"
     launch = '<launch><param name="a" value="$(find mine)/run"/><param name="b" value="$(find mine)/launch/x"/>'
     launch += (
@@ -229,10 +208,10 @@ def test_packages_of_workspaces_x01_x70(stock: Ask, tmp_path: Path) -> None:
         "CMAKE_PREFIX_PATH": f"{devel}:{install}",
     }
     for query in ("--dump-params", "--nodes", "--files", "--args=n", "--args=m", "--find-node=m"):
-        same(stock, query, "mine", "a.launch", **env)
-    same(stock, "--nodes", "mine", "b.launch", **env)
-    same(stock, "--nodes", "mine", "c.launch", **env)
-    same(stock, "--nodes", "mine", "a.launch", str(CORPUS / "evals.launch"), **env)
+        same(query, "mine", "a.launch", **env)
+    same("--nodes", "mine", "b.launch", **env)
+    same("--nodes", "mine", "c.launch", **env)
+    same("--nodes", "mine", "a.launch", str(CORPUS / "evals.launch"), **env)
 
 
 @pytest.mark.parametrize(
@@ -250,7 +229,7 @@ def test_packages_of_workspaces_x01_x70(stock: Ask, tmp_path: Path) -> None:
         ('<env name="A=B" value="c"/>', "{}\n\n", None),
     ],
 )  # fmt: skip
-def test_differences(stock: Ask, tmp_path: Path, text: str, theirs: str | None, mine: str | None) -> None:
+def test_differences(tmp_path: Path, text: str, theirs: str | None, mine: str | None) -> None:
     """What is listed as an intended difference: the answers to --dump-params, None for an error."""
     (tmp_path / "x.launch").write_text(f"<launch>{text}</launch>")
     for expected, answer in (

@@ -63,9 +63,11 @@ def told(who: str, folder: Path) -> dict[str, str]:
         [*command, "tell.launch"], cwd=folder, env=environ, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as launcher:
         until(lambda: launcher.poll() is not None or all(map(Path.exists, names)), "all nodes have told")
-        if who == "stock":  # which does not end by itself when the master is its own
-            launcher.send_signal(signal.SIGINT)
-        out, err = launcher.communicate(timeout=60)
+        launcher.send_signal(signal.SIGINT)  # with a master of its own it does not end when its nodes have
+        try:
+            out, err = launcher.communicate(timeout=60)
+        finally:
+            launcher.kill()
     assert launcher.returncode == 0, err
     found = {path.name: path.read_text() for path in tell_to.iterdir()}
     (run,) = [path for path in (home / "log").iterdir() if path.name != "latest"]

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness import SOURCE
+from harness import SOURCE, stock_tools
 
 MAKER = Path(__file__).resolve().parent / "peers" / "stock_bags.py"
 STOCK_PYTHON = "/usr/bin/python3"
@@ -43,7 +43,10 @@ def call(words: list[object], folder: Path, **environ: str) -> subprocess.Comple
 
 
 def stock(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
-    return call(["rosbag", *words], folder)
+    code, out, err = stock_tools().ask(
+        ["rosbag", *map(str, words)], {**os.environ, "TZ": "Europe/Rome"}, cwd=folder, timeout=60
+    )
+    return subprocess.CompletedProcess(words, code, out, err)
 
 
 def ours(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
@@ -52,9 +55,9 @@ def ours(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
 
 def dump(folder: Path, path: object) -> list[str]:
     """All messages of a bag with their connection headers, as stock reads them, sorted."""
-    result = call([STOCK_PYTHON, MAKER, "dump", path], folder)
-    assert result.returncode == 0, result.stderr
-    return sorted(result.stdout.splitlines())
+    code, out, err = stock_tools().ask([str(MAKER), "dump", str(path)], os.environ, cwd=folder, timeout=60)
+    assert code == 0, err
+    return sorted(out.splitlines())
 
 
 @pytest.fixture(scope="module")

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from harness import SOURCE
+from harness import our_tools, stock_tools, write_tool
 
 TYPES = [
     "std_msgs/String", "actionlib_msgs/GoalStatus", "geometry_msgs/TwistStamped", "sensor_msgs/Image",
@@ -77,20 +75,15 @@ COMMANDS = [
 def ask(program: Path, words: list[str], stdin: str = "") -> tuple[int, str, str]:
     environ = {name: value for name, value in os.environ.items() if name != "ROS_PACKAGE_PATH"}
     environ["ROS_PACKAGE_PATH"] = "/usr/share"
-    done = subprocess.run(
-        [str(program), *words], env=environ, input=stdin.encode(), capture_output=True, timeout=60, check=False
-    )
-    return done.returncode, done.stdout.decode(), done.stderr.decode()
+    tools = stock_tools() if program.parent == Path("/usr/bin") else our_tools()
+    return tools.ask([str(program), *words], environ, stdin=stdin)
 
 
 @pytest.fixture(scope="module")
 def tools(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("tools")
     for name in ("rosmsg", "rossrv", "rosmsg-proto"):
-        tool = folder / name
-        start = f"import sys; sys.path.insert(0, {str(SOURCE)!r}); from pyros1.cli.main import entry; sys.exit(entry())"
-        tool.write_text(f"#!{sys.executable}\n{start}\n")
-        tool.chmod(0o755)
+        write_tool(folder, name)
     return folder
 
 

@@ -26,11 +26,11 @@ def test_call(ours: Peer, master: Master, topic: str) -> None:
     ours.serve(topic + "/trigger", "std_srvs/Trigger")
     ours.serve(topic + "/plan", "nav_msgs/GetPlan")
     assert master.tool("rosservice", "call", topic + "/set", "true").splitlines()[0] == "success: True"
-    assert "message: \"off\"" in master.tool("rosservice", "call", topic + "/set", "data: false")
+    assert 'message: "off"' in master.tool("rosservice", "call", topic + "/set", "data: false")
     answer = master.tool("rosservice", "call", topic + "/trigger")
     assert answer.encode().decode("unicode_escape").splitlines()[1] == f'message: "{text(1)}"'
     plan = master.tool("rosservice", "call", topic + "/plan", "{start: {header: {frame_id: here}}, tolerance: 2.0}")
-    assert "frame_id: \"here\"" in plan
+    assert 'frame_id: "here"' in plan
 
 
 def test_call_that_fails(ours: Peer, master: Master, topic: str) -> None:

@@ -39,7 +39,7 @@ def test_echo(ours: Peer, master: Master, topic: str) -> None:
     ours.publish(topic, 3)
     assert re.sub(r"seq: \d+", "seq: N", master.tool("rostopic", "echo", "-n", "1", topic)) == (
         'header: \n  seq: N\n  stamp: \n    secs: 1700000003\n    nsecs: 123456789\n  frame_id: "map \\xE9 3"\n'
-        'name: \n  - "Gr\\xFC\\xDFe \\u4E16\\u754C \\U0001F916 3"\n  - \'\'\n  - joint\n'
+        "name: \n  - \"Gr\\xFC\\xDFe \\u4E16\\u754C \\U0001F916 3\"\n  - ''\n  - joint\n"
         "position: [3.0, 3.125, 3.25]\nvelocity: [-3.0]\neffort: []\n---\n"
     )
     assert master.tool("rostopic", "echo", "-n", "1", topic + "/position[1]") == "3.125\n---\n"

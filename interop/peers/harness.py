@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import functools
+import json
 import os
 import re
 import shutil
@@ -10,6 +13,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import xmlrpc.client
@@ -261,6 +265,115 @@ class Peer(Process):
         return self.wait()
 
 
+class ForkedTools:
+    """Command-line tools written in Python, started quickly: see ``forked_tools.py``.
+
+    Args:
+        python: path of the interpreter.
+        modules: what to import once.
+        folder: where programs are that are given by their names.
+    """
+
+    def __init__(self, python: str, modules: Sequence[str], folder: Path) -> None:
+        self._folder = folder
+        self._asking = threading.Lock()
+        self._server = subprocess.Popen(
+            [python, str(PEERS / "forked_tools.py"), *modules],
+            env={"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "ROS_HOSTNAME": "localhost", "PYTHONPATH": str(SOURCE)},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def ask(
+        self,
+        words: Sequence[str],
+        environ: Mapping[str, str],
+        *,
+        cwd: str | os.PathLike[str] = "/",
+        stdin: str = "",
+        timeout: float = 30,
+    ) -> tuple[int, str, str]:
+        """Run a tool to its end; returns exit code (negative for a signal), stdout and stderr.
+
+        Args:
+            words: the program, the name or path of a Python script, and its arguments.
+            environ: the whole environment of the program.
+            timeout: seconds after which SIGALRM ends it.
+        """
+        question = {
+            "words": [str(self._folder / words[0]), *words[1:]],
+            "cwd": str(cwd),
+            "env": dict(environ),
+            "stdin": stdin,
+            "timeout": round(timeout),
+        }
+        with self._asking:
+            assert self._server.stdin is not None and self._server.stdout is not None
+            print(json.dumps(question), file=self._server.stdin, flush=True)
+            line = self._server.stdout.readline()
+        assert line, f"no answer to {words}"
+        answer = json.loads(line)
+        return answer["code"], answer["out"], answer["err"]
+
+    def close(self) -> None:
+        """End it."""
+        assert self._server.stdin is not None and self._server.stdout is not None
+        self._server.stdin.close()
+        self._server.wait(DEADLINE)
+        self._server.stdout.close()
+
+
+@functools.cache
+def stock_tools() -> ForkedTools:
+    """Stock's tools; they end with this process."""
+    modules = ("rostopic", "rosnode", "rosservice", "rosparam", "rosmsg", "rosgraph", "rosbag")
+    tools = ForkedTools(STOCK_PYTHON, modules, Path("/usr/bin"))
+    atexit.register(tools.close)
+    return tools
+
+
+@functools.cache
+def stock_roslaunch() -> ForkedTools:
+    """Stock's roslaunch; apart, since rosparam teaches the YAML library of its process about angles."""
+    tools = ForkedTools(STOCK_PYTHON, ("roslaunch",), Path("/usr/bin"))
+    atexit.register(tools.close)
+    return tools
+
+
+@functools.cache
+def our_tools() -> ForkedTools:
+    """Our commands under stock's names; they end with this process."""
+    modules = [
+        "main",
+        "topic_echo",
+        "topic_list",
+        "topic_pub",
+        "node_cmd",
+        "service",
+        "param",
+        "msg",
+        "launch",
+        "launch_queries",
+    ]
+    folder = tempfile.TemporaryDirectory(prefix="pyros1-tools-")
+    for name in ("rostopic", "rosnode", "rosservice", "rosparam", "rosmsg", "rossrv", "rosmsg-proto", "roslaunch"):
+        write_tool(Path(folder.name), name)
+    tools = ForkedTools(sys.executable, [f"pyros1.cli.{name}" for name in modules], Path(folder.name))
+    atexit.register(folder.cleanup)
+    atexit.register(tools.close)
+    return tools
+
+
+def write_tool(folder: Path, name: str) -> Path:
+    """Write a program that is ours under the name of a stock tool, so that usage texts too can be compared."""
+    tool = folder / name
+    start = f"import sys; sys.path.insert(0, {str(SOURCE)!r}); from pyros1.cli.main import entry; sys.exit(entry())"
+    tool.write_text(f"#!{sys.executable}\n{start}\n")
+    tool.chmod(0o755)
+    return tool
+
+
 class Master:
     """Address and processes of a running ROS master with its rosout node, and what to start against it.
 
@@ -397,11 +510,15 @@ class Master:
             command: for example ``rostopic``, ``list``.
             code: the expected exit code, None if it does not matter.
         """
-        done = subprocess.run(
-            command, env=self.environ(), input=stdin.encode(), capture_output=True, timeout=timeout, check=False
-        )
-        out = (done.stdout + done.stderr).decode("utf-8", "replace")
-        assert code is None or done.returncode == code, f"{' '.join(command)}: exit code {done.returncode}\n{out}"
+        if command[0].startswith("ros"):
+            ended, stdout, stderr = stock_tools().ask(command, self.environ(), stdin=stdin, timeout=timeout)
+            out = stdout + stderr
+        else:
+            done = subprocess.run(
+                command, env=self.environ(), input=stdin.encode(), capture_output=True, timeout=timeout, check=False
+            )
+            ended, out = done.returncode, (done.stdout + done.stderr).decode("utf-8", "replace")
+        assert code is None or ended == code, f"{' '.join(command)}: exit code {ended}\n{out}"
         return out
 
     def close_since(self, mark: int) -> None:

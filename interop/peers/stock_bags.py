@@ -37,7 +37,7 @@ def main(folder):
         ("plain", {}, 500),
         ("bz2", {"compression": "bz2", "chunk_threshold": 5000}, 500),
         ("lz4", {"compression": "lz4", "chunk_threshold": 5000}, 500),
-        ("long", {"chunk_threshold": 20000}, 20000),
+        ("long", {"chunk_threshold": 10000}, 8000),
         ("empty", {}, 0),
         ("single", {}, 1),
     ):
