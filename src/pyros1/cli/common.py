@@ -40,7 +40,7 @@ class CommandError(Error):
 def program_name(stock: str) -> str:
     """How the user called this command: ``rostopic`` under that name, else ``pyros1 topic``."""
     called = os.path.basename(sys.argv[0]) if sys.argv else ""
-    return stock if called == stock else f"pyros1 {stock[3:]}"
+    return stock if called == stock else f"pyros1 {stock.removeprefix('ros')}"
 
 
 class Invocation:

@@ -50,6 +50,10 @@ def _nodes(_: Line) -> list[str]:
         return sorted({node for table in master.get_system_state() for _, nodes in table for node in nodes})
 
 
+def _configurable(line: Line) -> list[str]:
+    return [name.removesuffix("/set_parameters") for name in _services(line) if name.endswith("/set_parameters")]
+
+
 def _params(_: Line) -> list[str]:
     with _master() as master:
         return sorted(master.get_param_names())
@@ -218,6 +222,7 @@ def _throttles(_: Line) -> list[str]:
 
 KINDS: dict[str, Callable[[Line], list[str]]] = {
     "bag": _bags,
+    "configurable": _configurable,
     "executable": _executables,
     "file": _files,
     "launch_arg": _launch_args,

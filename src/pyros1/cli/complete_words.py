@@ -105,6 +105,11 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "log": {"echo": ("node",), "get": ("node",), "list": ("node",), "set": ("node",)},
     "clean": {"check": (), "purge": ()},
+    "dynparam": {
+        **dict.fromkeys(("get", "set", "set_from_parameters"), ("configurable",)),
+        **dict.fromkeys(("dump", "load"), ("configurable", "file")),
+        "list": (),
+    },
     "topic_tools": {
         "demux": ("topic+",),
         "drop": ("topic", "", "", "topic"),
@@ -121,6 +126,7 @@ _PLAIN: dict[str, tuple[str, ...]] = {
     "run": ("package", "executable", "file+"),
     "launch": ("package|launch_file", "package_launch_file|launch_arg", "launch_arg+"),
     "test": ("package|launch_file", "package_launch_file|launch_arg", "launch_arg+"),
+    "unit": ("file+",),
     "wtf": ("launch_file",),
     "doctor": ("launch_file",),
     "version": ("package",),

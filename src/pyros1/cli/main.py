@@ -32,6 +32,9 @@ COMMANDS = {
     "unsetup": ("setup_undo", "take back what setup did to this shell"),
     "topic_tools": ("topic_tools", "forward topics: relay drop throttle mux demux transform relay_field"),
     "tf": ("tf", "show and publish coordinate frames: echo monitor tree view_frames static_transform_publisher"),
+    "dynparam": ("dynparam", "show and change parameters of running nodes: list get set set_from_parameters load dump"),
+    "diagnostic": ("diagnostic", "show what the robot's parts say of their state"),
+    "unit": ("unit", "run one test program"),
     "msg-proto": ("msg_proto", "print a message or service request to fill in"),
     "bag": ("bag", "record, play, look at and change bags: info reindex filter compress merge ..."),
 }

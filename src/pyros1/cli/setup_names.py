@@ -16,8 +16,9 @@ _TOOLS = {
     "roslaunch-complete": ("launch", "--complete"),
     "roslaunch-deps": ("launch", "--deps"),
     "roslaunch-logs": ("launch", "--logs"),
+    "dynparam": ("dynparam",),
 }
-_NOT_STOCK = frozenset({"doctor", "pkg", "stack", "log", "tf", "tf2", "topic_tools", "setup", "unsetup"})
+_NOT_STOCK = frozenset({"doctor", "dynparam", "pkg", "stack", "log", "tf", "tf2", "topic_tools", "setup", "unsetup"})
 FUNCTIONS = ("roscd", "rospd", "rosd")
 """Names of what only a function of the shell can do: changing its folder."""
 

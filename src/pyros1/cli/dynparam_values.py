@@ -1,0 +1,232 @@
+"""Configurations of dynamic_reconfigure as plain values: out of messages, into requests, and as YAML files (L200)."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.cli.param import INT_RANGE
+from pyros1.errors import Error
+from pyros1.launch.suggest import did_you_mean
+from pyros1.values import YamlError, dump_yaml, load_all_yaml
+
+KINDS: dict[str, Callable[[Any], Any]] = {"bool": bool, "int": int, "str": str, "double": float}
+"""Type of a parameter, as descriptions name it -> what makes its values."""
+_FIELDS = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
+_WORDS = {
+    **dict.fromkeys(("yes", "true", "t", "on", "1"), True),
+    **dict.fromkeys(("no", "false", "f", "off", "0"), False),
+}
+_TAG = "!!python/object/new:dynamic_reconfigure.encoding.Config"
+"""What stock writes before each mapping of a file; only Python with that package can read such a file as YAML."""
+
+
+class ParameterError(Error):
+    """A configuration cannot be changed like this.
+
+    Args:
+        text: what is wrong.
+        hint: what may have been meant, to be put behind it; may be empty.
+    """
+
+    def __init__(self, text: str, hint: str = "") -> None:
+        self.hint = hint
+        super().__init__(text)
+
+
+# Out of messages ------------------------------------------------------------------------------------------------------
+
+
+def configuration(config: Any, description: Any) -> dict[str, Any]:
+    """Return the values of all parameters, and the tree of their groups under ``groups``.
+
+    Args:
+        config: a dynamic_reconfigure/Config.
+        description: the dynamic_reconfigure/ConfigDescription of the same node.
+    """
+    values = {each.name: each.value for each in (*config.bools, *config.ints, *config.strs, *config.doubles)}
+    states = {group.id: group for group in config.groups}
+    described = {group.id: group for group in description.groups}
+    if 0 not in states:
+        return values
+
+    def tree(group: Any) -> dict[str, Any]:
+        children = [each for each in states.values() if each.id != 0 and each.parent == group.id]
+        found = {
+            "id": group.id,
+            "parent": group.parent,
+            "name": group.name,
+            "type": "",
+            "state": group.state,
+            "groups": {each.name: tree(each) for each in children},
+            "parameters": {},
+        }
+        names = [each.name for each in described[group.id].parameters] if group.id in described else []
+        return found | {name: values[name] for name in names if name in values}
+
+    return values | {"groups": tree(states[0])}
+
+
+# Into requests --------------------------------------------------------------------------------------------------------
+
+
+def request(changes: Mapping[str, Any], description: Any, config: Any = None) -> dict[str, Any]:
+    """Return the fields of a dynamic_reconfigure/Config that asks for changes.
+
+    Args:
+        changes: parameter -> value; ``groups`` -> either group -> whether it is on, or a tree as `configuration`
+            makes it. Texts are understood as the parameter's type, or as the name of one of its choices.
+        description: the dynamic_reconfigure/ConfigDescription of the node.
+        config: its dynamic_reconfigure/Config, which says how the other groups are; only needed for ``groups``.
+
+    Raises:
+        ParameterError: there is no such parameter or group, or it cannot have the value.
+    """
+    parameters = {each.name: each for group in description.groups for each in group.parameters}
+    fields: dict[str, list[dict[str, Any]]] = {}
+    for name, value in changes.items():
+        if name == "groups":
+            fields.update(_groups(value, description, config))
+            continue
+        if name not in parameters:
+            raise ParameterError(f"don't know parameter: {name}", did_you_mean(str(name), parameters))
+        kind = parameters[name].type
+        entry = {"name": name, "value": converted(value, parameters[name])}
+        fields.setdefault(_FIELDS[kind], []).append(entry)
+    return fields
+
+
+def converted(value: Any, parameter: Any) -> Any:
+    """Return a value as the type of a parameter.
+
+    Args:
+        value: a plain value.
+        parameter: a dynamic_reconfigure/ParamDescription.
+
+    Raises:
+        ParameterError: it cannot be that.
+    """
+    name, kind = parameter.name, KINDS.get(parameter.type)
+    if kind is None:
+        raise ParameterError(f"parameter '{name}' has a type that is not known: {parameter.type}")
+    if isinstance(value, str):
+        chosen = choices(parameter.edit_method)
+        by_name = {choice.lower(): each for choice, each in chosen.items()}
+        word = value.lower()
+        if word in by_name:
+            value = by_name[word]
+        elif kind is bool:
+            if word not in _WORDS:
+                raise ParameterError(f"can't set parameter '{name}' of {kind}: {value!r} is neither true nor false")
+            value = _WORDS[word]
+        elif chosen and kind is not str and not _is_number(value):
+            wanted = f"{value!r} is none of {', '.join(chosen)}"
+            raise ParameterError(f"can't set parameter '{name}' of {kind}: {wanted}", did_you_mean(value, chosen))
+    try:
+        result = kind(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ParameterError(f"can't set parameter '{name}' of {kind}: {error}") from None
+    if kind is int and result not in INT_RANGE:
+        raise ParameterError(f"can't set parameter '{name}' of {kind}: {result} does not fit into 32 bits")
+    return result
+
+
+def choices(edit_method: str) -> dict[str, Any]:
+    """Return the names and values that a parameter's description offers; none if it has no list, or a broken one."""
+    try:
+        constants = ast.literal_eval(edit_method)["enum"]
+        return {str(each["name"]): KINDS[each["type"]](each["value"]) for each in constants}
+    except (SyntaxError, ValueError, TypeError, LookupError, MemoryError, RecursionError):
+        return {}
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _groups(wanted: Any, description: Any, config: Any) -> dict[str, list[dict[str, Any]]]:
+    """The field for groups; none if all are as wanted: stock's server in Python cannot take any."""
+    states = {group.id: group.state for group in config.groups} if config is not None else {}
+    if not isinstance(wanted, Mapping):
+        raise ParameterError(f"groups must be a dictionary of names and states, not {wanted!r}")
+    by_name = _states(wanted) if "id" in wanted and "groups" in wanted else dict(wanted)
+    known = [group.name for group in description.groups]
+    for name, state in by_name.items():
+        if name not in known:
+            raise ParameterError(f"don't know group: {name}", did_you_mean(str(name), known))
+        if not isinstance(state, bool):
+            raise ParameterError(f"the state of group {name} must be true or false, not {state!r}")
+    after = {group.id: by_name.get(group.name, states.get(group.id, True)) for group in description.groups}
+    if after == states:
+        return {}
+    fields = [
+        {"name": group.name, "state": after[group.id], "id": group.id, "parent": group.parent}
+        for group in description.groups
+    ]
+    return {"groups": fields}
+
+
+def _states(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """The states in a tree of groups."""
+    found = {str(tree.get("name")): tree.get("state")}
+    children = tree.get("groups")
+    for child in children.values() if isinstance(children, Mapping) else ():
+        if isinstance(child, Mapping):
+            found.update(_states(child))
+    return found
+
+
+# As files -------------------------------------------------------------------------------------------------------------
+
+
+def file_text(values: dict[str, Any]) -> str:
+    """Return a configuration as the stock tool writes it, so that either can load what the other has written."""
+    lines = dump_yaml(_wrapped(values)).splitlines()
+    for number, line in enumerate(lines[:-1]):
+        below = lines[number + 1].strip()
+        if line.endswith(":") and below in ("dictitems:", "state: []") and line.strip() != "dictitems:":
+            lines[number] = f"{line} {_TAG}"
+    return "\n".join([_TAG, *lines, ""])
+
+
+def _wrapped(value: Any) -> Any:
+    if not isinstance(value, dict):
+        return value
+    inside = {"dictitems": {key: _wrapped(each) for key, each in value.items()}} if value else {}
+    return {**inside, "state": []}
+
+
+def read_file_text(text: str, where: str) -> dict[str, Any]:
+    """Return the values in a file: what `file_text` makes, or plain YAML; several documents are put together.
+
+    Args:
+        text: of the file.
+        where: its name, for errors.
+
+    Raises:
+        ParameterError: that is no configuration.
+    """
+    values: dict[str, Any] = {}
+    try:
+        documents = load_all_yaml(re.sub(re.escape(_TAG) + r"[ \t]*$", "", text, flags=re.MULTILINE), where)
+    except YamlError as error:
+        raise ParameterError(str(error)) from None
+    for document in documents:
+        if not isinstance(document, dict):
+            raise ParameterError(f"{where}: a dictionary of parameters is needed, not {document!r}")
+        values.update(_unwrapped(document))
+    return values
+
+
+def _unwrapped(value: Any) -> Any:
+    if not isinstance(value, dict):
+        return value
+    if value.keys() <= {"dictitems", "state"} and value.get("state") == []:
+        value = value.get("dictitems") or {}
+    return {key: _unwrapped(each) for key, each in value.items()}

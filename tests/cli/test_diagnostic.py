@@ -1,0 +1,126 @@
+"""diagnostic: what a robot's parts say of their state (L202).
+
+The stock tool, rosdiagnostic, is in no distribution that these tests run on: what is expected is written down here.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from pyros1 import Time
+from pyros1.cli import diagnostic
+
+Run = Callable[..., tuple[int, str, str]]
+STATUS = [
+    DiagnosticStatus(2, "/Power", "Error", "", []),
+    DiagnosticStatus(1, "/Power/Battery", "low", "b1", [KeyValue("voltage", "11.5"), KeyValue("cells", "3")]),
+    DiagnosticStatus(2, "/Power/Charger", "not there", "", []),
+    DiagnosticStatus(0, "/Motors", "OK", "m", []),
+    DiagnosticStatus(3, "/Lidar", "silent", "", []),
+]
+RULE, THIN = "=" * 69, "-" * 69
+
+
+@pytest.fixture
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Run:
+    for key, value in environ.items():
+        monkeypatch.setenv(key, value)
+    monkeypatch.delenv("ROS_NAMESPACE", raising=False)
+    monkeypatch.setattr(diagnostic, "_moment", lambda message: "MOMENT")  # it depends on where the test runs
+
+    def call(*words: str) -> tuple[int, str, str]:
+        try:
+            code = diagnostic.main(list(words))
+        except SystemExit as end:
+            code = int(end.code or 0)
+        return (code, *capsys.readouterr())
+
+    return call
+
+
+@pytest.fixture
+def robot(make_node: Callable[..., Any]) -> Any:
+    message = DiagnosticArray(status=STATUS)
+    message.header.stamp = Time(5, 500_000_000)
+    node = make_node("aggregator")
+    node.advertise("diagnostics_agg", DiagnosticArray, latch=True).publish(message)
+    return node
+
+
+def test_what_is_not_well_is_shown_the_worst_first_l202(run: Run, robot: Any) -> None:
+    lines = ["[ STALE ] /Lidar - silent", "[ ERROR ] /Power/Charger - not there", "[ WARN  ] /Power/Battery - low"]
+    around = [RULE, "Diagnostics generated on: MOMENT", THIN, *lines, RULE, ""]
+    assert run() == (0, "\n".join(around), "")
+    assert run("--topic", "diagnostics_agg", "--nocolor") == (0, "\n".join(around), "")
+
+
+def test_level_filter_and_detail_l202(run: Run, robot: Any) -> None:
+    assert run("-l", "2", "--filter", "Power")[1].splitlines()[3:-1] == ["[ ERROR ] /Power/Charger - not there"]
+    assert "[  OK   ] /Motors - OK\n" in run("--level", "0")[1] and "OK" not in run("-l", "warn")[1]
+    detail = [
+        "[ WARN  ] /Power/Battery - low",
+        "    timestamp:   MOMENT",
+        "    hardware_id: b1",
+        "    - voltage: 11.5",
+        "    - cells: 3",
+    ]
+    assert run("-d", "--filter", "Batt")[1].splitlines()[3:-1] == detail
+
+
+def test_json(run: Run, robot: Any) -> None:
+    code, out, _ = run("--json", "--filter", "Battery")
+    status = {"level": "warn", "name": "/Power/Battery", "message": "low", "hardware_id": "b1"}
+    values = {"voltage": "11.5", "cells": "3"}
+    assert code == 0 and json.loads(out) == {"stamp": 5.5, "status": [{**status, "values": values}]}
+
+
+def test_where_else_to_look_is_said(run: Run, make_node: Callable[..., Any]) -> None:
+    """Whoever follows is stopped by the end of its node, here before anything comes."""
+    make_node("driver").advertise("diagnostics", DiagnosticArray, latch=True).publish(DiagnosticArray(status=STATUS))
+    code, out, err = run("--topic", "/diagnostics", "-l", "error")
+    assert (code, err) == (0, "") and out.count("ERROR") == 1
+    said: list[str] = []
+    invocation: Any = SimpleNamespace(graph=SimpleNamespace(published_types=lambda: {"/d": diagnostic._TYPE}))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("builtins.print", lambda text, **options: said.append(text))
+        diagnostic._say_if_unpublished(invocation, "/d_agg")
+    assert said == ["WARNING: topic [/d_agg] does not appear to be published yet; there is /d"]
+
+
+def test_following_prints_lines_only(run: Run, robot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first line that is printed ends the node, as Ctrl-C does."""
+    printed = diagnostic._print
+
+    def ending(lines: Any) -> None:
+        printed(lines)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(diagnostic, "_print", ending)
+    assert run("-f", "-l", "3") == (0, "[ STALE ] /Lidar - silent\n", "")
+
+
+def test_colours_and_levels_that_do_not_exist() -> None:
+    array = DiagnosticArray()
+    one = [DiagnosticStatus(1, "n", "m", "", [])]
+    assert list(diagnostic.status_lines(array, one, colour=True)) == ["[ \x1b[93mWARN \x1b[0m ] n - m"]
+    odd = [DiagnosticStatus(7, "n", "m", "", []), DiagnosticStatus(-1, "o", "m", "", [])]
+    assert list(diagnostic.status_lines(array, odd, colour=True)) == ["[ 7     ] n - m", "[ -1    ] o - m"]
+    assert diagnostic.selected([*odd, *one], -5) == [odd[0], one[0], odd[1]]
+
+
+def test_what_is_not_understood_is_refused(run: Run) -> None:
+    assert "'[' is not a regular expression" in run("--filter", "[")[2]
+    code, _, err = run("-l", "eror")
+    assert code == 2 and "did you mean 'error'?" in err
+    assert run("word")[0] == 2 and run("-h")[0] == 0
+
+
+def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
+    assert run() == (1, "", "ERROR: Unable to communicate with master!\n")
