@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import random
 import struct
 from pathlib import Path
 
 import pytest
 
-from pyros1.bag.errors import BagError, EncryptedError, NotABagError, UnindexedError
+from pyros1.bag.errors import BagError, NotABagError, UnindexedError
+from pyros1.bag.files import BagFile
+from pyros1.bag.info import summarize
 from pyros1.bag.reader import BagReader
 from pyros1.bag.records import make_bag_header, make_fields, make_record
 from pyros1.bag.reindex import reindex
@@ -37,13 +41,6 @@ def test_what_is_no_bag_is_told_with_the_file_b44(tmp_path: Path, content: bytes
         BagReader(path, unindexed=True)
     assert str(path) in str(caught.value)
     assert isinstance(caught.value, NotABagError) or "header" in text
-
-
-def test_an_encrypted_bag_is_told(tmp_path: Path) -> None:
-    header = make_fields({"op": b"\3", "index_pos": bytes(8), "encryptor": b"rosbag/AesCbcEncryptor"})
-    (tmp_path / "x.bag").write_bytes(b"#ROSBAG V2.0\n" + struct.pack("<I", len(header)) + header + bytes(4))
-    with pytest.raises(EncryptedError, match="AesCbcEncryptor"):
-        BagReader(tmp_path / "x.bag")
 
 
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
@@ -142,6 +139,51 @@ def test_lengths_of_damaged_records_cost_no_memory(make_bag: Make, tmp_path: Pat
     assert reindex(path, tmp_path / "new.bag").messages == 0
     path.write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + huge + b"abc")
     assert reindex(path, tmp_path / "new.bag").messages == 0
+
+
+@pytest.mark.parametrize("what", ["content", "stored", "index", "open chunk", "connection"])
+def test_a_length_that_lies_reads_little_of_a_large_file(
+    make_bag: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    """The file is so long that the length would fit into it; what lies behind is found all the same."""
+    path = make_bag(chunk_threshold=2000)
+    with BagReader(path) as bag:
+        chunk = bag.chunks[1]
+        rest = sum(sum(other.counts.values()) for other in bag.chunks if other is not chunk)
+        header = bag.header(chunk)
+        content = path.read_bytes().index(b"size=", chunk.pos) + len("size=")
+        stored = header.data - 4
+        index = bag.file.record(header.data + header.stored)[1] - 4
+        connection = bag.file.record(bag.file.index_pos)[1] - 4
+    data = bytearray(path.read_bytes())
+    places = {"content": content, "stored": stored, "index": index, "connection": connection}
+    if what == "open chunk":
+        data[content : content + 4] = data[stored : stored + 4] = bytes(4)
+    place = places.get(what, header.data + 42)
+    data[place : place + 4] = struct.pack("<I", 90 << 20)
+    path.write_bytes(data)
+    os.truncate(path, 100 << 20)
+    longest = 0
+    read = BagFile.read
+
+    def watched(self: BagFile, position: int, size: int) -> bytes:
+        nonlocal longest
+        found = read(self, position, size)
+        longest = max(longest, len(found))
+        return found
+
+    monkeypatch.setattr(BagFile, "read", watched)
+    assert reindex(path, tmp_path / "new.bag").messages >= rest
+    with contextlib.suppress(BagError), BagReader(path) as bag:
+        summarize(bag, frequencies=True)
+        list(bag.messages())
+    assert longest <= 64 << 20
+
+
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "x.bag")
+    with pytest.raises(NotABagError, match="pipe"):
+        BagReader(tmp_path / "x.bag")
 
 
 def test_version_1_2_is_read_and_converted(tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,7 @@ from typing import Any
 import pytest
 
 import pyros1.bag
+from pyros1.bag.container import BagWriter
 from pyros1.bag.reader import BagReader
 from pyros1.cli import bag as command
 from pyros1.timing import Duration
@@ -190,3 +193,59 @@ def test_usage(run: Run) -> None:
     assert "reindex" in run("help")[1]
     assert "--output-dir" in run("help", "compress")[1]
     assert run("reindx")[0] == 64
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["compress", "x.bag"],
+        ["filter", "x.bag", "new.bag", "True"],
+        ["merge", "new.bag", "x.bag"],
+        ["retime", "x.bag", "new.bag", "--offset", "1"],
+        ["rename-topic", "x.bag", "new.bag", "/a", "/c"],
+        ["reindex", "x.bag"],
+        ["split", "x.bag", "--count", "1000"],
+    ],
+    ids=lambda words: str(words[0]),
+)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: str(number.name))
+def test_a_signal_in_the_middle_leaves_nothing_half(
+    run: Run, make_bag: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], number: signal.Signals
+) -> None:
+    path = make_bag()
+    before = path.read_bytes()
+    put = BagWriter._put_chunk
+
+    def interrupted(self: BagWriter, *args: Any) -> None:
+        put(self, *args)
+        signal.raise_signal(number)
+
+    monkeypatch.setattr(BagWriter, "_put_chunk", interrupted)
+    code, _, err = run(*words)
+    assert code == 128 + number and "interrupted" in err
+    assert [file.name for file in tmp_path.iterdir()] == ["x.bag"] and path.read_bytes() == before
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_a_full_disk_leaves_nothing_half(
+    run: Run, make_bag: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_bag()
+
+    def full(self: BagWriter, *args: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(BagWriter, "_put_chunk", full)
+    for words in (["compress", "x.bag"], ["merge", "new.bag", "x.bag"], ["split", "x.bag", "--count", "9"]):
+        code, out, err = run(*words)
+        assert (code, out) == (1, "") and "No space left" in err
+        assert [file.name for file in tmp_path.iterdir()] == ["x.bag"]
+
+
+def test_a_folder_in_the_place_of_a_file(run: Run, make_bag: Make, tmp_path: Path) -> None:
+    make_bag()
+    (tmp_path / "folder").mkdir()
+    for words in (["merge", "folder", "x.bag"], ["filter", "x.bag", "folder", "True"], ["info", "folder"]):
+        code, out, err = run(*words)
+        assert (code, out) == (1, "") and "Is a directory" in err
+    assert {file.name for file in tmp_path.iterdir()} == {"x.bag", "folder"}

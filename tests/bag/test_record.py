@@ -182,6 +182,47 @@ def test_too_little_space_is_said_at_once(tmp_path: Path, make_node: Any) -> Non
     assert not list(tmp_path.glob("r*"))
 
 
+def test_two_recordings_of_one_name(tmp_path: Path, make_node: Any) -> None:
+    node = make_node("record")
+    with Recorder(node, options(tmp_path)), pytest.raises(BagError, match="another recording"):
+        Recorder(node, options(tmp_path))
+    assert os.listdir(tmp_path) == ["r.bag"]
+
+
+def test_what_a_killed_recording_left_is_kept(tmp_path: Path, make_node: Any) -> None:
+    talker = make_node("talker")
+    talker.advertise("t", Float64, latch=True).publish(1.0)
+    active = tmp_path / "r.bag.active"
+    for size in (0, 4117, 5000, 6000):
+        active.write_bytes(bytes(size))
+        warnings: list[str] = []
+        with Recorder(make_node("record"), options(tmp_path), Events(warning=warnings.append)) as recorder:
+            recorder.subscribe("/t")
+            until(lambda now=recorder: now.topics["/t"].messages == 1)
+        assert len(warnings) == (size > 4117) == ("bag reindex" in "".join(warnings))
+        assert numbers(tmp_path / "r.bag") == [1.0]
+    assert [(tmp_path / f"r.bag.active.{i}").stat().st_size for i in (1, 2)] == [5000, 6000]
+
+
+def test_a_folder_of_that_name_is_said_at_once(tmp_path: Path, make_node: Any) -> None:
+    (tmp_path / "r.bag").mkdir()
+    with pytest.raises(IsADirectoryError):
+        Recorder(make_node("record"), options(tmp_path))
+
+
+def test_the_clock_may_leap_and_begin_anew(tmp_path: Path, make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 100 * 10**9
+    monkeypatch.setattr("pyros1.bag.recorder.clock_of", lambda node: lambda: now)
+    publisher = make_node("talker").advertise("t", Float64, queue_size=0)
+    with Recorder(make_node("record"), options(tmp_path, split=True, max_duration=1e-3)) as recorder:
+        recorder.subscribe("/t")
+        assert publisher.wait_for_subscribers(timeout=DEADLINE)
+        for value, now in enumerate((100 * 10**9, 4 * 10**18, 5 * 10**9, 5 * 10**9 + 2 * 10**6)):  # noqa: B007
+            publisher.publish(float(value))
+            until(lambda count=value + 1: recorder.topics["/t"].messages == count)
+    assert [numbers(path) for path in recorder.report.files] == [[0.0], [2.0, 1.0], [3.0]]
+
+
 def test_limit_per_topic(start: Any, make_node: Any, tmp_path: Path) -> None:
     talker = make_node("talker")
     publishers = [talker.advertise(name, Float64) for name in ("a", "b")]

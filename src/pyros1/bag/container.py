@@ -14,8 +14,10 @@ from io import FileIO
 from types import TracebackType
 
 from pyros1.bag.codecs import COMPRESSIONS, MAX_CHUNK, compress
+from pyros1.bag.encryption import Cipher
 from pyros1.bag.errors import BagError
 from pyros1.bag.records import (
+    BAG_HEADER_SIZE,
     MAGIC_20,
     MAX_TIME,
     NS,
@@ -35,8 +37,12 @@ from pyros1.bag.records import (
 CHUNK_THRESHOLD = 768 * 1024
 """Bytes, uncompressed, beyond which a chunk is closed."""
 
+EMPTY_SIZE = len(MAGIC_20) + 8 + BAG_HEADER_SIZE
+"""Bytes of a bag into which nothing was written."""
+
 _TIME_AND_SIZE = struct.Struct("<III")
 _ENTRY = struct.Struct("<III")
+_COUNT = struct.Struct("<II")
 
 _LARGE = 256 * 1024
 """A message of so many bytes ends its chunk, if that is not compressed, and is written without being copied."""
@@ -49,10 +55,16 @@ Index = dict[int, list[tuple[int, int]]]
 
 @dataclass(frozen=True)
 class _Info:
+    """A chunk that was written. Its counts are packed: a recording of hundreds of topics has many, for long."""
+
     pos: int
     start: int
     end: int
-    counts: dict[int, int]
+    packed: bytes
+
+    @property
+    def counts(self) -> dict[int, int]:
+        return dict(_COUNT.iter_unpack(self.packed))
 
 
 class BagWriter:
@@ -65,6 +77,7 @@ class BagWriter:
         path: the file; replaced if it exists.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
+        cipher: encrypts it; None for a plain bag.
 
     Attributes:
         connections: those added, by id.
@@ -79,6 +92,7 @@ class BagWriter:
         path: str | os.PathLike[str],
         compression: str = "none",
         chunk_threshold: int = CHUNK_THRESHOLD,
+        cipher: Cipher | None = None,
     ) -> None:
         if compression not in COMPRESSIONS:
             raise ValueError(f"the compression {compression!r} is unknown; there are {', '.join(COMPRESSIONS)}")
@@ -91,9 +105,10 @@ class BagWriter:
         self._infos: list[_Info] = []
         self._content = bytearray()
         self._index: Index = {}
+        self._cipher = cipher
         self._file = FileIO(self.path, "wb")
         self._size = 0
-        self._append(MAGIC_20 + make_bag_header())
+        self._append(MAGIC_20 + self._bag_header())
 
     @property
     def size(self) -> int:
@@ -157,7 +172,7 @@ class BagWriter:
         content += self._heads[conn]
         content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
         self.messages += 1
-        if len(data) >= _LARGE and self.compression == "none":
+        if len(data) >= _LARGE and self.compression == "none" and self._cipher is None:
             index = self._index
             self._content, self._index = bytearray(), {}
             self._put_chunk("none", len(content) + len(data), [content, data], index)
@@ -171,7 +186,10 @@ class BagWriter:
         if self._content:
             content, index = bytes(self._content), self._index
             self._content, self._index = bytearray(), {}
-            self.copy_chunk(self.compression, len(content), compress(self.compression, content), index)
+            stored = compress(self.compression, content)
+            if self._cipher is not None:
+                stored = self._cipher.encrypt(stored)
+            self.copy_chunk(self.compression, len(content), stored, index)
 
     def copy_chunk(self, compression: str, size: int, stored: bytes, index: Index) -> None:
         """Write a chunk that is ready.
@@ -179,7 +197,7 @@ class BagWriter:
         Args:
             compression: of its content.
             size: of its content in bytes, uncompressed.
-            stored: its bytes.
+            stored: its bytes, encrypted if the bag is.
             index: its messages.
         """
         self._put_chunk(compression, size, [stored], index)
@@ -200,7 +218,7 @@ class BagWriter:
             self._size = pos
             raise
         times = [time for entries in index.values() for time, _ in entries]
-        counts = {conn: len(entries) for conn, entries in index.items()}
+        counts = b"".join(_COUNT.pack(conn, len(entries)) for conn, entries in index.items())
         self._infos.append(_Info(pos, min(times, default=0), max(times, default=0), counts))
 
     def close(self) -> None:
@@ -233,11 +251,16 @@ class BagWriter:
 
     def _write_end(self) -> None:
         index_pos = self._size
-        parts = [make_connection(connection) for connection in self.connections.values()]
+        encrypt = None if self._cipher is None else self._cipher.encrypt
+        parts = [make_connection(connection, encrypt) for connection in self.connections.values()]
         parts += [_info_record(info) for info in self._infos]
         self._append(b"".join(parts))
         self._file.seek(len(MAGIC_20))
-        self._put(make_bag_header(index_pos, len(self.connections), len(self._infos)))
+        self._put(self._bag_header(index_pos))
+
+    def _bag_header(self, index_pos: int = 0) -> bytes:
+        fields = {} if self._cipher is None else self._cipher.fields
+        return make_bag_header(index_pos, len(self.connections), len(self._infos), fields)
 
     def _append(self, data: Buffer) -> None:
         self._put(data)
@@ -264,6 +287,6 @@ def _info_record(info: _Info) -> bytes:
         "chunk_pos": U64.pack(info.pos),
         "start_time": pack_time(info.start),
         "end_time": pack_time(info.end),
-        "count": U32.pack(len(info.counts)),
+        "count": U32.pack(len(info.packed) // _COUNT.size),
     }
-    return make_record(fields, b"".join(U32.pack(conn) + U32.pack(count) for conn, count in info.counts.items()))
+    return make_record(fields, info.packed)

@@ -1,6 +1,7 @@
 """New bags from old ones: chosen, merged, renamed, moved in time, compressed. Connection headers are kept.
 
-All of it is one pass over messages in the order of time, from `stream` into a `Copy`.
+All of it is one pass over messages in the order of time, into a `Copy`. What commands make of an encrypted bag is
+encrypted with the same key.
 """
 
 from __future__ import annotations
@@ -9,9 +10,11 @@ import fnmatch
 import heapq
 import os
 from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from pyros1.bag.container import CHUNK_THRESHOLD, BagWriter
+from pyros1.bag.encryption import Cipher
 from pyros1.bag.reader import BagReader, RawMessage
 from pyros1.bag.records import RECORD_OVERHEAD, Connection
 
@@ -109,6 +112,7 @@ def copy(
     *,
     compression: str = "none",
     chunk_threshold: int = CHUNK_THRESHOLD,
+    cipher: Cipher | None = None,
     rename: Callable[[str], str] | None = None,
     retime: Callable[[RawMessage], int] | None = None,
     progress: Callable[[int], object] | None = None,
@@ -120,6 +124,7 @@ def copy(
         target: the new file; replaced if it exists.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
+        cipher: encrypts the new bag.
         rename: returns a topic's new name.
         retime: returns a message's new time in nanoseconds.
         progress: called with the number of bytes written so far, before compression.
@@ -131,7 +136,7 @@ def copy(
         BagError: a bag cannot be read, or a time does not fit.
         OSError: the disk is full, ...
     """
-    with BagWriter(target, compression, chunk_threshold) as writer:
+    with BagWriter(target, compression, chunk_threshold, cipher) as writer:
         out = Copy(writer, rename)
         done = 0
         for message in messages:
@@ -150,16 +155,18 @@ def split(
     duration: int | None = None,
     count: int | None = None,
     compression: str = "none",
+    cipher: Cipher | None = None,
     repeat_latched: bool = False,
 ) -> list[str]:
     """Write messages into several bags, one after the other.
 
     Args:
         messages: by time.
-        name: returns the file of a part, given its number from 0; replaced if it exists.
+        name: returns the file of a part, given its number from 0; replaced if it exists, once the part is whole.
         size: begin another part when one has so many bytes.
         duration: begin another part after so many nanoseconds.
         count: begin another part after so many messages.
+        cipher: encrypts the new bags.
         repeat_latched: begin every part with the last message of each latched connection, at the part's first time.
 
     Returns:
@@ -171,30 +178,40 @@ def split(
     """
     paths: list[str] = []
     latched: dict[int, RawMessage] = {}
-    writer: BagWriter | None = None
-    begin = 0
-    try:
-        for message in messages:
-            full = writer is not None and (
-                (size is not None and writer.size >= size)
-                or (duration is not None and message.time - begin >= duration)
-                or (count is not None and writer.messages >= count)
-            )
-            if writer is None or full:
-                if writer is not None:
-                    writer.close()
-                paths.append(name(len(paths)))
-                writer = BagWriter(paths[-1], compression)
-                out, begin = Copy(writer), message.time
-                for old in latched.values():
-                    out.write(old, begin)
-            out.write(message)
-            if repeat_latched and message.connection.latching:
-                latched[id(message.connection)] = message
-    finally:
-        if writer is not None:
-            writer.close()
+    message = next(messages, None)
+    while message is not None:
+        paths.append(name(len(paths)))
+        begin = message.time
+        with _part(paths[-1], compression, cipher) as writer:
+            out = Copy(writer)
+            for old in latched.values():
+                out.write(old, begin)
+            while message is not None:
+                out.write(message)
+                if repeat_latched and message.connection.latching:
+                    latched[id(message.connection)] = message
+                message = next(messages, None)
+                if message is not None and (
+                    (size is not None and writer.size >= size)
+                    or (duration is not None and message.time - begin >= duration)
+                    or (count is not None and writer.messages >= count)
+                ):
+                    break
     return paths
+
+
+@contextmanager
+def _part(path: str, compression: str, cipher: Cipher | None) -> Iterator[BagWriter]:
+    """A new bag that gets its name only when it is whole, and vanishes if it will not be."""
+    writer = BagWriter(f"{path}.tmp", compression, cipher=cipher)
+    try:
+        yield writer
+        writer.close()
+        os.replace(writer.path, path)
+    except BaseException:
+        writer.abort()
+        os.unlink(writer.path)
+        raise
 
 
 def shifted(offset: int, rate: float = 1.0, origin: int = 0) -> Callable[[RawMessage], int]:

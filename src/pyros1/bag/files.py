@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 import os
+import stat
 from dataclasses import dataclass, field
 from io import FileIO
 
+from pyros1.bag.encryption import NONE, Cipher, KeyUnavailableError, open_cipher
 from pyros1.bag.errors import BagError, EncryptedError, NotABagError
 from pyros1.bag.records import (
+    BAG_HEADER_SIZE,
     MAGIC_12,
     MAGIC_20,
     MAX_HEADER,
     OP_BAG,
     OP_CHUNK,
+    OP_CONNECTION,
     U32,
+    Connection,
     Fields,
     RecordError,
     op_of,
+    parse_connection,
     parse_fields,
     u32,
     u64,
 )
+
+_TRUSTED = 64 << 20
+"""Bytes that a chunk may have without a look at its other length: a damaged one must not fill the memory."""
 
 
 @dataclass
@@ -60,6 +69,11 @@ class ChunkHeader:
     data: int
     stored: int
 
+    @property
+    def sane(self) -> int:
+        """How many stored bytes are worth reading: less than `stored` if the two lengths contradict each other."""
+        return min(self.stored, max(self.size + self.size // 32, _TRUSTED))
+
 
 class BagFile:
     """An open bag file.
@@ -72,6 +86,7 @@ class BagFile:
         version: 200, or 102 for the old version 1.2.
         header: fields of the bag header.
         begin: offset of the first record behind the bag header.
+        cipher: decrypts what is in the bag; None if it is plain, or still locked.
 
     Raises:
         NotABagError: it is something else.
@@ -80,6 +95,9 @@ class BagFile:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = os.fspath(path)
+        self.cipher: Cipher | None = None
+        if stat.S_ISFIFO(os.stat(self.path).st_mode):
+            raise NotABagError(self.path, "this is a pipe; bags are read from files")  # opening it would wait for ever
         self._file = FileIO(self.path, "rb")
         try:
             self.size = os.fstat(self._file.fileno()).st_size
@@ -97,15 +115,32 @@ class BagFile:
     @property
     def encrypted(self) -> str:
         """The encryptor's name; empty if the bag is not encrypted."""
-        return self.header.get("encryptor", b"").decode("latin-1")
+        name = self.header.get("encryptor", b"").decode("latin-1")
+        return "" if name == NONE else name
 
-    def require_plain(self) -> None:
-        """Raise EncryptedError if the bag is encrypted."""
-        if self.encrypted:
-            raise EncryptedError(
-                self.path,
-                f"the bag is encrypted by {self.encrypted}; `rosbag decrypt` of a stock installation can decrypt it",
-            )
+    def unlock(self) -> None:
+        """Let gpg decrypt the bag's key, if the bag is encrypted.
+
+        Raises:
+            EncryptedError: it cannot.
+        """
+        if not self.encrypted or self.cipher is not None:
+            return
+        try:
+            self.cipher = open_cipher(self.header)
+        except KeyUnavailableError as error:
+            raise EncryptedError(self.path, f"the bag is encrypted, and cannot be decrypted: {error}") from None
+
+    def plain(self, data: bytes, *, partial: bool = False) -> bytes:
+        """Return bytes of an unlocked bag decrypted, if they are encrypted.
+
+        Args:
+            partial: they may be cut off: return what can be saved.
+
+        Raises:
+            RecordError: they are damaged.
+        """
+        return data if self.cipher is None else self.cipher.decrypt(data, partial=partial)
 
     def close(self) -> None:
         """Close the file."""
@@ -113,8 +148,10 @@ class BagFile:
 
     def read(self, position: int, size: int) -> bytes:
         """Return bytes at a place; fewer at the end of the file."""
+        wanted = min(size, self.size - position)
+        if wanted <= 0:
+            return b""  # places beyond the end come from damaged records, and may be beyond what seek takes
         self._file.seek(position)
-        wanted = max(0, min(size, self.size - position))
         parts: list[bytes] = []
         while wanted > 0:
             part = self._file.read(wanted)
@@ -158,6 +195,30 @@ class BagFile:
             raise RecordError("there is no chunk here")
         return ChunkHeader(fields.get("compression", b"").decode("latin-1"), u32(fields, "size"), data, length)
 
+    def connection(self, position: int) -> tuple[Connection, int]:
+        """Return the connection whose record is at a place outside of chunks, and the offset behind it.
+
+        Raises:
+            RecordError: there is none, or it is damaged.
+        """
+        head, position = self._block(position)
+        fields = parse_fields(head)
+        if op_of(fields) != OP_CONNECTION:
+            raise RecordError("another record was expected")
+        data, position = self._block(position)
+        return parse_connection(fields, data), position
+
+    def _block(self, position: int) -> tuple[bytes, int]:
+        """Bytes that have their length in front, decrypted, and the offset behind them."""
+        head = self.read(position, U32.size)
+        size = U32.unpack(head)[0] if len(head) == U32.size else 0
+        start = position + U32.size
+        if len(head) < U32.size or start + size > self.size:
+            raise RecordError("the record is cut off")
+        if size > MAX_HEADER:
+            raise RecordError(f"the record would have {size} bytes")
+        return self.plain(self.read(start, size)), start + size
+
     def _version(self) -> int:
         if self.size == 0:
             raise NotABagError(self.path, "the file is empty; nothing was recorded into it")
@@ -178,13 +239,21 @@ class BagFile:
         try:
             fields, data, length = self.record(begin)
             if op_of(fields) == OP_BAG:
-                return fields, data + length
+                return fields, self._behind_padding(data, data + length)
         except RecordError as error:
-            if self.version == 200:
+            if self.version == 200 and self.size <= begin + BAG_HEADER_SIZE:
                 raise BagError(
                     self.path, f"the bag header cannot be read ({error}); nothing can be saved", begin
                 ) from None
-        return {}, begin
+        return {}, begin  # behind a damaged header there may be chunks, and in 1.2 it may be absent
+
+    def _behind_padding(self, begin: int, end: int) -> int:
+        """`end`, where the first record is; if the padding's length is damaged `begin`, so that it is searched for."""
+        try:
+            self.record(end)
+        except RecordError:
+            return end if end == self.size else begin
+        return end
 
 
 _KINDS = {

@@ -63,6 +63,8 @@ class Summary:
         types: type -> md5 sum.
         topics: sorted by name.
         empty: there is neither a message nor a connection.
+        encryption: the encryptor's name; empty if the bag is plain.
+        gpg_user: whose key it needs then.
     """
 
     path: str
@@ -75,6 +77,8 @@ class Summary:
     types: dict[str, str]
     topics: list[Topic]
     empty: bool
+    encryption: str = ""
+    gpg_user: str = ""
 
     @property
     def duration(self) -> float:
@@ -129,6 +133,8 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         types=dict(sorted(types.items())),
         topics=topics,
         empty=not bag.chunks and not bag.connections,
+        encryption=bag.file.encrypted,
+        gpg_user=bag.file.header.get("gpg_user", b"").decode("utf-8", "replace"),
     )
 
 
@@ -179,6 +185,9 @@ def _rows(summary: Summary) -> Iterator[tuple[str, str]]:
     yield "compression", ", ".join(_storage_texts(summary.storage)) or "none"
     if summary.compressed:
         yield from _rate_rows(summary)
+    if summary.encryption:
+        yield "encryption", summary.encryption
+        yield "GPG key user", summary.gpg_user
     yield from _titled("types", _type_rows(summary))
     yield from _titled("topics", _topic_rows(summary.topics, max(map(len, summary.types), default=0)))
 
@@ -276,6 +285,8 @@ def info_values(summary: Summary) -> dict[str, Any]:
     values["compression"] = most[0]
     if summary.compressed:
         values["uncompressed"], values["compressed"] = summary.sizes
+    if summary.encryption:
+        values["encryption"], values["GPG key user"] = summary.encryption, summary.gpg_user
     values["types"] = [{"type": name, "md5": md5} for name, md5 in summary.types.items()]
     values["topics"] = [_topic_values(topic) for topic in summary.topics]
     return values

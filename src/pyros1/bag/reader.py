@@ -18,20 +18,18 @@ from pyros1.bag.records import (
     MAX_TIME,
     NS,
     OP_CHUNK_INFO,
-    OP_CONNECTION,
     OP_INDEX,
     U32,
     Connection,
     Message,
     RecordError,
     op_of,
-    parse_connection,
     time_of,
     u32,
     u64,
     walk,
 )
-from pyros1.bag.scanner import Damage, Scanner
+from pyros1.bag.scanner import OPEN_CHUNK, Damage, Scanner
 
 _ENTRY = struct.Struct("<III")
 
@@ -70,7 +68,7 @@ class BagReader:
     Raises:
         NotABagError: the file is something else.
         UnindexedError: the bag has no index, and `unindexed` is False.
-        EncryptedError: it is encrypted.
+        EncryptedError: it is encrypted, and its key is not to be had.
         OSError: it cannot be opened.
     """
 
@@ -88,7 +86,7 @@ class BagReader:
         self.scanned = False
         self._old: OldConnections | None = None
         try:
-            self.file.require_plain()
+            self.file.unlock()
             try:
                 self._read_index()
             except UnindexedError:
@@ -204,8 +202,10 @@ class BagReader:
             for _ in chunk.counts:
                 fields, start, _ = self.file.record(position)
                 conn, count = u32(fields, "conn"), u32(fields, "count")
+                if op_of(fields) != OP_INDEX or count != chunk.counts.get(conn):
+                    return None
                 data = self.file.read(start, 12 * count)
-                if op_of(fields) != OP_INDEX or count != chunk.counts.get(conn) or len(data) < 12 * count:
+                if len(data) < 12 * count:
                     return None
                 times += [(conn, secs * NS + nsecs) for secs, nsecs, _ in _ENTRY.iter_unpack(data)]
                 position = start + 12 * count
@@ -233,15 +233,18 @@ class BagReader:
             BagError: it cannot be read.
         """
         header = self.header(chunk)
-        size = header.stored if chunk.whole or header.stored else self.file.size - header.data
-        stored = self.file.read(header.data, size)
+        stored = self.file.read(header.data, header.sane if chunk.whole or header.stored else OPEN_CHUNK)
         try:
             if chunk.loose:
                 return stored, self._loose(stored)
             if chunk.whole and len(stored) < header.stored:
-                raise RecordError("the chunk runs past the end of the file")
+                cut = header.data + header.stored > self.file.size
+                raise RecordError(
+                    "the chunk runs past the end of the file" if cut else "the chunk's lengths contradict each other"
+                )
             partial = not chunk.whole
-            content = decompress(header.compression, stored, header.size or 1 << 28, partial=partial)
+            stored = self.file.plain(stored, partial=partial)
+            content = decompress(header.compression, stored, header.size or OPEN_CHUNK, partial=partial)
             found = [record for record in walk(content, partial=partial) if isinstance(record, Message)]
         except RecordError as error:
             raise self._damaged(chunk, str(error)) from None
@@ -290,23 +293,22 @@ class BagReader:
             if position >= file.size and u32(file.header, "conn_count") + u32(file.header, "chunk_count"):
                 raise RecordError(f"the file has {file.size} bytes, and its index should be at {position}")
             for _ in range(u32(file.header, "conn_count")):
-                position = self._index_record(position, OP_CONNECTION)
+                connection, position = file.connection(position)
+                self.connections[connection.id] = connection
             for _ in range(u32(file.header, "chunk_count")):
-                position = self._index_record(position, OP_CHUNK_INFO)
+                position = self._read_chunk_info(position)
         except RecordError as error:
             what = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
             raise UnindexedError(self.path, f"{what} ({error}); `pyros1 bag reindex` makes a new index") from None
 
-    def _index_record(self, position: int, op: int) -> int:
+    def _read_chunk_info(self, position: int) -> int:
         fields, start, length = self.file.record(position)
+        if op_of(fields) != OP_CHUNK_INFO:
+            raise RecordError("another record was expected")
         data = self.file.read(start, length)
-        if op_of(fields) != op or len(data) != length:
-            raise RecordError("another record was expected" if len(data) == length else "the record is cut off")
-        if op == OP_CONNECTION:
-            connection = parse_connection(fields, data)
-            self.connections[connection.id] = connection
-        else:
-            self.chunks.append(_chunk_info(fields, data))
+        if len(data) != length:
+            raise RecordError("the record is cut off")
+        self.chunks.append(_chunk_info(fields, data))
         return start + length
 
     def _scan(self, progress: Callable[[int], object] | None) -> None:

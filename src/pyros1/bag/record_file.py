@@ -12,9 +12,11 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Generic, TypeVar
+from io import FileIO
+from typing import IO, Generic, TypeVar
 
-from pyros1.bag.container import BagWriter, Buffer, Index
+from pyros1.bag.container import EMPTY_SIZE, BagWriter, Buffer, Index
+from pyros1.bag.errors import BagError
 
 _K = TypeVar("_K")
 
@@ -22,11 +24,53 @@ SUFFIX = ".active"
 FLUSH_TIME = 0.9
 """Seconds after which a chunk is closed that is not full yet."""
 
+_TAKEN = "another recording is writing this file"
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
+def claim(path: str) -> str:
+    """Make sure that nobody else records into a file, and keep what a recording that was killed has left there.
+
+    Args:
+        path: with the suffix ``.active``.
+
+    Returns:
+        The new name of what was left; empty if there was nothing.
+
+    Raises:
+        BagError: somebody records into it.
+        OSError: it cannot be renamed.
+    """
+    try:
+        with open(path, "rb") as file:
+            _lock(file)
+            if os.fstat(file.fileno()).st_size <= EMPTY_SIZE:
+                return ""
+    except FileNotFoundError:
+        return ""
+    except BlockingIOError:
+        raise BagError(path, _TAKEN) from None
+    number = 1
+    while os.path.lexists(f"{path}.{number}"):
+        number += 1
+    os.rename(path, f"{path}.{number}")
+    return f"{path}.{number}"
+
+
+def _lock(file: IO[bytes] | FileIO) -> None:
+    """Lock a file until it is closed; raises BlockingIOError if another process has."""
+    try:
+        import fcntl  # noqa: PLC0415 - not on Windows
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise
+    except (OSError, ImportError):
+        pass  # some file systems have no locks
+
+
 class RecordWriter(BagWriter):
-    """A writer that can close its bag on a full disk.
+    """A writer that can close its bag on a full disk. It locks the file, for `claim`.
 
     Attributes:
         lost: connection id -> messages that were given up because the disk was full.
@@ -34,6 +78,11 @@ class RecordWriter(BagWriter):
 
     def __init__(self, path: str, compression: str, chunk_threshold: int) -> None:
         super().__init__(path, compression, chunk_threshold)
+        try:
+            _lock(self._file)
+        except BlockingIOError:
+            self.abort()
+            raise BagError(path, _TAKEN) from None
         self.lost: Counter[int] = Counter()
 
     def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], index: Index) -> None:
@@ -73,12 +122,19 @@ class RecordFile(Generic[_K]):
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: bytes beyond which a chunk is closed.
 
+    Attributes:
+        rescued: the new name of what a recording that was killed had left under this name; mostly empty.
+
     Raises:
+        BagError: somebody else records into it.
         OSError: the file cannot be made.
     """
 
     def __init__(self, path: str, compression: str, chunk_threshold: int) -> None:
         self.path = path
+        if os.path.isdir(path):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)  # now, not when all is recorded
+        self.rescued = claim(path + SUFFIX)
         self._writer = RecordWriter(path + SUFFIX, compression, chunk_threshold)
         self._keys: dict[int, _K] = {}
         self._conns: dict[_K, int] = {}

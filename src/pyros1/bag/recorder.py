@@ -232,10 +232,11 @@ class Recorder:
         options, file = self._options, self._file
         assert file is not None
         due = bool(options.max_size and file.size > options.max_size)
-        if options.max_duration and stamp - self._began > options.max_duration * _NS:
+        duration = int(options.max_duration * _NS)
+        self._began = min(self._began, stamp)  # simulated time may begin anew
+        if duration and stamp - self._began > duration:
             due = True
-            while options.split and stamp - self._began > options.max_duration * _NS:
-                self._began += int(options.max_duration * _NS)
+            self._began += (stamp - self._began - 1) // duration * duration
         if not due:
             return True
         if not options.split:
@@ -255,6 +256,11 @@ class Recorder:
         options = self._options
         path = options.names.name(self._number, time.time())
         file = RecordFile[Source](path, options.compression, options.chunk_size)
+        if file.rescued:
+            self._events.warning(
+                f"{path}.active of a recording that was not closed is now {file.rescued}; "
+                "`pyros1 bag reindex` makes a bag of it"
+            )
         self._events.opened(path)
         return file
 

@@ -10,7 +10,7 @@ Lengths come from a file that may be damaged, so each is checked against what is
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -193,26 +193,43 @@ def _number(fields: Mapping[str, bytes], name: str, form: struct.Struct) -> int:
     return number
 
 
-def make_bag_header(index_pos: int = 0, connections: int = 0, chunks: int = 0) -> bytes:
-    """Return the bag header's record; index_pos 0 means that the bag is not closed."""
+def make_bag_header(
+    index_pos: int = 0, connections: int = 0, chunks: int = 0, more: Mapping[str, bytes] | None = None
+) -> bytes:
+    """Return the bag header's record; index_pos 0 means that the bag is not closed.
+
+    Args:
+        more: further fields, those of an encrypted bag.
+
+    Raises:
+        RecordError: they are too long.
+    """
     header = make_fields({
         "op": bytes([OP_BAG]),
         "index_pos": U64.pack(index_pos),
         "conn_count": U32.pack(connections),
         "chunk_count": U32.pack(chunks),
+        **(more or {}),
     })  # fmt: skip
     padding = BAG_HEADER_SIZE - len(header)
+    if padding < 0:
+        raise RecordError(f"the bag header would have {len(header)} bytes, more than {BAG_HEADER_SIZE}")
     return U32.pack(len(header)) + header + U32.pack(padding) + b" " * padding
 
 
-def make_connection(connection: Connection) -> bytes:
-    """Return a connection's record."""
+def make_connection(connection: Connection, encrypt: Callable[[bytes], bytes] | None = None) -> bytes:
+    """Return a connection's record.
+
+    Args:
+        encrypt: encrypts its header and its data: so they are in the end section of encrypted bags.
+    """
     head = {
         "op": bytes([OP_CONNECTION]),
         "conn": U32.pack(connection.id),
         "topic": connection.topic.encode("utf-8", "surrogateescape"),
     }
-    return make_record(head, make_fields(connection.header))
+    parts = (make_fields(head), make_fields(connection.header))
+    return b"".join(U32.pack(len(part)) + part for part in (parts if encrypt is None else map(encrypt, parts)))
 
 
 def parse_connection(fields: Fields, data: bytes) -> Connection:
@@ -261,6 +278,7 @@ def walk(data: bytes, *, partial: bool = False) -> Iterator[Message | Connection
             if size == 38 and form is _OP_FIRST_FORM and data[position + 4 : position + 13] == _CONN_FIRST[0]:
                 first, second, form = *_CONN_FIRST, _CONN_FIRST_FORM
                 continue
+        stop = end
         try:
             fields, start, stop = split_record(data, position)
             op = op_of(fields)
@@ -269,9 +287,8 @@ def walk(data: bytes, *, partial: bool = False) -> Iterator[Message | Connection
             elif op == OP_CONNECTION:
                 yield parse_connection(fields, data[start:stop])
         except RecordError as error:
-            if partial:
-                return
-            raise RecordError(f"{error} (at byte {position} of the chunk's content)") from None
+            if not partial:
+                raise RecordError(f"{error} (at byte {position} of the chunk's content)") from None
         position = stop
     if position < end and not partial:
         raise RecordError(f"the message at byte {position} of the chunk's content runs past its end")

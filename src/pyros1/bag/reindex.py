@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pyros1.bag.container import BagWriter, Index
 from pyros1.bag.errors import BagError
 from pyros1.bag.files import BagFile
-from pyros1.bag.records import MAX_TIME, OP_CONNECTION, Connection, Message, RecordError, op_of, parse_connection
+from pyros1.bag.records import MAX_TIME, Connection, Message, RecordError
 from pyros1.bag.scanner import Damage, Found, Scanner
 
 
@@ -33,7 +33,7 @@ def reindex(
 ) -> Saved:
     """Write all whole messages of a bag into a new one.
 
-    Chunks that are whole are copied as they are, compressed or not.
+    Chunks that are whole are copied as they are, compressed or not, encrypted or not.
 
     Args:
         source: the bag.
@@ -42,17 +42,17 @@ def reindex(
 
     Raises:
         NotABagError: the source is no bag, ...
-        EncryptedError: it is encrypted.
+        EncryptedError: it is encrypted, and its key is not to be had.
         OSError: a file cannot be read or written.
     """
     file = BagFile(source)
     try:
         if os.path.exists(target) and os.path.samefile(source, target):
             raise BagError(file.path, "a bag cannot be reindexed into itself")
-        scanner = Scanner(file, progress)
+        scanner = Scanner(file, progress)  # which unlocks the file
         for connection in _end_connections(file):
             scanner.connections[connection.id] = connection
-        with BagWriter(target) as writer:
+        with BagWriter(target, cipher=file.cipher) as writer:
             rebuild = _Rebuild(file, scanner, writer)
             for found in scanner.chunks():
                 rebuild.take(found)
@@ -67,13 +67,10 @@ def _end_connections(file: BagFile) -> list[Connection]:
     position = file.index_pos
     while 0 < position < file.size:
         try:
-            fields, start, length = file.record(position)
-            if op_of(fields) != OP_CONNECTION:
-                break
-            found.append(parse_connection(fields, file.read(start, length)))
+            connection, position = file.connection(position)
         except RecordError:
             break
-        position = start + length
+        found.append(connection)
     return found
 
 

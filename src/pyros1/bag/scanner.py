@@ -22,16 +22,24 @@ from pyros1.bag.records import (
     Message,
     RecordError,
     op_of,
-    parse_connection,
     split_record,
     u32,
     walk,
 )
 
+OPEN_CHUNK = 1 << 28
+"""Most bytes that are read of a compressed chunk that was not finished, and of its content."""
+
 _LOOSE_SIZE = 1 << 20
 """Messages outside of chunks are read so many bytes at a time."""
 
+_MAX_LOOSE = 1 << 30
+"""Longest message outside of chunks that is believed, in bytes; nodes refuse longer ones."""
+
 _SEARCH = 1 << 20
+
+_FAR = 1 << 16
+"""Bytes of a record that is no chunk; behind longer ones another record must follow."""
 
 
 @dataclass(frozen=True)
@@ -70,17 +78,20 @@ class Scanner:
     """One pass over a bag.
 
     Args:
-        file: the bag; not encrypted.
+        file: the bag.
         progress: called with the offset in bytes, now and then.
 
     Attributes:
         connections: those found so far, by id.
         damages: places that could not be read.
         old: which connection the messages of a 1.2 bag belong to.
+
+    Raises:
+        EncryptedError: the bag is encrypted, and its key is not to be had.
     """
 
     def __init__(self, file: BagFile, progress: Callable[[int], object] | None = None) -> None:
-        file.require_plain()
+        file.unlock()
         self._file = file
         self._progress = progress
         self.connections: dict[int, Connection] = {}
@@ -104,6 +115,8 @@ class Scanner:
         """Read what is at a place; returns the messages there, and where to go on."""
         file = self._file
         try:
+            if file.cipher is not None and self._in_end_section(position):
+                return None, self._end_section(position)
             fields, data, length = file.record(position)
             op = op_of(fields)
             if op == OP_CHUNK:
@@ -111,15 +124,29 @@ class Scanner:
             if op in (OP_MESSAGE, OP_DEFINITION) or (op == OP_CONNECTION and not self._in_end_section(position)):
                 return self._loose(position)
             if op == OP_CONNECTION:
-                connection = parse_connection(fields, file.read(data, length))
+                connection, following = file.connection(position)
                 self.connections.setdefault(connection.id, connection)
+                return None, following
             if op == OP_INDEX:
                 length = self._index_length(fields, length)
             if data + length > file.size:
                 raise RecordError("the record's data run past the end of the file")
+            self._credible(data, length)
         except RecordError as error:
             return None, self._damaged(position, str(error))
         return None, data + length
+
+    def _credible(self, data: int, length: int) -> None:
+        """Raise RecordError if a record that is no chunk has a length that lies: it must not skip whole chunks."""
+        if length > _FAR and data + length < self._file.size:
+            self._file.record(data + length)
+
+    def _end_section(self, position: int) -> int:
+        """Read the connections of an encrypted bag, which have another form; return the offset behind the section."""
+        for _ in range(u32(self._file.header, "conn_count")):
+            connection, position = self._file.connection(position)
+            self.connections.setdefault(connection.id, connection)
+        return self._file.size
 
     def _in_end_section(self, position: int) -> bool:
         return 0 < self._file.index_pos <= position
@@ -135,15 +162,18 @@ class Scanner:
         file = self._file
         if header.stored == 0 and header.size == 0:
             return self._unfinished(position, header)
-        stored = file.read(header.data, header.stored)
+        stored = file.read(header.data, header.sane)
         following = header.data + len(stored)
-        reason = "the chunk is cut off" if len(stored) < header.stored else ""
+        reason = ""
+        if len(stored) < header.stored:
+            cut = header.data + header.stored > file.size
+            reason = "the chunk is cut off" if cut else "the chunk's lengths contradict each other"
         content = b""
         messages: list[Message] = []
         defined: list[Connection] = []
         if not reason:
             try:
-                content = decompress(header.compression, stored, header.size)
+                content = decompress(header.compression, file.plain(stored), header.size)
                 messages, defined = _split(walk(content))
             except RecordError as error:
                 reason = str(error)
@@ -160,17 +190,16 @@ class Scanner:
         self.damages.append(Damage(position, "the last chunk was not finished"))
         if header.compression == "none":
             return None, header.data  # its messages follow as if they were outside of chunks
-        stored = self._file.read(header.data, self._file.size - header.data)
-        content, messages, defined = self._save(header, stored, 1 << 28)
+        stored = self._file.read(header.data, OPEN_CHUNK)
+        content, messages, defined = self._save(header, stored, OPEN_CHUNK)
         chunk = _summary(position, messages)
         chunk.whole = False
-        return Found(chunk, header, content, messages, defined), self._file.size
+        return Found(chunk, header, content, messages, defined), self._search(header.data)
 
-    @staticmethod
-    def _save(header: ChunkHeader, stored: bytes, size: int) -> tuple[bytes, list[Message], list[Connection]]:
+    def _save(self, header: ChunkHeader, stored: bytes, size: int) -> tuple[bytes, list[Message], list[Connection]]:
         """What can be read of a damaged chunk."""
         try:
-            content = decompress(header.compression, stored, size, partial=True)
+            content = decompress(header.compression, self._file.plain(stored, partial=True), size, partial=True)
         except RecordError:
             return b"", [], []
         messages, defined = _split(walk(content, partial=True))
@@ -190,14 +219,12 @@ class Scanner:
     def _loose(self, position: int) -> tuple[Found | None, int]:
         """Messages that no chunk holds: those of a chunk that was not finished, and all of a 1.2 bag."""
         file = self._file
-        size = _LOOSE_SIZE
-        content = file.read(position, size)
-        while True:
-            messages, defined, used = self._split_loose(content)
-            if used or len(content) < size:
-                break
-            size *= 2
-            content = file.read(position, size)
+        _, data, length = file.record(position)
+        if data + length > file.size or length > _MAX_LOOSE:
+            return None, self._damaged(position, "the message is cut off, or its length is spoilt")
+        self._credible(data, length)
+        content = file.read(position, max(_LOOSE_SIZE, data + length - position))
+        messages, defined, used = self._split_loose(content)
         if not used:
             return None, self._damaged(position, "the message is cut off")
         chunk = _summary(position, messages)

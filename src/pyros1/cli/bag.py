@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from keyword import iskeyword
 
 from pyros1.bag.errors import BagError, UnindexedError
 from pyros1.cli.common import Invocation, flush, run
@@ -18,10 +19,14 @@ _VERBS = {
     "check": ("bag_fix", "see whether the messages fit the definitions of this system"),
     "fix": ("bag_fix", "bring the messages to the definitions of this system"),
     "reindex": ("bag_edit", "save bags that were not closed or are damaged"),
+    "encrypt": ("bag_encrypt", "encrypt one or more bag files"),
+    "decrypt": ("bag_encrypt", "decrypt one or more bag files"),
     "merge": ("bag_edit", "make one bag of several"),
     "split": ("bag_edit", "make several bags of one"),
     "rename-topic": ("bag_edit", "rename topics"),
     "retime": ("bag_edit", "move the times of messages"),
+    "export": ("bag_export", "write CSV, JSON, images, videos, MCAP files or ROS 2 bags"),
+    "import": ("bag_import", "make a bag of a ROS 2 bag or MCAP file"),
 }
 """Verb -> module in pyros1.cli, and what it does."""
 
@@ -39,7 +44,8 @@ def usage(program: str) -> str:
 def _verb(invocation: Invocation) -> int | None:
     """Run the verb that was asked for."""
     module, _ = _VERBS[invocation.verb]
-    function = getattr(import_module(f"pyros1.cli.{module}"), invocation.verb.replace("-", "_"))
+    name = invocation.verb.replace("-", "_")
+    function = getattr(import_module(f"pyros1.cli.{module}"), f"{name}_" if iskeyword(name) else name)
     try:
         code: int | None = function(invocation)
         return code
@@ -48,9 +54,9 @@ def _verb(invocation: Invocation) -> int | None:
     except BagError as error:
         text = f"ERROR reading {error}"
     except OSError as error:
-        if isinstance(error, BrokenPipeError) or error.filename is None:
+        if isinstance(error, BrokenPipeError):
             raise
-        text = f"ERROR {error.filename}: {error.strerror}"
+        text = f"ERROR {error.filename}: {error.strerror}" if error.filename else f"ERROR: {error.strerror or error}"
     flush()
     print(text, file=sys.stderr)
     return 1

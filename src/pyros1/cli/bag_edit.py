@@ -14,7 +14,7 @@ from pyros1.bag.reader import BagReader, RawMessage
 from pyros1.bag.records import NS
 from pyros1.bag.reindex import reindex as reindex_bag
 from pyros1.cli.bag_choice import add_choice, choice_of
-from pyros1.cli.bag_files import different, new_file, parse_time, rewrite_each
+from pyros1.cli.bag_files import different, interruptible, new_file, parse_time, rewrite_each
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
 from pyros1.cli.progress import Progress
 from pyros1.timing import Time
@@ -22,7 +22,8 @@ from pyros1.timing import Time
 _SHOWN_DAMAGES = 5
 
 
-def _add_compression(parser: OptionParser, default: str) -> None:
+def add_compression(parser: OptionParser, default: str) -> None:
+    """Add ``--bz2`` and ``--lz4``; `default` is the compression without them."""
     parser.add_option(
         "-j",
         "--bz2",
@@ -35,7 +36,8 @@ def _add_compression(parser: OptionParser, default: str) -> None:
     parser.add_option("--lz4", action="store_const", dest="compression", const="lz4", help="use lz4 compression")
 
 
-def _in_place_parser(invocation: Invocation, about: str) -> OptionParser:
+def in_place_parser(invocation: Invocation, about: str) -> OptionParser:
+    """Return a parser for what makes a new bag of each one (`rewrite_each`)."""
     parser = invocation.parser(f"{invocation.verb} [options] BAGFILE1 [BAGFILE2 ...]")
     parser.description = about
     parser.add_option("--output-dir", metavar="DIR", help="write to directory DIR")
@@ -46,14 +48,14 @@ def _in_place_parser(invocation: Invocation, about: str) -> OptionParser:
 
 def compress(invocation: Invocation) -> int:
     """``bag compress [options] BAG...``."""
-    parser = _in_place_parser(invocation, "Compress one or more bag files.")
-    _add_compression(parser, "bz2")
+    parser = in_place_parser(invocation, "Compress one or more bag files.")
+    add_compression(parser, "bz2")
     return _recompress(invocation, parser)
 
 
 def decompress(invocation: Invocation) -> int:
     """``bag decompress [options] BAG...``."""
-    parser = _in_place_parser(invocation, "Decompress one or more bag files.")
+    parser = in_place_parser(invocation, "Decompress one or more bag files.")
     parser.set_defaults(compression="none")
     return _recompress(invocation, parser)
 
@@ -64,21 +66,23 @@ def _recompress(invocation: Invocation, parser: OptionParser) -> int:
         parser.error("You must specify at least one bag file.")
 
     def operation(source: str, target: str) -> None:
-        with BagReader(source) as bag, Progress(source, _content_size(bag), quiet=options.quiet) as progress:
-            edit.copy(bag.messages(), target, compression=options.compression, progress=progress)
+        with BagReader(source) as bag, Progress(source, content_size(bag), quiet=options.quiet) as progress:
+            cipher = bag.file.cipher
+            edit.copy(bag.messages(), target, compression=options.compression, cipher=cipher, progress=progress)
 
     return rewrite_each(
         paths, operation, output_dir=options.output_dir, force=bool(options.force), quiet=bool(options.quiet)
     )
 
 
-def _content_size(bag: BagReader) -> int:
+def content_size(bag: BagReader) -> int:
+    """Return the bytes of all that is in a bag, before compression."""
     return sum(bag.header(chunk).size for chunk in bag.chunks)
 
 
 def reindex(invocation: Invocation) -> int:
     """``bag reindex [options] BAG...``."""
-    parser = _in_place_parser(invocation, "Reindexes one or more bag files: saves what can be read of damaged ones.")
+    parser = in_place_parser(invocation, "Reindexes one or more bag files: saves what can be read of damaged ones.")
     options, paths = parser.parse_args(invocation.args)
     if not paths:
         parser.error("You must specify at least one bag file.")
@@ -105,7 +109,7 @@ def merge(invocation: Invocation) -> None:
     parser = invocation.parser("merge [options] OUTBAG INBAG1 [INBAG2 ...]")
     parser.description = "Merge bags into one, by time."
     add_choice(parser)
-    _add_compression(parser, "none")
+    add_compression(parser, "none")
     options, args = parser.parse_args(invocation.args)
     if len(args) < 2:
         parser.error("You must specify an out bag and at least one in bag.")
@@ -115,10 +119,11 @@ def merge(invocation: Invocation) -> None:
     with ExitStack() as stack:
         bags = [stack.enter_context(BagReader(source)) for source in sources]
         first = min(bags, key=lambda bag: bag.start or sys.maxsize)
-        progress = stack.enter_context(Progress(target, sum(map(_content_size, bags))))
+        progress = stack.enter_context(Progress(target, sum(map(content_size, bags))))
         part = stack.enter_context(new_file(target))
         messages = edit.merged(bags, choice_of(options, first))
-        count = edit.copy(messages, part, compression=options.compression, progress=progress)
+        cipher = next((bag.file.cipher for bag in bags if bag.file.cipher is not None), None)
+        count = edit.copy(messages, part, compression=options.compression, cipher=cipher, progress=progress)
     print(f"{target}: {count} messages")
 
 
@@ -132,7 +137,7 @@ def split(invocation: Invocation) -> None:
     parser.add_option("--repeat-latched", action="store_true", help="begin every file with the latched messages so far")
     parser.add_option("--output-dir", metavar="DIR", help="write to directory DIR")
     add_choice(parser)
-    _add_compression(parser, "none")
+    add_compression(parser, "none")
     options, args = parser.parse_args(invocation.args)
     if len(args) != 1:
         parser.error("You must specify one bag.")
@@ -144,7 +149,7 @@ def split(invocation: Invocation) -> None:
     stem, extension = os.path.splitext(args[0])
     if options.output_dir is not None:
         stem = os.path.join(options.output_dir, os.path.basename(stem))
-    with BagReader(args[0]) as bag:
+    with BagReader(args[0]) as bag, interruptible("the files so far are whole"):
         paths = edit.split(
             choice_of(options, bag).messages(bag),
             lambda number: f"{stem}_{number}{extension or '.bag'}",
@@ -152,6 +157,7 @@ def split(invocation: Invocation) -> None:
             duration=None if duration is None else int(duration * NS),
             count=options.count,
             compression=options.compression,
+            cipher=bag.file.cipher,
             repeat_latched=bool(options.repeat_latched),
         )
     print("\n".join(paths))
@@ -169,7 +175,7 @@ def rename_topic(invocation: Invocation) -> None:
     """``bag rename-topic IN OUT OLD NEW [OLD NEW ...]``."""
     parser = invocation.parser("rename-topic [options] INBAG OUTBAG OLD NEW [OLD NEW ...]")
     parser.description = "Rename topics. OLD/ and NEW/ with a slash at their ends rename all topics of a namespace."
-    _add_compression(parser, "none")
+    add_compression(parser, "none")
     options, args = parser.parse_args(invocation.args)
     if len(args) < 4 or len(args) % 2:
         parser.error("You must specify an in bag, an out bag, and pairs of an old and a new name.")
@@ -181,11 +187,12 @@ def rename_topic(invocation: Invocation) -> None:
         for old in pairs:
             if not any(_renamed(topic, {old: "?"}) != topic for topic in topics):
                 raise CommandError(f"{source} has no topic {old}{did_you_mean(old, topics)}")
-        with new_file(target) as part, Progress(target, _content_size(bag)) as progress:
+        with new_file(target) as part, Progress(target, content_size(bag)) as progress:
             count = edit.copy(
                 bag.messages(),
                 part,
                 compression=options.compression,
+                cipher=bag.file.cipher,
                 rename=lambda topic: _renamed(topic, pairs),
                 progress=progress,
             )
@@ -209,7 +216,7 @@ def retime(invocation: Invocation) -> None:
     parser.add_option("--start", metavar="TIME", help="let the bag begin at TIME, as --from of `filter` has it")
     parser.add_option("--rate", type="float", default=1.0, metavar="F", help="bring messages F times closer together")
     parser.add_option("--header-stamp", action="store_true", help="take the stamps of messages with a header")
-    _add_compression(parser, "none")
+    add_compression(parser, "none")
     options, args = parser.parse_args(invocation.args)
     if len(args) != 2:
         parser.error("You must specify an in bag and an out bag.")
@@ -229,9 +236,14 @@ def retime(invocation: Invocation) -> None:
             if options.start is not None:
                 offset = parse_time(options.start, bag.reader, "--start") - bag.reader.start
             change = edit.shifted(offset, options.rate, bag.reader.start)
-        with new_file(target) as part, Progress(target, _content_size(bag.reader)) as progress:
+        with new_file(target) as part, Progress(target, content_size(bag.reader)) as progress:
             count = edit.copy(
-                bag.reader.messages(), part, compression=options.compression, retime=change, progress=progress
+                bag.reader.messages(),
+                part,
+                compression=options.compression,
+                cipher=bag.reader.file.cipher,
+                retime=change,
+                progress=progress,
             )
     print(f"{target}: {count} messages")
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
 import shutil
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,17 +23,54 @@ _NS = 1_000_000_000
 
 @contextmanager
 def new_file(target: str) -> Iterator[str]:
-    """Give the name of a file to write, which becomes `target` if all goes well, and vanishes if not."""
+    """Give the name of a file to write, which becomes `target` if all goes well, and vanishes if not.
+
+    Raises:
+        CommandError: a signal told the command to end.
+    """
     part = f"{target}.tmp"
+    if os.path.isdir(target):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), target)
     try:
-        yield part
-        os.replace(part, target)
+        with interruptible(f"{target} was not written"):
+            yield part
+            os.replace(part, target)
     except BaseException as error:
-        if os.path.lexists(part):
+        with contextlib.suppress(OSError):
             os.unlink(part)
         if isinstance(error, BagError) and error.path == part:
             raise type(error)(target, error.reason, error.offset) from error
+        if isinstance(error, OSError) and error.filename in (None, part):
+            error.filename = target
         raise
+
+
+@contextmanager
+def interruptible(consequence: str) -> Iterator[None]:
+    """Let Ctrl-C, SIGTERM and SIGHUP end the work with an error, so that what is half done can be removed.
+
+    Args:
+        consequence: said to the user.
+
+    Raises:
+        CommandError: one of them came.
+    """
+    came = signal.SIGINT
+
+    def end(number: int, _: object) -> None:
+        nonlocal came
+        came = signal.Signals(number)
+        raise KeyboardInterrupt
+
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    old = {number: signal.signal(number, end) for number in numbers if signal.getsignal(number) is signal.SIG_DFL}
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise CommandError(f"interrupted: {consequence}", 128 + came, plain=True) from None
+    finally:
+        for number, handler in old.items():
+            signal.signal(number, handler)
 
 
 def different(source: str, target: str, code: int = 1) -> None:
@@ -78,11 +118,22 @@ def rewrite_each(
             with new_file(path) as part:
                 operation(path, part)
                 shutil.copymode(path, part)
-                os.replace(path, backup)
+                _keep(path, backup)
         except (BagError, OSError) as error:
             report_bag_error(error, path)
             failed = True
     return int(failed)
+
+
+def _keep(path: str, backup: str) -> None:
+    """Give a file another name as well, so that there is one under its own at every moment."""
+    link = f"{backup}.tmp"
+    try:
+        os.link(path, link)
+    except OSError:
+        os.replace(path, backup)  # the file system knows no links
+    else:
+        os.replace(link, backup)
 
 
 def parse_time(text: str, bag: BagReader | None, option: str) -> int:

@@ -53,7 +53,7 @@ def filter(invocation: Invocation) -> None:
         size = sum(bag.reader.header(chunk).size for chunk in bag.reader.chunks)
         with Progress(target, size) as progress:
             messages = _passing(choice_of(options, bag.reader).messages(bag.reader), bag, expression, pattern, progress)
-            count = edit.copy(messages, part)
+            count = edit.copy(messages, part, cipher=bag.reader.file.cipher)
     print(f"{target}: {count} of {total} messages")
 
 

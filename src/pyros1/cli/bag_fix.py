@@ -124,7 +124,7 @@ class _Fix:
 
     def write(self, path: str, progress: Progress) -> None:
         done = 0
-        with BagWriter(path) as writer:
+        with BagWriter(path, cipher=self._bag.reader.file.cipher) as writer:
             out = Copy(writer)
             for stored in self._bag.reader.messages():
                 cls, connection = self._new[stored.connection.id]

@@ -61,7 +61,8 @@ def report_bag_error(error: BagError | OSError, path: str) -> None:
     elif isinstance(error, BagError):
         print(f"ERROR reading {error}", file=sys.stderr)
     else:
-        print(f"ERROR reading {path}: {error.strerror or error}", file=sys.stderr)
+        what = f"reading {path}" if error.filename in (None, path) else error.filename
+        print(f"ERROR {what}: {error.strerror or error}", file=sys.stderr)
 
 
 def _typed(value: Any) -> Any:
