@@ -1,0 +1,249 @@
+"""dynparam and rosunit beside ours (L181, L200), and the table of all commands, `commands.md`.
+
+rosdiagnostic (L202) is not among Debian's packages, so `tests/cli/test_diagnostic.py` has to say what is expected.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness import SOURCE, ForkedTools, Master, our_tools, stock_tools
+
+import pyros1
+
+MASTERS = ("ours",)  # stock's tools and ours are compared, whatever the master
+
+pytestmark = pytest.mark.ours_only
+
+Answer = tuple[int, str, str]
+
+# dynparam -------------------------------------------------------------------------------------------------------------
+
+DYNPARAM = "/usr/lib/dynamic_reconfigure/dynparam"
+STOCK_SERVER = """
+import rospy
+from dynamic_reconfigure.cfg import TestConfig
+from dynamic_reconfigure.server import Server
+rospy.init_node("theirs")
+servers = [Server(TestConfig, lambda config, level: config, namespace=name) for name in "ab"]
+print("ready", flush=True)
+rospy.spin()
+"""
+COMMANDS = """
+set NODE {int_:\u00a03,\u00a0str_:\u00a0x,\u00a0bool_:\u00a0no,\u00a0double_:\u00a07,\u00a0mstr_:\u00a017}
+set NODE int_ -500
+set NODE double_ -1e0
+set NODE str_ a:\u00a0b\u00a0\u00fc
+set NODE bool_ true
+set NODE int_enum_ medium
+get NODE
+set NODE int_ 1.5
+set NODE itn_ 5
+set NODE 5
+set NODE
+set NODE a b c
+set -t0.1 /nowhere int_ 5
+get -t 0.1 /nowhere
+get -t x NODE
+get NODE more
+get
+dump NODE FILE
+dump NODE
+load NODE PLAIN
+load NODE nofile
+set_from_parameters NODE _int_:=4 _str_:=seven _bool_:=false _double_:=2.5
+set_from_parameters NODE
+set_from_parameters
+get NODE
+""".strip().split("\n")
+SHORT = """
+set NODE {int_:\u00a03,\u00a0str_:\u00a0x,\u00a0bool_:\u00a0yes,\u00a0double_:\u00a07}
+set NODE {groups:\u00a0{GROUP2:\u00a0true}}
+dump NODE FILE
+set NODE int_ 500
+load NODE FILE
+set NODE {groups:\u00a0{Group_One:\u00a0false}}
+get NODE
+""".strip().split("\n")
+
+
+@pytest.fixture(scope="module")
+def nodes(master: Master) -> Iterator[None]:
+    """A stock node and one of ours, each with two sets of parameters of the same kinds."""
+    process = master.run(["/usr/bin/python3", "-c", STOCK_SERVER])
+    process.wait_line("^ready$")
+    with pyros1.Node("mine", argv=[], environ=master.environ(), rosout=False, handle_signals=False) as node:
+        for space in "ab":
+            serve(node, f"/theirs/{space}", f"~{space}")
+        yield
+    process.close()
+
+
+def serve(node: pyros1.Node, original: str, space: str) -> None:
+    """Offer parameters as another node describes them."""
+    description: Any = node.wait_for_message(
+        f"{original}/parameter_descriptions", "dynamic_reconfigure/ConfigDescription"
+    )
+    config: Any = node.wait_for_message(f"{original}/parameter_updates", "dynamic_reconfigure/Config")
+
+    def change(request: Any) -> tuple[Any]:
+        for field in config.__slots__:
+            wanted = {each.name: each for each in getattr(request.config, field)}
+            setattr(config, field, [wanted.get(each.name, each) for each in getattr(config, field)])
+        config.ints = [type(each)(each.name, max(-10, min(each.value, 10))) for each in config.ints]
+        updates.publish(config)
+        return (config,)
+
+    node.advertise(f"{space}/parameter_descriptions", type(description), latch=True).publish(description)
+    updates = node.advertise(f"{space}/parameter_updates", type(config), latch=True)
+    updates.publish(config)
+    node.advertise_service(f"{space}/set_parameters", "dynamic_reconfigure/Reconfigure", change)
+
+
+def tool(folder: Path, name: str, *words: str) -> Path:
+    """A program of ours under the stock tool's name."""
+    path = folder / name
+    code = f"import sys; sys.path.insert(0, {str(SOURCE)!r}); from pyros1.cli.main import entry\n"
+    path.write_text(f"#!{sys.executable}\n{code}sys.exit(entry(['pyros1', *{list(words)!r}, *sys.argv[1:]]))\n")
+    path.chmod(0o755)
+    return path
+
+
+def ask(tools: ForkedTools, words: list[str], environ: dict[str, str]) -> tuple[int, str, bool]:
+    """Exit code, output, and whether it complained."""
+    code, out, err = tools.ask(words, environ)
+    # Stock says the one where rosdep is installed but was never set up, ours the other.
+    err = re.sub(r"^(the rosdep view is empty: |dynparam(?: \(did you mean|: )).*\n", "", err)
+    return code, out, bool(err)
+
+
+@pytest.mark.parametrize(("server", "lines"), [("/theirs", COMMANDS), ("/mine", SHORT)], ids=["stock", "ours"])
+def test_dynparam_l200(master: Master, nodes: None, tmp_path: Path, server: str, lines: list[str]) -> None:
+    """One command after the other, by either tool; a node that is not there is a traceback in stock."""
+    ours = tool(tmp_path, "dynparam", "dynparam")
+    (tmp_path / "plain.yaml").write_text("int_: 2\n---\n{str_: 'plain', double_: 3}\n")
+
+    def talk(program: str, node: str) -> list[object]:
+        tools = stock_tools() if program == DYNPARAM else our_tools()
+        file = tmp_path / f"file{node[-1]}"
+        names = {"NODE": node, "FILE": str(file), "PLAIN": str(tmp_path / "plain.yaml")}
+        answers: list[object] = []
+        for line in lines:
+            words = [names.get(word, word).replace("\u00a0", " ") for word in line.split(" ")]
+            code, out, complains = ask(tools, [program, *words], master.environ())
+            answers.append((line, code, out.replace(node, "NODE"), complains))
+        return [*answers, file.read_text()]
+
+    with ThreadPoolExecutor(2) as pool:
+        stock, mine = pool.map(talk, [DYNPARAM, str(ours)], [f"{server}/a", f"{server}/b"])
+    for theirs, answer in zip(stock, mine, strict=True):
+        assert answer == theirs
+
+
+def test_what_was_dumped_is_loaded_l200(master: Master, nodes: None, tmp_path: Path) -> None:
+    """Stock's server in Python fails at any group, and so does stock's load; only ours leaves out what is as wanted."""
+    ours, file = str(tool(tmp_path, "dynparam", "dynparam")), str(tmp_path / "file.yaml")
+    for program, tools in ((DYNPARAM, stock_tools()), (ours, our_tools())):
+        assert ask(tools, [program, "dump", "/theirs/a", file], master.environ()) == (0, "", False)
+        assert ask(our_tools(), [ours, "load", "/theirs/a", file], master.environ()) == (0, "", False)
+
+
+def test_lists_of_dynparam_l200(master: Master, nodes: None, tmp_path: Path) -> None:
+    theirs = ask(stock_tools(), [DYNPARAM, "list"], master.environ())
+    assert ask(our_tools(), [str(tool(tmp_path, "dynparam", "dynparam")), "list"], master.environ()) == theirs
+    assert theirs[1].split() == ["/mine/a", "/mine/b", "/theirs/a", "/theirs/b"]
+
+
+# rosunit --------------------------------------------------------------------------------------------------------------
+
+PACKAGE = """<package format="2"><name>tested</name><version>1.0.0</version><description>Tests.</description>
+<maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
+UNIT = """#!/usr/bin/python3
+import sys, time, unittest
+import rosunit
+
+class Case(unittest.TestCase):
+    def test_good(self):
+        print("heard", sys.argv[1:-1])
+    def test_wrong(self):
+        self.assertEqual(1, 2)
+    def test_error(self):
+        raise ValueError("<oh>")
+
+for name in ("wrong", "error"):
+    if name not in sys.argv:
+        delattr(Case, "test_" + name)
+if "hang" in sys.argv:
+    time.sleep(1000)
+if "mute" in sys.argv:
+    sys.exit(0)
+rosunit.unitrun("tested", "case", Case)
+"""
+UNITS = {
+    "test/unit.test": 0,
+    "test/unit.test --name other": 0,
+    "--name a/b --package pack test/unit.test": 0,
+    "test/unit.test wrong": 2,
+    "test/unit.test wrong error": 2,
+    "test/unit.test mute": 1,
+    "--time-limit=1 test/unit.test hang": 1,
+    "--time-limit 0 test/unit.test": 0,
+    "test/none": 1,
+    "test/plain": 1,
+    "elsewhere": 1,
+    "": 2,
+    "--nonsense test/unit.test": 2,
+}
+
+
+@pytest.mark.parametrize("line", UNITS)
+def test_rosunit_l181(tmp_path: Path, line: str) -> None:
+    """Exit codes, what is printed but for the reasons why a program could not be run, and the files of results."""
+    package = tmp_path / "tested"
+    (package / "test").mkdir(parents=True)
+    (package / "package.xml").write_text(PACKAGE)
+    (package / "test" / "unit.test").write_text(UNIT)
+    (package / "test" / "unit.test").chmod(0o755)
+    (package / "test" / "plain").write_text("not a program")
+    ours = tool(tmp_path, "rosunit", "unit")
+    seen = {}
+    for who, program in {"stock": "/usr/bin/rosunit", "ours": str(ours)}.items():
+        home = tmp_path / who
+        home.mkdir()
+        environ = {**os.environ, "ROS_HOME": str(home), "PATH": f"/usr/bin:{os.environ['PATH']}", "PYTHONPATH": ""}
+        done = subprocess.run(
+            [program, *line.split()], cwd=package, env=environ, capture_output=True, text=True, timeout=60, check=False
+        )
+        assert done.returncode == UNITS[line], f"{who}: {done.stdout}\n{done.stderr}"
+        files = {str(path.relative_to(home)): xml_counts(path) for path in sorted(home.rglob("*.xml"))}
+        seen[who] = (files, printed(done.stdout, home))
+    assert seen["ours"] == seen["stock"]
+
+
+_UNABLE = "\nERROR: The following tests failed to run:\n * runTest\n"
+
+
+def printed(text: str, home: Path) -> list[str]:
+    """The lines of a run, without the reason and traceback of what could not be run; the summary of ours repeats it."""
+    text = re.sub(r"^((?:FAILURE|ERROR): ).*?^-{80}$", r"\1", text, flags=re.M | re.S)
+    text = re.sub(r"^(Error: ).*$", r"\1", text, flags=re.M)
+    if "... ERROR!\n" in text:  # only failures are repeated by stock
+        text = text.replace("[runTest][failed]\n", "").replace(_UNABLE, "")
+    return text.replace(str(home), "HOME").splitlines()
+
+
+def xml_counts(path: Path) -> list[tuple[str | None, str | None, list[str]]]:
+    """Classes and names of a file's test cases, and the tags in them."""
+    root = xml.etree.ElementTree.parse(path).getroot()
+    return [
+        (case.get("classname"), case.get("name"), sorted(child.tag for child in case)) for case in root.iter("testcase")
+    ]
