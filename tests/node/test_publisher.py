@@ -34,7 +34,7 @@ def test_a_latched_message_for_a_stuck_subscriber_does_not_stop_the_loop(
     talker = make_node("talker")
     publisher = talker.advertise("t", Image, queue_size=None, latch=True)
     publisher.publish(Image(height=1, data=bytes(BIG)))
-    peer = greet(raw_peer(talker, receive_buffer=4096), Image)
+    peer = greet(raw_peer(talker, receive_buffer=65536), Image)
     assert publisher.wait_for_subscribers(timeout=5)
     talker._context.loop.run(lambda: None, timeout=5)
     publishing = in_thread(publisher.publish, Image(height=2))  # waits for the latched one to go, and stays behind it

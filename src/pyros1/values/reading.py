@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _TAG = "tag:yaml.org,2002:"
+_DEEPEST = 200  # levels of nesting
 
 # The texts that need no YAML machinery: most parameters given on a command line are one of these.
 _SIMPLE_WORD = re.compile(r"[A-Za-z_/][\w/.-]*", re.ASCII)
@@ -95,6 +96,7 @@ def _load(text: str, where: str | None) -> list[Any]:
 
     yaml = YAML(typ="safe", pure=True)
     yaml.Resolver = _resolver_class()
+    yaml.Scanner = _scanner_class()
     yaml.doc_infos.append(DocInfo())  # where the parser notes a %YAML directive
     documents: list[Any] = []
     try:
@@ -149,6 +151,26 @@ def _resolver_class() -> Any:
             return Tag(suffix=_TAG + {SequenceNode: "seq", MappingNode: "map"}[kind])
 
     return Resolver
+
+
+def _scanner_class() -> Any:
+    """ruamel's scanner with a bound on nesting: the time it takes grows with the square of the depth, or worse."""
+    from ruamel.yaml.scanner import Scanner, ScannerError  # noqa: PLC0415 - slow to import
+
+    class BoundedScanner(Scanner):
+        def fetch_flow_collection_start(self, *arguments: Any, **named: Any) -> None:
+            self._check(len(self.flow_context))
+            super().fetch_flow_collection_start(*arguments, **named)
+
+        def add_indent(self, column: int) -> bool:
+            self._check(len(self.indents))
+            return bool(super().add_indent(column))
+
+        def _check(self, depth: int) -> None:
+            if depth >= _DEEPEST:
+                raise ScannerError(problem="nested too deeply", problem_mark=self.reader.get_mark())
+
+    return BoundedScanner
 
 
 _COLLECTIONS = {"seq": "sequence", "omap": "sequence", "pairs": "sequence", "map": "mapping", "set": "mapping"}
