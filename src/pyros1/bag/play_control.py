@@ -71,13 +71,13 @@ class Control:
             os.write(self._bell, b"!")
 
     def wait(self, seconds: float) -> None:
-        """Wait; any change ends it early.
+        """Wait; any change ends it early, and so does an hour.
 
         Args:
             seconds: 0 or less only looks for keys.
         """
         watched = [self._wake] if self._keys < 0 else [self._wake, self._keys]
-        ready, _, _ = select.select(watched, [], [], max(0.0, seconds))
+        ready, _, _ = select.select(watched, [], [], min(max(0.0, seconds), 3600.0))
         if self._wake in ready:
             os.read(self._wake, 4096)
         if self._keys in ready:

@@ -24,6 +24,8 @@ from pyros1.wire.handshake import TopicType
 
 _STATUS_TIME = 0.1
 _PATIENCE = 0.05
+_OWN_TYPES = ("rosgraph_msgs/Log", "rosgraph_msgs/Clock")
+"""Types of the topics that a node publishes itself; its publisher takes messages that are still encoded as others."""
 
 
 @dataclass(frozen=True)
@@ -126,10 +128,11 @@ class Player:
         publisher = self._publishers.get(key)
         if publisher is None:
             kind = TopicType(connection.type, connection.md5sum, connection.definition)
+            cls: Any = load_message(connection.type) if connection.type in _OWN_TYPES else AnyMsg
             latch = connection.latching or static
             try:
                 publisher = self._node.advertise(
-                    topic, AnyMsg, queue_size=self._options.queue_size, latch=latch, raw_type=kind
+                    topic, cls, queue_size=self._options.queue_size, latch=latch, raw_type=kind
                 )
             except Error as error:
                 self.unplayable[connection.topic] = str(error)

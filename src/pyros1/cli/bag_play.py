@@ -152,15 +152,25 @@ def _check_content(bags: Bags, options: Values) -> None:
         CommandError: nothing would be.
     """
     recorded = {connection.topic for reader in bags.readers for connection in reader.connections.values()}
-    known = {topic.lstrip("/") for topic in recorded}
+    known = set(map(_plain, recorded))
     for topic in [*(options.topics or []), *options.pause_topics]:
-        if topic.lstrip("/") not in known:
+        if _plain(topic) not in known:
             print(f"WARNING: {topic} is not in the bag{did_you_mean(topic, recorded)}", file=sys.stderr)
-    if options.topics is not None and not any(topic.lstrip("/") in known for topic in options.topics):
+    if options.topics is not None and known.isdisjoint(map(_plain, options.topics)):
         raise CommandError("none of the topics to play is in the bag; `pyros1 bag info` lists them")
+    if not any(chunk.counts for reader in bags.readers for chunk in reader.chunks):
+        print("WARNING: there are no messages to play", file=sys.stderr)
+    if options.clock and "clock" in known and (options.topics is None or "clock" in map(_plain, options.topics)):
+        print(
+            "WARNING: the bag holds /clock, which --clock publishes too: time will jump back and forth", file=sys.stderr
+        )
     length = (bags.end - bags.start) / 1e9
     if options.start > length:
         raise CommandError(f"--start {options.start:g}: the bag is only {length:.3f} s long")
+
+
+def _plain(topic: str) -> str:
+    return topic.lstrip("/")
 
 
 # Options --------------------------------------------------------------------------------------------------------------
@@ -189,7 +199,7 @@ def _check(parser: OptionParser, options: Values) -> None:
     for name in ("delay", "start", "duration", "skip_empty", "rate_control_max_delay"):
         value = getattr(options, name)
         if value is not None and not (isfinite(value) and value >= 0):
-            parser.error(f"--{name.replace('_', '-')} must not be negative")
+            parser.error(f"--{name.replace('_', '-')} must be a number, and not negative")
     if options.queue < 0:
         parser.error("--queue must not be negative; 0 is without limit")
     if options.topics is not None and not options.topics:
