@@ -6,6 +6,7 @@ import json
 import math
 import os
 import queue
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,11 +14,12 @@ from typing import Any
 
 import pytest
 from pyros1.msgs.sensor_msgs.msg import JointState
-from pyros1.msgs.std_msgs.msg import Float64, String
+from pyros1.msgs.std_msgs.msg import Bool, Empty, Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 
 from pyros1.cli.main import COMMANDS, command_name, entry
 from pyros1.cli.topic_plot import expand
+from pyros1.msgs import load_message
 
 
 @pytest.fixture
@@ -220,6 +222,50 @@ def test_echo_writes_json_that_pub_reads(run: Any, make_node: Callable[..., Any]
     assert copy.name == ["a"] and list(copy.position) == [1.5, math.inf]
     assert json.loads(run("topic", "echo", "--json", "--noarr", "-n", "1", "/state")[1]).keys() == {"header"}
     assert json.loads(run("topic", "echo", "--json", "-n", "1", "/state/position[0]")[1]) == 1.5
+
+
+def test_minus_one_is_an_option_or_a_number(run: Any, make_node: Callable[..., Any]) -> None:
+    got: queue.Queue[Any] = queue.Queue()
+    listener = make_node("listener", rosout=False)
+    listener.subscribe("text", "std_msgs/String", got.put)
+    listener.subscribe("place", "geometry_msgs/Point", got.put)
+    assert run("topic", "pub", "/text", "std_msgs/String", "hello", "-1")[0] == 0
+    assert run("topic", "pub", "-1", "/place", "geometry_msgs/Point", "1", "2", "-1")[0] == 0
+    assert got.get(timeout=10).data == "hello"
+    assert got.get(timeout=10).z == -1.0
+
+
+def test_rows_for_spreadsheets(run: Any, make_node: Callable[..., Any]) -> None:
+    """As stock: truth is 1 or 0, raw data is left out, and a message without fields has an empty column."""
+    talker = make_node("talker", rosout=False)
+    image: Any = load_message("sensor_msgs/Image")()
+    image.data = b"abc"
+    talker.advertise("image", "sensor_msgs/Image", latch=True).publish(image)
+    talker.advertise("flag", "std_msgs/Bool", latch=True).publish(Bool(True))
+    talker.advertise("nothing", "std_msgs/Empty", latch=True).publish(Empty())
+    names, values = run("topic", "echo", "-p", "-n", "1", "/image")[1].splitlines()
+    assert (names.split(",")[-1], len(values.split(","))) == ("field.step", len(names.split(",")))
+    assert run("topic", "echo", "-p", "-n", "1", "/image/data")[1].splitlines()[1].endswith(",97,98,99")
+    assert run("topic", "echo", "-p", "-n", "1", "/flag")[1].endswith(",1\n")
+    assert re.fullmatch(r"%time,\n\d+,\n", run("topic", "echo", "-p", "-n", "1", "/nothing")[1])
+    code, _, error = run("topic", "echo", "-w", "1", "/image")
+    assert (code, "must be at least 2" in error) == (2, True)
+
+
+def test_files_that_do_not_do(run: Any, tmp_path: Any) -> None:
+    assert run("param", "dump", str(tmp_path / "nope" / "x.yaml"))[::2] == (
+        1,
+        f"ERROR: {tmp_path}/nope/x.yaml: No such file or directory\n",
+    )
+    (tmp_path / "raw").write_bytes(b"a: \xff")
+    code, _, error = run("param", "load", str(tmp_path / "raw"))
+    assert (code, error) == (1, "ERROR: what was read is not UTF-8 text: byte 0xff at 3\n")
+
+
+def test_closed_streams_are_no_error(environ: dict[str, str]) -> None:
+    words = [sys.executable, "-m", "pyros1", "topic", "list"]
+    done = subprocess.run(["sh", "-c", '"$@" >&-', "sh", *words], env={**os.environ, **environ}, check=False)
+    assert done.returncode == 0
 
 
 def test_plot_draws_what_comes(run: Any, make_node: Callable[..., Any]) -> None:

@@ -11,6 +11,7 @@ from pyros1.errors import Error
 
 COMMANDS = {
     "core": ("core", "start a master, with parameter server and rosout"),
+    "master": ("master", "start a master alone, without rosout"),
     "launch": ("launch", "start the nodes of a launch file"),
     "test": ("test", "run the tests of a launch file"),
     "run": ("run", "start a node of a package"),
@@ -71,6 +72,10 @@ def entry(argv: list[str] | None = None) -> int:
     Returns:
         The exit code.
     """
+    if sys.stdout is None or sys.stderr is None:  # the caller closed them
+        with open(os.devnull, "w") as nothing:
+            sys.stdout, sys.stderr = sys.stdout or nothing, sys.stderr or nothing
+            return entry(argv)
     try:
         try:
             return _entry(list(sys.argv if argv is None else argv))
@@ -118,4 +123,13 @@ def _run(module: str, arguments: list[str]) -> int:
         return 0
     except Error as error:
         print(f"ERROR: {error}", file=sys.stderr)
+        return 1
+    except UnicodeDecodeError as error:
+        byte, place = error.object[error.start], error.start
+        print(f"ERROR: what was read is not UTF-8 text: byte {byte:#04x} at {place}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        if error.filename is None:  # not about a file that the user named: a defect
+            raise
+        print(f"ERROR: {error.filename or repr('')}: {error.strerror}", file=sys.stderr)
         return 1

@@ -184,7 +184,7 @@ def _parse(invocation: Invocation, arguments: str, single_line: str | None = Non
     parser = invocation.parser(invocation.verb + arguments)
     if single_line is not None:
         parser.add_option("-s", dest="single_line", action="store_true", default=False, help=single_line)
-    parser.add_option("--json", action="store_true", default=False, help="print a JSON list")
+    invocation.add_json(parser, "print a JSON list")
     return parser.parse_args(invocation.args)
 
 

@@ -69,7 +69,7 @@ def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> 
         pass
     except Error as error:
         sys.stdout.flush()
-        print(f"ERROR: {_ping_failure(error, uri)}", file=sys.stderr)
+        print(f"ERROR: {_ping_failure(error, name, uri)}", file=sys.stderr)
         return False
     finally:
         node.close()
@@ -78,10 +78,10 @@ def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> 
     return True
 
 
-def _ping_failure(error: Error, uri: str) -> str:
+def _ping_failure(error: Error, name: str, uri: str) -> str:
     cause = error.__cause__
     if isinstance(cause, socket.gaierror):
-        return f"Unknown host [{parse_uri(uri)[0]}] for node URI [{uri}]"
+        return f"Unknown host [{parse_uri(uri)[0]}] for node [{name}]"
     if isinstance(error, DeadlineError):
         return f"connection to [{uri}] timed out"
     if isinstance(cause, ConnectionRefusedError):
@@ -190,7 +190,7 @@ def _answers(graph: Graph, name: str) -> bool:
     try:
         node.pid()
     except Error as error:
-        print(f"ERROR: {_ping_failure(error, uri)}", file=sys.stderr)
+        print(f"ERROR: {_ping_failure(error, name, uri)}", file=sys.stderr)
         return False
     finally:
         node.close()

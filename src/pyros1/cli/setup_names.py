@@ -17,6 +17,8 @@ _TOOLS = {
     "roslaunch-deps": ("launch", "--deps"),
     "roslaunch-logs": ("launch", "--logs"),
     "dynparam": ("dynparam",),
+    "tf_remap": ("tf", "remap"),
+    "view_frames": ("tf", "view_frames"),
 }
 _NOT_STOCK = frozenset({"doctor", "dynparam", "pkg", "stack", "log", "tf", "tf2", "topic_tools", "setup", "unsetup"})
 FUNCTIONS = ("roscd", "rospd", "rosd")

@@ -5,20 +5,16 @@ from __future__ import annotations
 import os
 import socket
 import sys
-from optparse import OptionParser
+from optparse import OptionParser, Values
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pyros1.cli.common import program_name
-from pyros1.cli.launch import print_exception
 from pyros1.errors import Error
-from pyros1.launch.junit import Case, Results, summary, write_results
-from pyros1.launch.loader import load_plan
-from pyros1.launch.logs import log_folder
-from pyros1.launch.supervisor import install_signals
-from pyros1.launch.testing import TestRun, name_from_path, results_file, results_folder
-from pyros1.launch.words import WordsError, find_files
-from pyros1.launch.world import make_resources
-from pyros1.msgs.packages import package_of
+
+if TYPE_CHECKING:
+    from pyros1.launch.junit import Case
+    from pyros1.launch.testing import TestRun
 
 
 def main(argv: list[str]) -> int:
@@ -37,6 +33,19 @@ def main(argv: list[str]) -> int:
         return 1
     if not words:
         parser.error("You must supply a test file argument to rostest.")
+    return _test(parser, options, words)
+
+
+def _test(parser: OptionParser, options: Values, words: list[str]) -> int:
+    # What runs tests is imported after the command line proved right.
+    from pyros1.cli.launch import print_exception  # noqa: PLC0415
+    from pyros1.launch.junit import Case, Results, write_results  # noqa: PLC0415
+    from pyros1.launch.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.testing import TestRun, name_from_path, results_file, results_folder  # noqa: PLC0415
+    from pyros1.launch.words import WordsError, find_files  # noqa: PLC0415
+    from pyros1.launch.world import make_resources  # noqa: PLC0415
+    from pyros1.msgs.packages import package_of  # noqa: PLC0415
+
     resources = make_resources()
     missing = len(words) == 1 and not os.path.isfile(words[0])
     try:
@@ -88,6 +97,10 @@ def make_parser() -> OptionParser:
 
 
 def _run(run: TestRun, path: Path, text: bool) -> int:
+    from pyros1.launch.junit import summary, write_results  # noqa: PLC0415
+    from pyros1.launch.logs import log_folder  # noqa: PLC0415
+    from pyros1.launch.supervisor import install_signals  # noqa: PLC0415
+
     log = log_folder(run.environ) / f"rostest-{socket.gethostname()}-{os.getpid()}.log"
     print(f"... logging to {log}")
     if not text:

@@ -20,6 +20,7 @@ from pyros1.timing import Time, TVal
 
 _CLEAR = "\033[2J\033[;H"
 _CLOCK_PATIENCE = 2.0
+_LEAST_WIDTH = 2
 _NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
 """The name of a field at the beginning of a line."""
 
@@ -121,6 +122,8 @@ def _arguments(invocation: Invocation) -> tuple[Values, str]:
                 setattr(options, field, int(value))
             except ValueError:
                 parser.error(f"{what} must be an integer")
+    if options.width is not None and options.width < _LEAST_WIDTH:
+        parser.error(f"Fixed width for numeric values must be at least {_LEAST_WIDTH}")
     return options, invocation.resolve(args[0]) if args else ""
 
 
@@ -275,25 +278,26 @@ class Plot:
         ns = stamp.to_nsec() - (now.to_nsec() if self._offset and whole else 0)
         row: list[str] = []
         self._values(value, kind, now if self._offset else None, row)
-        text = ",".join([str(ns), *row]) + "\n"
+        text = f"{ns},{','.join(row)}\n"
         if not self._header_done:
             self._header_done = True
             names: list[str] = []
             self._names(value, kind, "field", names)
-            text = ",".join(["%time", *names]) + "\n" + text
+            text = f"%time,{','.join(names)}\n{text}"
         return text
 
     def _shown(self, kind: str) -> bool:
         return not (self._noarr and "[" in kind) and not (self._nostr and kind.partition("[")[0] == "string")
 
     def _slots(self, message: Message) -> list[tuple[str, str]]:
-        return [(n, t) for n, t in zip(message.__slots__, message._slot_types, strict=True) if self._shown(t)]
+        shown = [(n, t) for n, t in zip(message.__slots__, message._slot_types, strict=True) if self._shown(t)]
+        return [(n, t) for n, t in shown if not isinstance(getattr(message, n), bytes)]  # as stock: no raw data in rows
 
     def _names(self, value: Any, kind: str | None, prefix: str, names: list[str]) -> None:
         if isinstance(value, Message):
             for name, slot_type in self._slots(value):
                 self._names(getattr(value, name), slot_type, f"{prefix}.{name}", names)
-        elif isinstance(value, (list, tuple)):
+        elif isinstance(value, (list, tuple, bytes)):
             for number, element in enumerate(value):
                 self._names(element, None, f"{prefix}{number}", names)
         else:
@@ -303,11 +307,11 @@ class Plot:
         if isinstance(value, Message):
             for name, slot_type in self._slots(value):
                 self._values(getattr(value, name), slot_type, offset, row)
-        elif isinstance(value, (list, tuple)):
+        elif isinstance(value, (list, tuple, bytes)):
             for element in value:
                 self._values(element, None, offset, row)
         elif isinstance(value, TVal):
             minus = offset.to_nsec() if offset is not None and isinstance(value, Time) else 0
             row.append(str(value.to_nsec() - minus))
         else:
-            row.append(str(value))
+            row.append(str(int(value) if isinstance(value, bool) else value))

@@ -25,6 +25,7 @@ _SUBSCRIBER_PATIENCE = 5.0
 """Seconds that messages from a file or stdin wait for the first subscriber."""
 
 _DEFAULT_RATE = 10.0
+_NUMBERS = frozenset(f"{kind}{bits}" for kind in ("int", "uint", "float") for bits in (8, 16, 32, 64))
 
 
 def pub(invocation: Invocation) -> None:
@@ -41,7 +42,7 @@ def pub(invocation: Invocation) -> None:
         publisher = node.advertise(name, message_class, queue_size=100, latch=latch)
         run = _Publishing(invocation, node, publisher, message_class, options)
         if not from_arguments:
-            run.stream(_documents(options.file), rate or _DEFAULT_RATE)
+            run.stream(_documents(options.file), rate or _DEFAULT_RATE, keep_first=bool(options.latch) and rate is None)
         elif rate is not None:
             run.repeat(arguments, rate, bool(options.substitute_keywords))
         else:
@@ -72,7 +73,9 @@ def _arguments(invocation: Invocation) -> tuple[Values, str, str, list[str], Opt
         help="When publishing with a rate, performs keyword ('now' or 'auto') substitution for each message",
     )
     parser.add_option("--use-rostime", action="store_true", help="use rostime for time stamps, else walltime is used")
-    options, args = parser.parse_args(_guarded(invocation.args))
+    options, args = parser.parse_args(_guarded(invocation.args, once=True))
+    if "-1" in invocation.args and not options.file and len(args) > 1 and _lacks_values(args[1], args[2:]):
+        options, args = parser.parse_args(_guarded(invocation.args, once=False))
     if options.rate is not None:
         if options.once:
             parser.error("You cannot select both -r and -1 (--once)")
@@ -93,15 +96,33 @@ def _arguments(invocation: Invocation) -> tuple[Values, str, str, list[str], Opt
     return options, invocation.resolve(args[0]), args[1], [unguard(arg) for arg in args[2:]], parser
 
 
-def _guarded(words: list[str]) -> list[str]:
-    """Negative numbers are values, except the first -1 before any value: that is the option."""
+def _guarded(words: list[str], *, once: bool) -> list[str]:
+    """Negative numbers are values.
+
+    Args:
+        once: ``-1`` is the option wherever it stands, as stock reads it; else only before the values.
+    """
     guarded: list[str] = []
     positional = 0
-    for word in words:
-        option = word == "-1" and positional < 2
+    for number, word in enumerate(words):
+        if word == "--":
+            return guarded + words[number:]
+        option = word == "-1" and (once or positional < 2)
         guarded.append(word if option else guard_negatives([word])[0])
         positional += not word.startswith("-")
     return guarded
+
+
+def _lacks_values(type_name: str, words: list[str]) -> bool:
+    """Whether a message needs more values than these, so that a ``-1`` behind its type must be one."""
+    try:
+        kinds = load_message(type_name)._slot_types
+        value = load_yaml(words[0]) if words else None
+    except (Error, ValueError):
+        return False  # which is said in a moment
+    if not words:  # values may also come from stdin: numbers hardly do
+        return all(kind in _NUMBERS for kind in kinds) and bool(kinds)
+    return len(words) < len(kinds) and not isinstance(value, dict)
 
 
 def _values(words: list[str], parser: OptionParser) -> list[Any]:
@@ -186,7 +207,7 @@ class _Publishing:
         fill(message, arguments, now)
         return message
 
-    def latched(self, arguments: list[Any], once: bool) -> None:
+    def latched(self, arguments: Any, once: bool) -> None:
         """One message, kept for those who come later."""
         message = self._message(arguments)
         what = f"[{message}]" if self._verbose else "message"
@@ -210,14 +231,18 @@ class _Publishing:
             self._publisher.publish(message)
             pace.sleep()
 
-    def stream(self, source: Iterator[Any], rate: float) -> None:
-        """One message for each document."""
+    def stream(self, source: Iterator[Any], rate: float, *, keep_first: bool) -> None:
+        """One message for each document; ``keep_first``: only the first, kept for those who come later."""
         pace = self._node.rate(rate)
         waited = False
         for document in source:
             if not self._node.ok():
                 return
-            message = self._message(document if isinstance(document, (list, dict)) else [document])
+            arguments = document if isinstance(document, (list, dict)) else [document]
+            if keep_first:
+                self.latched(arguments, self._once)
+                return
+            message = self._message(arguments)
             if not waited:
                 waited = True
                 self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_PATIENCE)

@@ -7,13 +7,10 @@ has no link where it should have one, and its list of publishers is put right af
 from __future__ import annotations
 
 import contextlib
-import http.client
 import socket
 from collections.abc import Callable
-from email.utils import parsedate_to_datetime
 from time import monotonic, time
 from typing import Any
-from xmlrpc.server import SimpleXMLRPCServer
 
 from pyros1.doctor.facts import OTHER, REFUSED, TIMEOUT, UNRESOLVED, Failure, NodeFacts, Offer
 from pyros1.errors import DeadlineError, Error, ProtocolError, UnreachableError
@@ -81,6 +78,9 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
     Returns:
         Within about a second; None where the answer has no date.
     """
+    import http.client  # noqa: PLC0415 - slow to import, and needed for a running system only
+    from email.utils import parsedate_to_datetime  # noqa: PLC0415
+
     connection = http.client.HTTPConnection(host, port, timeout=NODE_TIMEOUT)
     try:
         before = time()
@@ -145,6 +145,8 @@ def ask_subscriber(uri: str, topic: str, publishers: Callable[[], list[str]]) ->
     """
     own_host = _own_address(uri)
     api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
+    from xmlrpc.server import SimpleXMLRPCServer  # noqa: PLC0415 - slow to import, and seldom needed
+
     with (
         socket.create_server(("", 0)) as listener,
         SimpleXMLRPCServer(("", 0), logRequests=False, allow_none=True) as server,

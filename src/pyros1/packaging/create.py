@@ -7,8 +7,8 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape  # XML's three characters are among HTML's; xml.sax is slow to import
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
 
 from pyros1.errors import Error
 
@@ -160,7 +160,7 @@ def _has_messages(package: NewPackage) -> bool:
 def _person(tag: str, text: str) -> str:
     match = _PERSON.fullmatch(text)
     if match:
-        return f"  <{tag} email={quoteattr(match[2])}>{escape(match[1] or match[2])}</{tag}>"
+        return f'  <{tag} email="{escape(match[2])}">{escape(match[1] or match[2])}</{tag}>'
     address = f' email="{re.sub(r"[^a-z0-9.]+", ".", text.lower()) or "user"}@todo.todo"' if tag == "maintainer" else ""
     return f"  <{tag}{address}>{escape(text)}</{tag}>"
 
