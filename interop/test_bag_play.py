@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import signal
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from harness import SOURCE, STOCK_PYTHON, Master, Process, until
+from harness import SOURCE, STOCK_PYTHON, Master, Peer, Process, until
 
 from pyros1.bag import BagWriter
 from pyros1.bag.reader import BagReader
@@ -22,7 +23,7 @@ MASTERS = ("ours",)  # stock's tool and ours are compared, whatever the master
 pytestmark = pytest.mark.ours_only
 
 RECORD, PLAY = "/usr/lib/rosbag/record", "/usr/lib/rosbag/play"
-TEXT = "std_msgs/String"
+TEXT, STATIC = "std_msgs/String", "tf2_msgs/TFMessage"
 SCRIPTS = SOURCE / "pyros1" / "packages" / "minimal_nodes" / "scripts"
 BEGIN = 1_700_000_000 * 10**9
 MS = 10**6
@@ -92,10 +93,62 @@ def test_clock(launcher: Master, topic: str, who: str, tmp_path: Path) -> None:
     peer.subscribe("/clock", "rosgraph_msgs/Clock", 1000)
     process = player(launcher, who, "--clock", "--hz", "100", "-d", "1", str(path))
     assert process.wait() == 0, process.transcript()
-    bodies = [bytes.fromhex(line.split()[2]) for line in peer.unread(r"^got /clock ")]
-    times = [int.from_bytes(body[:4], "little") * 10**9 + int.from_bytes(body[4:], "little") - BEGIN for body in bodies]
+    times = clock_times(peer)
     assert times == sorted(times) and 30 < len(times) < 130
     assert 0 <= times[0] < 200 * MS and times[-1] <= 993 * MS
+
+
+@pytest.mark.parametrize("who", PLAYERS)
+def test_clock_at_a_rate_in_a_part(launcher: Master, topic: str, who: str, tmp_path: Path) -> None:
+    """It begins with the first message of the part; a tick adds 10 ms of the bag, or more if some were missed."""
+    path = make_bag(tmp_path / "x.bag", topic, topic + "/latched")
+    peer = launcher.ready_peer("rospy", f"ear_{who}")
+    peer.subscribe("/clock", "rosgraph_msgs/Clock", 1000)
+    words = ("--clock", "--hz", "50", "-r", "0.5", "-s", "0.2", "-u", "0.5", "-d", "1", "--topics", topic, "--bags")
+    process = player(launcher, who, *words, str(path))
+    assert process.wait() == 0, process.transcript()
+    times = clock_times(peer)
+    assert 200 * MS <= times[0] < 400 * MS and times == sorted(times) and times[-1] <= 700 * MS
+    steps = sorted(after - before for before, after in itertools.pairwise(times))
+    assert len(times) <= 0.5 / 0.5 * 50 + 5 and steps[len(steps) // 2] > 8 * MS
+
+
+@pytest.mark.parametrize("who", PLAYERS)
+def test_late_subscribers_get_the_static_transforms_of_all(
+    launcher: Master, topic: str, who: str, tmp_path: Path
+) -> None:
+    """Stock sends the last message of each publisher, pyros1 one with all."""
+    cls, stamped = load_message(STATIC), load_message("geometry_msgs/TransformStamped")
+    header = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text, "latching": "1"}
+    topic += "/tf_static"
+    for name, callers in (("one.bag", ["/a", "/b"]), ("two.bag", ["/c"])):
+        with BagWriter(tmp_path / name) as bag:
+            for caller in callers:
+                fields = {key: text.encode() for key, text in {**header, "callerid": caller}.items()}
+                transform: Any = stamped(child_frame_id=caller[1:])
+                bag.write(bag.add_connection(topic, fields), BEGIN, cls._encode(cls([transform])))
+    early = launcher.ready_peer("rospy", f"early_{who}")
+    early.subscribe(topic, STATIC, 100)
+    bags = [str(tmp_path / name) for name in ("one.bag", "two.bag")]
+    process = player(launcher, who, "--wait-for-subscribers", "-k", *bags)
+
+    def children(body: str) -> set[str]:
+        message: Any = cls._decode(bytes.fromhex(body), 0, len(body) // 2)
+        return {transform.child_frame_id for transform in message.transforms}
+
+    assert set().union(*(children(early.received(topic)) for _ in range(3))) == {"a", "b", "c"}
+    late = launcher.ready_peer("roscpp", f"late_{who}")
+    late.subscribe(topic, STATIC, 100)
+    found = [children(late.received(topic)) for _ in range(3 if who == "stock" else 1)]
+    assert sorted(sorted(one) for one in found) == ([["a"], ["b"], ["c"]] if who == "stock" else [["a", "b", "c"]])
+    process.signal(signal.SIGINT)
+    assert process.wait() == 0
+
+
+def clock_times(peer: Peer) -> list[int]:
+    """The values of /clock that a peer got, in nanoseconds since the bag's beginning."""
+    bodies = [bytes.fromhex(line.split()[2]) for line in peer.unread(r"^got /clock ")]
+    return [int.from_bytes(body[:4], "little") * 10**9 + int.from_bytes(body[4:], "little") - BEGIN for body in bodies]
 
 
 def test_pause_service_answers_as_stock_does(launcher: Master, topic: str, tmp_path: Path) -> None:
@@ -122,7 +175,7 @@ def node(launcher: Master, script: str, *words: str) -> Process:
 def test_tutorial(launcher: Master, topic: str, recorder: str, who: str, tmp_path: Path) -> None:
     """The minimal nodes' topic1: what one system records, the other plays; minimal_subscriber prints the same."""
     path = tmp_path / "tutorial.bag"
-    publisher = node(launcher, "minimal_publisher", "_rate:=50", f"topic1:={topic}")
+    publisher = node(launcher, "minimal_publisher", "_rate:=10", f"topic1:={topic}")
     command = [RECORD] if recorder == "stock" else [sys.executable, "-m", "pyros1", "bag", "record"]
     recording = launcher.run([*command, "--duration", "2", "-O", str(path), topic], python=recorder)
     assert recording.wait(30) == 0, recording.transcript()
@@ -130,13 +183,16 @@ def test_tutorial(launcher: Master, topic: str, recorder: str, who: str, tmp_pat
     cls: Any = load_message("std_msgs/Float64")
     with BagReader(path) as bag:
         values = [cls._decode(message.data, 0, 8).data for message in bag.messages()]
-    assert len(values) > 10
+        length = (bag.end - bag.start) / 1e9
+    assert len(values) > 5
     subscriber = node(launcher, "minimal_subscriber", f"topic1:={topic}")
     process = player(launcher, who, "--wait-for-subscribers", "-d", "1", str(path))
     assert process.wait(30) == 0, process.transcript()
     until(lambda: len(subscriber.unread("received value is")) >= len(values), "all values")
-    printed = [re.findall(r"received value is: (\d+\.\d+)", line)[0] for line in subscriber.unread("received value is")]
-    assert printed == [f"{value:.6f}" for value in values]
+    line = re.compile(r"\[(\d+\.\d+)\]: received value is: (\d+\.\d{6})")
+    printed = [found for text in subscriber.lines if (found := line.search(text))]
+    assert [found[2] for found in printed] == [f"{value:.6f}" for value in values]
+    assert float(printed[-1][1]) - float(printed[0][1]) > length / 2, "at the pace of the recording, not at once"
 
 
 def test_stock_python_reads_a_recording_of_ours(launcher: Master, topic: str, tmp_path: Path) -> None:
