@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
+import sqlite3
 from pathlib import Path
 from typing import Literal
 
@@ -54,6 +56,7 @@ class Ros2Writer:
 
         Raises:
             BagError: its definition cannot be read, or it is not such a message; the text says which.
+            OSError: the disk is full, ...
         """
         connection = stored.connection
         entry = self._connections.get(id(connection))
@@ -65,10 +68,19 @@ class Ros2Writer:
         except (TypesysError, SerdeError, WriterError, KeyError, UnicodeDecodeError) as error:
             where = f"message on {connection.topic} at {stored.time / 1e9:.6f} ({connection.type})"
             raise BagError(str(self.path), f"{where} cannot be converted: {error}") from error
+        except sqlite3.Error as error:  # its words for a full disk and the like
+            raise OSError(errno.EIO, str(error), str(self.path)) from error
 
     def close(self) -> None:
-        """Write what is left, and the metadata."""
-        self._writer.close()
+        """Write what is left, and the metadata.
+
+        Raises:
+            OSError: the disk is full, ...
+        """
+        try:
+            self._writer.close()
+        except sqlite3.Error as error:
+            raise OSError(errno.EIO, str(error), str(self.path)) from error
 
     def abort(self) -> None:
         """Close the files as they are."""

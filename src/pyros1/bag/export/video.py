@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import errno
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from io import BytesIO
 from typing import Any
@@ -51,22 +53,34 @@ class VideoWriter:
         image = pixels(message) if message._type == TYPES[0] else self._decompressed(message)
         image = _even(to_8_bits(image))
         video = self._videos.get(topic)
-        if video is None:
-            video = self._videos[topic] = _Video(self._av, self._path(topic), image, time)
-        video.write(image, time)
+        with self._own_errors(topic):
+            if video is None:
+                video = self._videos[topic] = _Video(self._av, self._path(topic), image, time)
+            video.write(image, time)
 
     def close(self) -> None:
-        """Write what is left, and close the files."""
-        try:
-            for video in self._videos.values():
+        """Write what is left, and close the files.
+
+        Raises:
+            OSError: the disk is full, ...
+        """
+        for topic, video in self._videos.items():
+            with self._own_errors(topic):
                 video.finish()
-        finally:
-            self.abort()
 
     def abort(self) -> None:
         """Close the files as they are."""
         for video in self._videos.values():
-            video.container.close()
+            with suppress(self._av.error.FFmpegError):
+                video.container.close()
+
+    @contextmanager
+    def _own_errors(self, topic: str) -> Iterator[None]:
+        """Turn PyAV's errors into what open and write raise."""
+        try:
+            yield
+        except self._av.error.FFmpegError as error:
+            raise OSError(error.errno or errno.EIO, str(error.strerror), self._path(topic)) from error
 
     def _decompressed(self, message: Any) -> Pixels:
         data, _ = compressed(message)
@@ -108,6 +122,7 @@ class _Video:
 
     def finish(self) -> None:
         self.container.mux(self._stream.encode(None))
+        self.container.close()
 
 
 def _even(image: Pixels) -> Pixels:
