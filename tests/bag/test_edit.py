@@ -249,3 +249,12 @@ def test_a_folder_in_the_place_of_a_file(run: Run, make_bag: Make, tmp_path: Pat
         code, out, err = run(*words)
         assert (code, out) == (1, "") and "Is a directory" in err
     assert {file.name for file in tmp_path.iterdir()} == {"x.bag", "folder"}
+
+
+def test_split_into_nothing(run: Run, make_bag: Make) -> None:
+    make_bag(count=0)
+    for limit in ("nan", "inf", "0"):
+        code, _, err = run("split", "x.bag", "--size", limit)
+        assert code == 2 and "more than 0" in err
+    code, out, err = run("split", "x.bag", "--count", "5")
+    assert (code, out) == (0, "") and "nothing was written" in err

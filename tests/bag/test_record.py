@@ -292,6 +292,7 @@ def test_topics_of_a_node_and_by_expression(start: Any, make_node: Any, tmp_path
         (["-e", "("], 1, "not a regular expression"),
         (["-a", "-l", "3"], 1, "limit"),
         (["-O", "nowhere/x", "t"], 1, "nowhere/x.bag.active"),
+        (["/"], 1, "'/' is not the name of a topic"),
         (["--min-space", "1000T", "t"], 1, "min-space"),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from io import FileIO
 
@@ -27,6 +28,9 @@ from pyros1.bag.records import (
     u32,
     u64,
 )
+
+_HEAD = 512
+"""Bytes that are read to see a record's header; most need not more."""
 
 _TRUSTED = 64 << 20
 """Bytes that a chunk may have without a look at its other length: a damaged one must not fill the memory."""
@@ -161,13 +165,23 @@ class BagFile:
             wanted -= len(part)
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
+    def expect(self, positions: Iterable[int]) -> None:
+        """Let the system fetch the records at some places, many at a time, before they are read one by one."""
+        if hasattr(os, "posix_fadvise"):
+            number = self._file.fileno()
+            os.posix_fadvise(number, 0, 0, os.POSIX_FADV_RANDOM)  # not what lies around them
+            for position in positions:
+                if position < self.size:
+                    os.posix_fadvise(number, position, _HEAD, os.POSIX_FADV_WILLNEED)
+            os.posix_fadvise(number, 0, 0, os.POSIX_FADV_NORMAL)
+
     def record(self, position: int) -> tuple[Fields, int, int]:
         """Return the record at a place: its fields, where its data begin, and their length as the record says.
 
         Raises:
             RecordError: there is no record, or its header is cut off.
         """
-        head = self.read(position, 512)
+        head = self.read(position, _HEAD)
         if len(head) < 8:
             raise RecordError("the record is cut off")
         (size,) = U32.unpack_from(head)

@@ -144,7 +144,7 @@ def split(invocation: Invocation) -> None:
     if options.size is None and options.duration is None and options.count is None:
         parser.error("You must specify --size, --duration or --count.")
     duration = None if options.duration is None else _seconds(parser, options.duration)
-    if any(limit is not None and limit <= 0 for limit in (options.size, duration, options.count)):
+    if any(limit is not None and not 0 < limit < float("inf") for limit in (options.size, duration, options.count)):
         parser.error("--size, --duration and --count must be more than 0")
     stem, extension = os.path.splitext(args[0])
     if options.output_dir is not None:
@@ -160,7 +160,10 @@ def split(invocation: Invocation) -> None:
             cipher=bag.file.cipher,
             repeat_latched=bool(options.repeat_latched),
         )
-    print("\n".join(paths))
+    if paths:
+        print("\n".join(paths))
+    else:
+        print(f"{args[0]}: there are no such messages; nothing was written", file=sys.stderr)
 
 
 def _seconds(parser: OptionParser, text: str) -> float:

@@ -158,6 +158,9 @@ def _selection(parser: OptionParser, options: Values, topics: list[str]) -> Sele
         everything = True
     if not (topics or everything or options.node):
         parser.error("You must specify a topic name or else use the '-a' option.")
+    for name in topics:
+        if not options.regex and not name.strip("/"):
+            raise CommandError(f"{name!r} is not the name of a topic")
     if options.limit and (everything or options.regex or options.node):
         raise CommandError("--limit goes with named topics only, not with -a, -e, -x or --node")
     try:
