@@ -1,13 +1,16 @@
 """What is measured, and what is wanted: the rows of the table.
 
 Columns of the groups master, start, launch and codec: the third one is rosmaster, rospy and rostopic, roslaunch, and
-genpy.
+genpy. In the group bags the second one is stock's recorder and player, the third one rosbag in Python, or rosbags.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 
+from bag_steps import BagWork
+from bags import CPU, INFO, KEPT, MEDIAN, MEMORY, P99, PLAY, RATE, READ, READING, TIME
 from codec import LABELS
 from harness import STOCK_PYTHON
 from launch import ALONE, DOWN, KINDS, UP
@@ -160,6 +163,30 @@ def launch() -> Iterator[Row]:
             yield Row("launch", f"{name}: their own work on all processors", "s", f"{kind} {ALONE}", steps, less=True)
 
 
+def bags() -> Iterator[Row]:
+    def row(name: str, unit: str, work: str, figure: str, goals: tuple[Goal, ...] = (), less: bool = True) -> Row:
+        steps: dict[str, Step] = {OURS: BagWork("ours", work), ROSCPP: BagWork("stock", work)}
+        return Row("bags", name, unit, f"{work}: {figure}", steps, goals, less)
+
+    flood, images = "Float64 in a flood", "6.2 MB at 30 Hz"
+    yield row("record Float64 in a flood", "messages/s", flood, RATE, at_least(roscpp=1), less=False)
+    yield row("record Float64 in a flood: memory", "MB", flood, MEMORY)
+    yield row("record Float64 at 50 kHz: in the bag", "%", "Float64 at 50 kHz", KEPT, at_least(roscpp=1), less=False)
+    yield row("record images of 6.2 MB at 30 Hz: in the bag", "%", images, KEPT, (Goal(100),), less=False)
+    yield row("record images of 6.2 MB at 30 Hz: CPU", "% of a core", images, CPU)
+    yield row("play at 1 kHz: error, median", "ms", PLAY, MEDIAN)
+    yield row("play at 1 kHz: error, 99 %", "ms", PLAY, P99, (Goal(1, most=True),))
+    steps: dict[str, Step] = {OURS: BagWork("ours", INFO), ROSPY: BagWork("stock", INFO)}
+    yield Row("bags", "info of 10 GB", "s", f"{INFO}: {TIME}", steps, (Goal(1, most=True),), less=True)
+    for work, type_name in READ.items():
+        for side, name, python in (
+            ("stock", f"read {type_name}", STOCK_PYTHON),
+            ("rosbags", f"read {type_name}, beside rosbags", sys.executable),
+        ):
+            steps = {OURS: BagWork("ours", work, python), ROSPY: BagWork(side, work, python)}
+            yield Row("bags", name, "messages/s", f"{work}: {READING}", steps, at_least(rospy=1))
+
+
 def codec() -> Iterator[Row]:
     for label in LABELS:
         for work in ("encode", "decode"):
@@ -168,5 +195,5 @@ def codec() -> Iterator[Row]:
 
 def all_rows() -> list[Row]:
     """The whole table."""
-    groups = (messages, images, latency, fan_out, services, process, master, start, launch, codec)
+    groups = (messages, images, latency, fan_out, services, process, master, start, launch, bags, codec)
     return [row for group in groups for row in group()]
