@@ -15,6 +15,7 @@ from pyros1.bag.edit import Choice
 from pyros1.bag.reader import RawMessage
 from pyros1.cli.bag_choice import add_choice, choice_of
 from pyros1.cli.bag_export_files import whole_or_nothing
+from pyros1.cli.bag_files import different
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
 from pyros1.cli.progress import Progress
 from pyros1.errors import MessageError
@@ -53,11 +54,16 @@ def export(invocation: Invocation) -> int:
         parser.error("You must specify at least one bag file.")
     kind = _format(parser, options)
     target = options.output or os.path.splitext(paths[0])[0] + FORMATS[kind]
+    for path in paths:
+        different(path, target)
     with ExitStack() as stack:
         bags = [stack.enter_context(Bag(path, unindexed=False)) for path in paths]
         first = min(bags, key=lambda bag: bag.reader.start or sys.maxsize)
         run = _Export(bags, choice_of(options, first.reader), images=kind in ("images", "video"))
-        part = target if target == _STDOUT else stack.enter_context(whole_or_nothing(target, force=bool(options.force)))
+        part = target
+        if target != _STDOUT:
+            folder = kind in ("csv", "images", "video", "ros2") and _extension(target) not in _EXTENSIONS
+            part = stack.enter_context(whole_or_nothing(target, folder=folder, force=bool(options.force)))
         writer = _writer(kind, part, run.topics, options)
         stack.callback(writer.abort)
         progress = stack.enter_context(Progress(target, run.size, quiet=options.quiet or target == _STDOUT))
@@ -103,7 +109,7 @@ def _parser(invocation: Invocation) -> OptionParser:
 
 def _format(parser: OptionParser, options: Values) -> str:
     output = options.output
-    guess = _EXTENSIONS.get(os.path.splitext(output)[1].lower()) if output else None
+    guess = _EXTENSIONS.get(_extension(output)) if output else None
     if options.format is None and guess is None:
         parser.error("You must specify --format, or an output whose name says it: NAME.csv, .jsonl, .mcap, .mp4")
     kind = str(options.format or guess)
@@ -112,6 +118,10 @@ def _format(parser: OptionParser, options: Values) -> str:
     if output == _STDOUT and kind not in ("csv", "jsonl"):
         parser.error(f"--format {kind} needs a file or folder as output")
     return kind
+
+
+def _extension(path: str) -> str:
+    return os.path.splitext(path)[1].lower()
 
 
 def _writer(kind: str, part: str, topics: list[str], options: Values) -> Any:
@@ -141,7 +151,7 @@ def _writer(kind: str, part: str, topics: list[str], options: Values) -> Any:
 def _video_path(part: str, topics: list[str]) -> Callable[[str], str]:
     from pyros1.bag.export.topic_names import FileNames  # noqa: PLC0415
 
-    if os.path.splitext(part)[1].lower() in _EXTENSIONS:
+    if _extension(part) in _EXTENSIONS:
         if len(topics) > 1:
             raise CommandError(
                 f"a video shows one topic, and {len(topics)} are chosen: name one with --topics, or a folder as output"

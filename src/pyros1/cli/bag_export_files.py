@@ -13,20 +13,25 @@ from pyros1.cli.common import CommandError
 
 
 @contextmanager
-def whole_or_nothing(target: str, *, force: bool) -> Iterator[str]:
+def whole_or_nothing(target: str, *, folder: bool, force: bool) -> Iterator[str]:
     """Give the name of a file or folder to make, which becomes `target` if all goes well, and vanishes if not.
 
     A folder that is there already gets what was made: files of the same names are replaced, others stay.
 
     Args:
         target: what to make.
+        folder: it is a folder.
         force: it may be there already; an empty folder always may.
 
     Raises:
-        CommandError: it is there, there is no folder for it, or a signal told the command to end.
+        CommandError: it is there, or something else is; there is no folder for it, or a signal told the command to end.
     """
     target = os.path.normpath(target)
-    if os.path.lexists(target) and not force and not (os.path.isdir(target) and not os.listdir(target)):
+    if os.path.isdir(target) and not folder:
+        raise CommandError(f"{target} is a folder, and a file is to be written")
+    if os.path.lexists(target) and not os.path.isdir(target) and folder:
+        raise CommandError(f"{target} is a file, and a folder is to be written")
+    if os.path.lexists(target) and not force and not (folder and not os.listdir(target)):
         raise CommandError(f"{target} is there already; -f replaces it")
     parent = os.path.dirname(target)
     if parent and not os.path.isdir(parent):

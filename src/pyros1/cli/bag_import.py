@@ -8,6 +8,7 @@ import sys
 
 from pyros1.cli.bag_edit import add_compression
 from pyros1.cli.bag_export_files import whole_or_nothing
+from pyros1.cli.bag_files import different
 from pyros1.cli.common import CommandError, Invocation
 from pyros1.cli.progress import Progress
 
@@ -32,6 +33,7 @@ def import_(invocation: Invocation) -> None:
         parser.error("You must specify one ROS 2 bag.")
     source = os.path.normpath(args[0])
     target = options.output or os.path.splitext(source)[0] + ".bag"
+    different(source, target)
     patterns = [word.lstrip("/") for text in options.topics for word in text.split(",") if word]
 
     def wanted(topic: str) -> bool:
@@ -40,7 +42,7 @@ def import_(invocation: Invocation) -> None:
     from pyros1.bag.export.from_ros2 import import_bag  # noqa: PLC0415 - `bag import -h` needs no rosbags
 
     with (
-        whole_or_nothing(target, force=bool(options.force)) as part,
+        whole_or_nothing(target, folder=False, force=bool(options.force)) as part,
         Progress(target, _size(source), quiet=options.quiet) as progress,
     ):
         done = import_bag(source, part, compression=options.compression, wanted=wanted, progress=progress)
