@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-import sys
 import xml.etree.ElementTree
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -16,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from harness import SOURCE, ForkedTools, Master, our_tools, stock_tools
+from harness import INTEROP, ForkedTools, Master, our_tools, stock_tools
+from named_tools import named_tool
 
 import pyros1
 
@@ -109,15 +109,6 @@ def serve(node: pyros1.Node, original: str, space: str) -> None:
     node.advertise_service(f"{space}/set_parameters", "dynamic_reconfigure/Reconfigure", change)
 
 
-def tool(folder: Path, name: str, *words: str) -> Path:
-    """A program of ours under the stock tool's name."""
-    path = folder / name
-    code = f"import sys; sys.path.insert(0, {str(SOURCE)!r}); from pyros1.cli.main import entry\n"
-    path.write_text(f"#!{sys.executable}\n{code}sys.exit(entry(['pyros1', *{list(words)!r}, *sys.argv[1:]]))\n")
-    path.chmod(0o755)
-    return path
-
-
 def ask(tools: ForkedTools, words: list[str], environ: dict[str, str]) -> tuple[int, str, bool]:
     """Exit code, output, and whether it complained."""
     code, out, err = tools.ask(words, environ)
@@ -129,7 +120,7 @@ def ask(tools: ForkedTools, words: list[str], environ: dict[str, str]) -> tuple[
 @pytest.mark.parametrize(("server", "lines"), [("/theirs", COMMANDS), ("/mine", SHORT)], ids=["stock", "ours"])
 def test_dynparam_l200(master: Master, nodes: None, tmp_path: Path, server: str, lines: list[str]) -> None:
     """One command after the other, by either tool; a node that is not there is a traceback in stock."""
-    ours = tool(tmp_path, "dynparam", "dynparam")
+    ours = named_tool(tmp_path, "dynparam")
     (tmp_path / "plain.yaml").write_text("int_: 2\n---\n{str_: 'plain', double_: 3}\n")
 
     def talk(program: str, node: str) -> list[object]:
@@ -144,14 +135,14 @@ def test_dynparam_l200(master: Master, nodes: None, tmp_path: Path, server: str,
         return [*answers, file.read_text()]
 
     with ThreadPoolExecutor(2) as pool:
-        stock, mine = pool.map(talk, [DYNPARAM, str(ours)], [f"{server}/a", f"{server}/b"])
+        stock, mine = pool.map(talk, [DYNPARAM, ours], [f"{server}/a", f"{server}/b"])
     for theirs, answer in zip(stock, mine, strict=True):
         assert answer == theirs
 
 
 def test_what_was_dumped_is_loaded_l200(master: Master, nodes: None, tmp_path: Path) -> None:
     """Stock's server in Python fails at any group, and so does stock's load; only ours leaves out what is as wanted."""
-    ours, file = str(tool(tmp_path, "dynparam", "dynparam")), str(tmp_path / "file.yaml")
+    ours, file = named_tool(tmp_path, "dynparam"), str(tmp_path / "file.yaml")
     for program, tools in ((DYNPARAM, stock_tools()), (ours, our_tools())):
         assert ask(tools, [program, "dump", "/theirs/a", file], master.environ()) == (0, "", False)
         assert ask(our_tools(), [ours, "load", "/theirs/a", file], master.environ()) == (0, "", False)
@@ -159,7 +150,7 @@ def test_what_was_dumped_is_loaded_l200(master: Master, nodes: None, tmp_path: P
 
 def test_lists_of_dynparam_l200(master: Master, nodes: None, tmp_path: Path) -> None:
     theirs = ask(stock_tools(), [DYNPARAM, "list"], master.environ())
-    assert ask(our_tools(), [str(tool(tmp_path, "dynparam", "dynparam")), "list"], master.environ()) == theirs
+    assert ask(our_tools(), [named_tool(tmp_path, "dynparam"), "list"], master.environ()) == theirs
     assert theirs[1].split() == ["/mine/a", "/mine/b", "/theirs/a", "/theirs/b"]
 
 
@@ -214,9 +205,9 @@ def test_rosunit_l181(tmp_path: Path, line: str) -> None:
     (package / "test" / "unit.test").write_text(UNIT)
     (package / "test" / "unit.test").chmod(0o755)
     (package / "test" / "plain").write_text("not a program")
-    ours = tool(tmp_path, "rosunit", "unit")
+    ours = named_tool(tmp_path, "rosunit")
     seen = {}
-    for who, program in {"stock": "/usr/bin/rosunit", "ours": str(ours)}.items():
+    for who, program in {"stock": "/usr/bin/rosunit", "ours": ours}.items():
         home = tmp_path / who
         home.mkdir()
         environ = {**os.environ, "ROS_HOME": str(home), "PATH": f"/usr/bin:{os.environ['PATH']}", "PYTHONPATH": ""}
@@ -247,3 +238,22 @@ def xml_counts(path: Path) -> list[tuple[str | None, str | None, list[str]]]:
     return [
         (case.get("classname"), case.get("name"), sorted(child.tag for child in case)) for case in root.iter("testcase")
     ]
+
+
+# The table ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("first", range(1, 213, 53))
+def test_every_command_has_its_row(first: int) -> None:
+    """And the tests that it names are there; without one stands only what cannot be, or is no command line."""
+    table = (INTEROP / "commands.md").read_text(encoding="utf-8")
+    for number in range(first, first + 53):
+        row = re.search(rf"^\| L{number:02} \| [^|]+ \| ([^|]+) \| (.+) \|$", table, re.MULTILINE)
+        assert row, f"commands.md has no row for L{number:02}"
+        places = re.findall(r"`([^`]+)`", row[2])
+        assert places or re.search("Qt|wx|cannot be", row[1]), row[0]
+        for place in places:
+            file, _, name = place.partition("::")
+            path = INTEROP.parent / file
+            assert path.is_file(), f"{row[0]}: there is no {file}"
+            assert not name or f"def {name}(" in path.read_text(encoding="utf-8"), f"{row[0]}: no {name} in {file}"
