@@ -113,7 +113,7 @@ def ask(tools: ForkedTools, words: list[str], environ: dict[str, str]) -> tuple[
     """Exit code, output, and whether it complained."""
     code, out, err = tools.ask(words, environ)
     # Stock says the one where rosdep is installed but was never set up, ours the other.
-    err = re.sub(r"^(the rosdep view is empty: |dynparam(?: \(did you mean|: )).*\n", "", err)
+    err = re.sub(r"^(the rosdep view is empty: |dynparam: ).*\n", "", err)
     return code, out, bool(err)
 
 

@@ -32,6 +32,8 @@ from pyros1.cli.dynparam_values import (
     read_file_text,
     request,
 )
+from pyros1.errors import NodeShutdownError
+from pyros1.msgs.packages import PackageIndex
 
 Run = Callable[..., tuple[int, str, str]]
 SIZES = "{'enum': [{'name': 'Small', 'type': 'int', 'value': 0}, {'name': 'Large', 'type': 'int', 'value': 2}]}"
@@ -146,9 +148,14 @@ def test_private_parameters_are_taken(run: Run, camera: Any) -> None:
     assert (code, out) == (1, "") and "no parameters found on parameter server" in err
 
 
+def test_launch_files_find_it_without_ros() -> None:
+    (path,) = PackageIndex({}, installs=[]).find_executable("dynamic_reconfigure", "dynparam")
+    assert "pyros1" in path.read_text()
+
+
 def test_what_is_wrong_is_said_and_nothing_set(run: Run, camera: list[Config], tmp_path: Path) -> None:
     text = "error updating parameters: don't know parameter: gian\n"
-    assert run("set", "/camera", "gian", "1") == (1, text, "pyros1 dynparam (did you mean 'gain'?)\n")
+    assert run("set", "/camera", "gian", "1") == (1, text, "pyros1 dynparam: did you mean 'gain'?\n")
     for value in ("big", "1.5", "3000000000"):
         assert run("set", "/camera", "size", value)[:2][1].startswith("error updating parameters: can't set parameter")
     assert "neither true nor false" in run("set", "/camera", "on", "ture")[1]
@@ -167,6 +174,18 @@ def test_a_node_that_is_not_there(run: Run, camera: Any) -> None:
     code, out, err = run("get", "-t", "0.1", "/camrea")
     assert (code, out) == (1, "") and "did you mean '/camera'?" in err
     assert run("set", "-t", "0.1", "/nowhere", "a", "1")[:2] == (1, "couldn't set parameters at node /nowhere\n")
+
+
+def test_ctrl_c_ends_the_waiting_quietly_l04(
+    run: Run, camera: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(server: dynparam.Server) -> None:
+        raise NodeShutdownError("stopped")
+
+    monkeypatch.setattr(dynparam.Server, "_description", stopped)
+    for words in (["get", "/camera"], ["set", "/camera", "gain", "1"], ["set_from_parameters", "/camera", "_gain:=1"]):
+        assert run(*words) == (0, "", "")
+    assert run("dump", "/camera", str(tmp_path / "file")) == (0, "", "") and not (tmp_path / "file").exists()
 
 
 def test_a_node_that_describes_nothing(run: Run, make_node: Callable[..., Any], tmp_path: Path) -> None:

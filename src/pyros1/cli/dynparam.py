@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, guard_negatives, print_json, run, unguard
 from pyros1.cli.usage import examples_text
-from pyros1.errors import NodeShutdownError, ParameterNotSetError, ServiceError, WaitTimeoutError
+from pyros1.errors import ParameterNotSetError, ServiceError, WaitTimeoutError
 
 if TYPE_CHECKING:
     from optparse import OptionParser
@@ -59,19 +59,7 @@ def main(argv: list[str]) -> int:
         "load": load,
         "dump": dump,
     }
-    return run("dynparam", argv, {word: _until_stopped(verb) for word, verb in verbs.items()}, usage, usage_code=1)
-
-
-def _until_stopped(verb: _Verb) -> _Verb:
-    """The verb, ended quietly by Ctrl-C while it waits (L04)."""
-
-    def stoppable(invocation: Invocation) -> int | None:
-        try:
-            return verb(invocation)
-        except NodeShutdownError:
-            return 0
-
-    return stoppable
+    return run("dynparam", argv, verbs, usage, usage_code=1)
 
 
 # Command lines --------------------------------------------------------------------------------------------------------
@@ -130,7 +118,8 @@ def _known(invocation: Invocation) -> list[str]:
 def get(invocation: Invocation) -> None:
     """``dynparam get NODE``: as Python writes a dictionary, which is also YAML."""
     options, (name,), _ = _parse(invocation, "node", "a node name", json=True)
-    with invocation.open_node() as node:
+    values = None
+    with invocation.open_node() as node:  # which ends quietly, and with it this block, when Ctrl-C ends the waiting
         values = Server(invocation, node, name, options.timeout).configuration()
     if values is None:
         return
@@ -145,16 +134,22 @@ def dump(invocation: Invocation) -> int:
     from pyros1.cli.dynparam_values import file_text  # noqa: PLC0415
 
     options, (name, path), _ = _parse(invocation, "node file", "a node name", "an output file")
+    code = 0
     with invocation.open_node() as node:
         values = Server(invocation, node, name, options.timeout).configuration()
-    if values is None:
-        return _refuse(invocation, f"couldn't get parameters from node {name}")
+        if values is None:
+            code = _refuse(invocation, f"couldn't get parameters from node {name}")
+        else:
+            _write(path, file_text(values))
+    return code
+
+
+def _write(path: str, text: str) -> None:
     try:
         with open(path, "w", encoding="utf-8") as file:
-            file.write(file_text(values))
+            file.write(text)
     except OSError as error:
         raise CommandError(f"cannot write [{path}]: {error.strerror}") from None
-    return 0
 
 
 def set_values(invocation: Invocation) -> int:
@@ -189,6 +184,7 @@ def load(invocation: Invocation) -> int:
 def set_from_parameters(invocation: Invocation) -> int:
     """``dynparam set_from_parameters NODE``: the values are private parameters of this command's node."""
     options, (name,), _ = _parse(invocation, "node [_parameter:=value ...]", "a node name")
+    code = 0
     with invocation.open_node() as node:
         try:
             values = node.params["~"]
@@ -203,6 +199,7 @@ def set_from_parameters(invocation: Invocation) -> int:
 
 
 def _set(invocation: Invocation, name: str, values: dict[str, Any], timeout: float | None) -> int:
+    code = 0
     with invocation.open_node() as node:
         code = _apply(invocation, node, name, values, timeout)
     return code
@@ -216,7 +213,7 @@ def _apply(invocation: Invocation, node: Node, name: str, values: dict[str, Any]
     except ParameterError as error:
         return _refuse(invocation, f"error updating parameters: {error}", error.hint)
     except WaitTimeoutError as error:
-        return _refuse(invocation, f"couldn't set parameters at node {name}", f": {error}")
+        return _refuse(invocation, f"couldn't set parameters at node {name}", str(error))
     return 0
 
 
@@ -224,7 +221,7 @@ def _refuse(invocation: Invocation, text: str, hint: str = "") -> int:
     """Say why nothing was done, where the stock tool says it; what it would not say goes to stderr."""
     print(text, flush=True)
     if hint:
-        print(f"{invocation.program}{hint}", file=sys.stderr)
+        print(f"{invocation.program}: {hint.strip(' ()')}", file=sys.stderr)
     return _failed(invocation)
 
 
