@@ -87,6 +87,9 @@ def test_csv_writes_fields_as_stock_does(run: Run, tmp_path: Path) -> None:
         '0,1,1,0,-1,a,"b,-999999995,0.10000000149011612,0,0\n'
     )
     assert (tmp_path / "x_csv" / "none.csv").read_text() == "%time,\n1000000000,\n"
+    for name in ("k", "none"):
+        _, echoed, _ = run("echo", "-b", "x.bag", "-p", f"/{name}", main=topic.main)
+        assert (tmp_path / "x_csv" / f"{name}.csv").read_text() == echoed
     assert run("export", "x.bag", "-o", "-", "--format", "csv", "--topics", "/k", "--noarr", "--nostr")[1] == (
         "%time,field.b,field.d,field.f\n0,1,-999999995,0.10000000149011612\n"
     )
@@ -302,6 +305,14 @@ def test_what_goes_to_ros_2_comes_back(run: Run, tmp_path: Path, output: str, mo
         definition = {connection.type: connection.definition for connection in bag.connections}
     assert sums == {type(message)._type: type(message)._md5sum for message in (own, info, mark)}
     assert definition["sensor_msgs/CameraInfo"] == type(info)._full_text
+
+
+def test_constants_that_rosbags_cannot_read_do_no_harm(run: Run, tmp_path: Path) -> None:
+    write_bag(tmp_path / "x.bag", ("/own", from_definition("my_msgs/Own", "string EMPTY=\r\nint8 x\r\n")(x=5)))
+    assert run("export", "x.bag", "-o", "x.mcap") == (0, "x.mcap: 1 messages of 1 topic\n", "")
+    assert run("import", "x.mcap", "-o", "y.bag")[0] == 0
+    with pyros1.bag.open("y.bag") as bag:
+        assert [item.message.x for item in bag.messages()] == [5]
 
 
 def test_import_takes_topics_and_compression(run: Run, make_bag: Make, tmp_path: Path) -> None:

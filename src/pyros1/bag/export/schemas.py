@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
@@ -9,8 +10,10 @@ from typing import Any
 from rosbags.convert.converter import STATIC_MSGTYPE_RENAMES, is_same_wireformat, migrate_bytes
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import Typesdict
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+
+_CONSTANT = re.compile(r"^[ \t]*\w+[ \t]+\w+[ \t]*=.*$", re.MULTILINE)
 
 Convert = Callable[[bytes], memoryview]
 
@@ -37,7 +40,12 @@ def parsed(type_name: str, definition: str) -> Typesdict:
     Raises:
         TypesysError: rosbags cannot read it.
     """
-    return get_types_from_msg(definition.replace("\r\n", "\n"), ros2_name(type_name))
+    text = definition.replace("\r\n", "\n")
+    try:
+        return get_types_from_msg(text, ros2_name(type_name))
+    except TypesysError:
+        # It cannot read every constant, and no message carries one.
+        return get_types_from_msg(_CONSTANT.sub("", text), ros2_name(type_name))
 
 
 def empty_store() -> Typestore:
