@@ -5,7 +5,7 @@ One thread does it all: it sleeps until the next message or tick of /clock is du
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from math import inf
 from time import perf_counter
@@ -115,7 +115,9 @@ class Player:
         self._pausing: set[str] = {topic.lstrip("/") for topic in options.pause_topics}
         self._clock_class: Any = load_message("rosgraph_msgs/Clock")
         self._clock: Any = node.advertise("clock", self._clock_class, queue_size=1)
-        self._begin = self._length = 0
+        self._begin, self._length = bags.start, bags.end - bags.start
+        self._latched: list[Played] = []
+        self._ahead: ReadAhead | None = None
         self._last: int | None = None
         for number, connection in bags.connections():
             self._advertise(number, connection)
@@ -163,6 +165,22 @@ class Player:
 
     # Playing ----------------------------------------------------------------------------------------------------------
 
+    def read_ahead(self) -> None:
+        """Begin to read, so that nothing has to be waited for when playing begins. `run` does it if it was not done.
+
+        Raises:
+            BagError: a chunk of a bag cannot be read.
+            OSError: a file cannot be read.
+        """
+        if self._options.start > 0:  # first, for only one thread may read a file
+            self._latched = self._bags.latched_before(self._begin + int(self._options.start * NS))
+        self._ahead = ReadAhead(self._messages())
+
+    def _messages(self) -> Iterator[Played]:
+        start = self._begin + int(self._options.start * NS)
+        duration = self._options.duration
+        return self._bags.messages(start, MAX_TIME if duration is None else start + int(duration * NS))
+
     def run(self) -> int:
         """Play, to the end or until the user wants no more.
 
@@ -173,26 +191,28 @@ class Player:
             BagError: a chunk of a bag cannot be read.
             OSError: a file cannot be read.
         """
-        options, bags = self._options, self._bags
-        start = bags.start + int(options.start * NS)
-        end = MAX_TIME if options.duration is None else start + int(options.duration * NS)
-        self._begin, self._length = bags.start, bags.end - bags.start
         played = 0
-        while not self._control.ended:
-            if options.start > 0:
-                for one in bags.latched_before(start):
+        if self._ahead is None:
+            self.read_ahead()
+        try:
+            while not self._control.ended:
+                for one in self._latched:
                     self._publish(one)
-            count = self._play(start, end)
-            played += count
-            if not options.loop or not count:
-                break
+                count = self._play()
+                played += count
+                if not self._options.loop or not count:
+                    break
+        finally:
+            if self._ahead is not None:
+                self._ahead.close()
         return played
 
-    def _play(self, start: int, end: int) -> int:
+    def _play(self) -> int:
         """Play once; returns the number of messages."""
         count, control = 0, self._control
         self._last = None
-        with ReadAhead(self._bags.messages(start, end)) as source:
+        ahead, self._ahead = self._ahead, None
+        with ahead or ReadAhead(self._messages()) as source:
             while not control.ended:
                 batch = source.take(_PATIENCE)
                 if batch is None:

@@ -83,6 +83,7 @@ def _play(node: Node, bags: Bags, options: Values, control: Control) -> int:
     node.advertise_service("~pause_playback", "std_srvs/SetBool", lambda request: _pause(control, request.data))
     if options.rate_control_topic:
         _control_rate(node, player, options.rate_control_topic)
+    player.read_ahead()
     if options.delay:
         _tell(options, f"\nWaiting {options.delay:g} seconds after advertising topics...", end="")
         _sleep(control, options.delay)
