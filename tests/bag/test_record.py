@@ -223,6 +223,24 @@ def test_the_clock_may_leap_and_begin_anew(tmp_path: Path, make_node: Any, monke
     assert [numbers(path) for path in recorder.report.files] == [[0.0], [2.0, 1.0], [3.0]]
 
 
+def test_a_split_that_cannot_be_opened_ends_the_recording_and_all_is_counted(
+    tmp_path: Path, make_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "r_1.bag").mkdir()
+    publisher = make_node("talker").advertise("t", String, queue_size=0)
+    recorder = Recorder(make_node("record"), options(tmp_path, split=True, max_size=100_000))
+    recorder.subscribe("/t")
+    assert publisher.wait_for_subscribers(timeout=DEADLINE)
+    while recorder.error is None:
+        publisher.publish("x" * 10_000)
+        time.sleep(0.001)
+    recorder.close()
+    assert isinstance(recorder.error, IsADirectoryError)
+    topic = recorder.topics["/t"]
+    with BagReader(tmp_path / "r_0.bag") as bag:
+        assert topic.written == bag.count() > 0 and topic.dropped > 0
+
+
 def test_limit_per_topic(start: Any, make_node: Any, tmp_path: Path) -> None:
     talker = make_node("talker")
     publishers = [talker.advertise(name, Float64) for name in ("a", "b")]
@@ -292,6 +310,7 @@ def test_topics_of_a_node_and_by_expression(start: Any, make_node: Any, tmp_path
         (["-e", "("], 1, "not a regular expression"),
         (["-a", "-l", "3"], 1, "limit"),
         (["-O", "nowhere/x", "t"], 1, "nowhere/x.bag.active"),
+        (["--snapshot", "--snapshot-size", "nan", "t"], 2, "must be a number"),
         (["/"], 1, "'/' is not the name of a topic"),
         (["--min-space", "1000T", "t"], 1, "min-space"),
     ],

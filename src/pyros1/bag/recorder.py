@@ -205,15 +205,15 @@ class Recorder:
 
     def _write_batch(self, batch: list[tuple[Source, int, bytes]]) -> bool:
         """Write messages; return False at a limit."""
-        for index, (source, stamp, data) in enumerate(batch):
-            if not self._within_limits(stamp):
-                self._unwritten = batch[index:]
-                return False
-            try:
+        done = 0
+        try:
+            for source, stamp, data in batch:
+                if not self._within_limits(stamp):
+                    return False
+                done += 1  # if it cannot be written, the file counts it
                 self._write(source, stamp, data)
-            except OSError:
-                self._unwritten = batch[index + 1 :]
-                raise
+        finally:
+            self._unwritten = batch[done:]
         return True
 
     def _write(self, source: Source, stamp: int, data: bytes) -> None:

@@ -176,8 +176,8 @@ def _settings(parser: OptionParser, options: Values) -> RecordOptions:
     if options.split and not options.size and not duration:
         parser.error("Split specified without giving a maximum duration or size")
     for name in ("size", "max_splits", "buffsize", "chunksize", "limit", "snapshot_duration", "snapshot_size"):
-        if (getattr(options, name) or 0) < 0:
-            parser.error(f"--{name.replace('_', '-')} must not be negative")
+        if not 0 <= (getattr(options, name) or 0) < float("inf"):
+            parser.error(f"--{name.replace('_', '-')} must be a number, and not negative")
     if options.bz2 and options.lz4:
         parser.error("choose one of --bz2 and --lz4")
     name = options.output_name
