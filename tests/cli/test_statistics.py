@@ -52,6 +52,15 @@ def test_bw_lines_scale_by_thousands() -> None:
     assert meter.lines(2.0) == "average: 2.00MB/s\n\tmean: 2.00MB min: 1.00MB max: 3.00MB window: 2"
 
 
+def test_bandwidth_of_bursts_is_that_of_a_second() -> None:
+    told, meter = BandwidthMeter(100), BandwidthMeter()
+    for number in range(3000):  # 1000 messages at once, each second
+        for each in (told, meter):
+            each.arrived(float(number // 1000), 10)
+    assert str(meter.lines(3.0)).startswith("average: 10.00KB/s\n") and str(meter.lines(3.0)).endswith("window: 2000")
+    assert str(told.lines(3.0)).startswith("average: 1.00KB/s\n")
+
+
 def test_delay_lines() -> None:
     meter = DelayMeter()
     assert meter.lines() is None

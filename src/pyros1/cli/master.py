@@ -52,14 +52,14 @@ def main(argv: list[str]) -> int:
         print(_BANNER)
     ended = Event()
     try:
-        uri = master_uri(os.environ, special)
-        port = options.port or parse_uri(uri)[1]
+        port = options.port or parse_uri(master_uri(os.environ, special))[1]
+        address = host_from_environment(os.environ, special)
         folder = Path(special["__log"]).parent if "__log" in special else log_folder(os.environ)
         folder.mkdir(parents=True, exist_ok=True)
         core = Core(
             port=port,
-            address=host_from_environment(os.environ, special),
-            uri=uri,
+            address=address,
+            uri=f"http://{address.advertised}:{port}/",
             log_folder=folder,
             environ=os.environ,
             on_shutdown=lambda reason: ended.set(),
@@ -70,7 +70,8 @@ def main(argv: list[str]) -> int:
     except (Error, OSError) as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM):  # SIGINT, too: shells let what runs in the background ignore it
+        signal.signal(number, signal.default_int_handler)
     try:
         ended.wait()
     except KeyboardInterrupt:

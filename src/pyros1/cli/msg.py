@@ -185,7 +185,10 @@ def _parse(invocation: Invocation, arguments: str, single_line: str | None = Non
     if single_line is not None:
         parser.add_option("-s", dest="single_line", action="store_true", default=False, help=single_line)
     invocation.add_json(parser, "print a JSON list")
-    return parser.parse_args(invocation.args)
+    options, args = parser.parse_args(invocation.args)
+    if arguments and len(args) > 1:
+        parser.error(f"you may only specify one {_kind(invocation).word} type")  # stock's words, though it is a package
+    return options, args
 
 
 def _print(names: list[str], as_json: bool) -> None:
@@ -208,6 +211,8 @@ def _from_stdin() -> str:
 
 
 def _type_argument(parser: OptionParser, args: list[str], kind: Kind) -> str:
+    if len(args) > 1:
+        parser.error(f"you may only specify one {kind.word} type")
     name = args[0] if args else _from_stdin()
     if "::" in name:
         parser.error(

@@ -60,7 +60,9 @@ def main(argv: list[str]) -> int:
     options = _Options(argv)
     if options.usage:
         program = program_name("rosrun")
-        print(USAGE.replace("%prog", program), examples_text(program, EXAMPLES), sep="\n", end="")
+        print(USAGE.replace("%prog", program))
+        if program != "rosrun":
+            print(examples_text(program, EXAMPLES), end="")
         return 0
     package, name, *arguments = options.words
     if name.endswith("/"):

@@ -11,7 +11,9 @@ HZ_WINDOW = 50_000
 """Most messages in the window of ``hz`` and ``delay`` unless told."""
 
 BW_WINDOW = 100
-"""Most messages in the window of ``bw`` unless told."""
+"""Messages in the window of ``bw`` unless told, or as many as came within `BW_SECONDS`, if these are more."""
+
+BW_SECONDS = 1.0
 
 
 class Summary(NamedTuple):
@@ -96,16 +98,20 @@ class BandwidthMeter:
     """The bandwidth of one topic.
 
     Args:
-        window: most messages that count; -1 or less: `BW_WINDOW`.
+        window: most messages that count; -1 or less: those of the last second, but at least `BW_WINDOW`. A hundred of
+            a quick topic may have come in a single burst.
     """
 
     def __init__(self, window: int = -1) -> None:
-        size = BW_WINDOW if window < 0 else max(1, window)
-        self._entries: deque[tuple[float, int]] = deque(maxlen=size)
+        self._least = BW_WINDOW if window < 0 else 0
+        self._entries: deque[tuple[float, int]] = deque(maxlen=HZ_WINDOW if window < 0 else max(1, window))
 
     def arrived(self, now: float, size: int) -> None:
         """Count a message of ``size`` bytes; ``now`` in seconds."""
-        self._entries.append((now, size))
+        entries = self._entries
+        entries.append((now, size))
+        while self._least and len(entries) > self._least and entries[0][0] < now - BW_SECONDS:
+            entries.popleft()
 
     def lines(self, now: float) -> str | None:
         """What ``bw`` prints; None without two messages."""
