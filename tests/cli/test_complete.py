@@ -14,6 +14,8 @@ from pyros1.cli.complete_words import VERBS
 from pyros1.cli.main import COMMANDS
 from pyros1.cli.setup_names import stock_names
 from pyros1.master import Master
+from pyros1.msgs import load_message
+from pyros1.tf import StaticTransformBroadcaster
 
 
 @pytest.fixture(autouse=True)
@@ -149,3 +151,15 @@ def test_tables_name_real_commands() -> None:
     stock = "roscore roslaunch rosrun rostopic rosnode rosservice rosparam rosmsg rossrv rosmsg-proto rosbag rosversion"
     stock += " roswtf rosclean rosgraph rosconsole rostest rospack rosstack catkin_create_pkg rosed roscp rosls"
     assert {*stock.split()} <= {*stock_names()}
+
+
+def test_frames(capsys: pytest.CaptureFixture[str], master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    assert offered(capsys, "pyros1 tf echo ma") == []
+    with pyros1.Node("frames", master_uri=master.uri, argv=[], rosout=False) as node:
+        transform = load_message("geometry_msgs/TransformStamped")()
+        transform.header.frame_id, transform.child_frame_id = "map", "base_link"  # type: ignore[attr-defined]
+        transform.transform.rotation.w = 1.0  # type: ignore[attr-defined]
+        StaticTransformBroadcaster(node).send_transform(transform)
+        assert offered(capsys, "pyros1 tf echo ma") == ["map"]
+        assert offered(capsys, "pyros1 tf monitor map ") == ["base_link", "map"]

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from pyros1.cli.complete import Line
     from pyros1.net.master_client import MasterClient
 
+_LISTEN = 0.25
+"""Seconds of listening for frames."""
+
 
 @contextmanager
 def _master() -> Iterator[MasterClient]:
@@ -84,6 +87,24 @@ def _topic_type(line: Line) -> list[str]:
     name = line.given[0]
     known_type = known.get(name if name.startswith("/") else "/" + name)
     return [known_type] if known_type and known_type != "*" else _types(line, "msg")
+
+
+def _frames(_: Line) -> list[str]:
+    """Frames that are heard of at once: all static ones, and those that are sent often."""
+    from time import sleep  # noqa: PLC0415
+
+    with _master() as master:
+        if not {topic for topic, _ in master.get_system_state()[0]} & {"/tf", "/tf_static"}:
+            return []
+        from pyros1.node import Node  # noqa: PLC0415 - no frames need no node
+        from pyros1.tf.buffer import Buffer  # noqa: PLC0415
+        from pyros1.tf.listener import TransformListener  # noqa: PLC0415
+
+        buffer = Buffer()
+        with Node("complete", anonymous=True, rosout=False, handle_signals=False, log_level="fatal") as node:
+            TransformListener(node, buffer)
+            sleep(_LISTEN)
+        return sorted(buffer.frames())
 
 
 # What is installed ----------------------------------------------------------------------------------------------------
@@ -225,6 +246,7 @@ KINDS: dict[str, Callable[[Line], list[str]]] = {
     "configurable": _configurable,
     "executable": _executables,
     "file": _files,
+    "frame": _frames,
     "launch_arg": _launch_args,
     "launch_file": _launch_files,
     "machine": _machines,

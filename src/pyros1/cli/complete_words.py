@@ -17,6 +17,7 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
         "hz": _TOPICS,
         "info": ("topic",),
         "list": ("namespace",),
+        "plot": _TOPICS,
         "pub": ("topic", "topic_type", "message_text"),
         "type": ("topic",),
     },
@@ -31,6 +32,7 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
         "start": _NODES,
         "status": _NODES,
         "stop": _NODES,
+        "tree": ("namespace",),
     },
     "service": {
         "args": ("service",),
@@ -109,6 +111,14 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
         **dict.fromkeys(("get", "set", "set_from_parameters"), ("configurable",)),
         **dict.fromkeys(("dump", "load"), ("configurable", "file")),
         "list": (),
+    },
+    "tf": {
+        "echo": ("frame", "frame"),
+        "monitor": ("frame", "frame"),
+        "remap": (),
+        "static_transform_publisher": ("",) * 6 + ("frame", "frame"),
+        "tree": (),
+        "view_frames": (),
     },
     "topic_tools": {
         "demux": ("topic+",),
