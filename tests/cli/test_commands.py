@@ -224,6 +224,19 @@ def test_echo_writes_json_that_pub_reads(run: Any, make_node: Callable[..., Any]
     assert json.loads(run("topic", "echo", "--json", "-n", "1", "/state/position[0]")[1]) == 1.5
 
 
+def test_pub_takes_the_lines_of_its_topic_from_an_export(run: Any, make_node: Any, tmp_path: Any) -> None:
+    words = [("/said", "one"), ("/other", "two"), ("/said", "three")]
+    lines = [{"topic": topic, "type": "std_msgs/String", "time": 1.0, "message": {"data": it}} for topic, it in words]
+    file = tmp_path / "export.jsonl"
+    file.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    got: queue.Queue[Any] = queue.Queue()
+    make_node("listener", rosout=False).subscribe("said", "std_msgs/String", got.put)
+    assert run("topic", "pub", "-r", "50", "-f", str(file), "/said", "std_msgs/String")[0] == 0
+    assert [got.get(timeout=10).data for _ in range(2)] == ["one", "three"]
+    code, _, error = run("topic", "pub", "-f", str(file), "/nobody", "std_msgs/String")
+    assert code != 0 and "no line is of /nobody; there are: /other, /said" in error
+
+
 def test_minus_one_is_an_option_or_a_number(run: Any, make_node: Callable[..., Any]) -> None:
     got: queue.Queue[Any] = queue.Queue()
     listener = make_node("listener", rosout=False)

@@ -25,6 +25,9 @@ _SUBSCRIBER_PATIENCE = 5.0
 """Seconds that messages from a file or stdin wait for the first subscriber."""
 
 _DEFAULT_RATE = 10.0
+
+_EXPORTED = {"topic", "type", "time", "message"}
+"""Fields of a line that ``bag export --format jsonl`` wrote."""
 _NUMBERS = frozenset(f"{kind}{bits}" for kind in ("int", "uint", "float") for bits in (8, 16, 32, 64))
 
 
@@ -42,7 +45,8 @@ def pub(invocation: Invocation) -> None:
         publisher = node.advertise(name, message_class, queue_size=100, latch=latch)
         run = _Publishing(invocation, node, publisher, message_class, options)
         if not from_arguments:
-            run.stream(_documents(options.file), rate or _DEFAULT_RATE, keep_first=bool(options.latch) and rate is None)
+            source = _of_topic(_documents(options.file), name, invocation)
+            run.stream(source, rate or _DEFAULT_RATE, keep_first=bool(options.latch) and rate is None)
         elif rate is not None:
             run.repeat(arguments, rate, bool(options.substitute_keywords))
         else:
@@ -185,6 +189,25 @@ def _documents(path: str | None) -> Iterator[Any]:
         return
     with open(path, encoding="utf-8") as file:
         yield from documents(file, path)
+
+
+def _of_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Iterator[Any]:
+    """Yield documents as they are; of lines that `bag export` wrote, the messages of one topic.
+
+    Raises:
+        CommandError: there are such lines, but none of the topic.
+    """
+    others: set[str] = set()
+    found = False
+    for document in source:
+        exported = isinstance(document, Record) and document.keys() == _EXPORTED
+        if exported and invocation.resolve(str(document["topic"])) != name:
+            others.add(str(document["topic"]))
+            continue
+        found = True
+        yield Record(document["message"]) if exported else document
+    if others and not found:
+        raise CommandError(f"no line is of {name}; there are: {', '.join(sorted(others))}. A remapping renames one")
 
 
 class _Publishing:
