@@ -112,8 +112,8 @@ def serve(node: pyros1.Node, original: str, space: str) -> None:
 def ask(tools: ForkedTools, words: list[str], environ: dict[str, str]) -> tuple[int, str, bool]:
     """Exit code, output, and whether it complained."""
     code, out, err = tools.ask(words, environ)
-    # Stock says the one where rosdep is installed but was never set up, ours the other.
-    err = re.sub(r"^(the rosdep view is empty: |dynparam: ).*\n", "", err)
+    # Where rosdep is installed but was never set up, a machine is slow, or ours has a hint.
+    err = re.sub(r"^(the rosdep view is empty: |Waiting for |dynparam: ).*\n", "", err, flags=re.MULTILINE)
     return code, out, bool(err)
 
 

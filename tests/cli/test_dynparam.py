@@ -32,7 +32,7 @@ from pyros1.cli.dynparam_values import (
     read_file_text,
     request,
 )
-from pyros1.errors import NodeShutdownError
+from pyros1.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.msgs.packages import PackageIndex
 
 Run = Callable[..., tuple[int, str, str]]
@@ -188,11 +188,14 @@ def test_ctrl_c_ends_the_waiting_quietly_l04(
     assert run("dump", "/camera", str(tmp_path / "file")) == (0, "", "") and not (tmp_path / "file").exists()
 
 
-def test_a_node_that_describes_nothing(run: Run, make_node: Callable[..., Any], tmp_path: Path) -> None:
-    make_node("mute").advertise_service("~set_parameters", Reconfigure, lambda message: (Config(),))
-    file = str(tmp_path / "file")
-    assert run("dump", "-t", "0.1", "/mute", file)[:2] == (1, "couldn't get parameters from node /mute\n")
-    assert run("get", "-t", "0.1", "/mute")[:2] == (0, "")
+def test_a_node_that_describes_nothing(run: Run, camera: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(server: dynparam.Server, *words: str) -> None:
+        raise WaitTimeoutError("no message came")
+
+    monkeypatch.setattr(dynparam.Server, "_message", nothing)
+    assert run("dump", "/camera", str(tmp_path / "file"))[:2] == (1, "couldn't get parameters from node /camera\n")
+    assert run("get", "/camera")[:2] == (0, "")
+    assert run("set", "/camera", "gain", "1")[:2] == (1, "couldn't set parameters at node /camera\n")
 
 
 def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
