@@ -105,6 +105,15 @@ def test_quiet_says_nothing(start: Any, bag: Path, master: Any) -> None:
     assert child.communicate(timeout=DEADLINE) == ("", "") and child.returncode == 0
 
 
+def test_nobody_reads_what_it_says_about_an_empty_bag(start: Any, tmp_path: Path, master: Any) -> None:
+    BagWriter(tmp_path / "empty.bag").close()
+    child = start("bag", "play", "-d", "0.1", "empty.bag")
+    child.stdout.close()
+    assert child.stderr.read() == "WARNING: there are no messages to play\n"
+    assert child.wait(DEADLINE) == 0
+    child.stdout = None  # for whoever ends what is left
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no terminals of that kind")
 def test_keys_step_and_resume(start: Any, make_node: Any, bag: Path) -> None:
     """B35"""
