@@ -72,7 +72,9 @@ def test_a_loopback_address_in_a_system_of_several_machines() -> None:
     }
     found = kinds(check_reach(one_topic(nodes), machine({})))["loopback-node"]
     assert found.items == ("/a (http://localhost:1/)",) and "/b" in found.text and "127.0.1.1" in found.cure
-    nodes["/b"].addresses = [HERE]
+    nodes["/b"].failure = Failure(TIMEOUT, "")  # perhaps it is here, and its address is wrong
+    assert "loopback-node" not in kinds(check_reach(one_topic(nodes), machine({})))
+    nodes["/b"] = NodeFacts("http://192.0.2.1:2/", "192.0.2.1", [HERE])
     assert not check_reach(one_topic(nodes), machine({}))
 
 

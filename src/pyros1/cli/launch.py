@@ -7,14 +7,15 @@ import sys
 from dataclasses import replace
 from optparse import Values
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pyros1.cli.launch_options import EXCLUSIVE, QUERIES, TOOLS, make_parser
 from pyros1.errors import Error, LaunchError
-from pyros1.launch.loader import absolute_files, load_plan
-from pyros1.launch.plan import Plan
-from pyros1.launch.resources import Resources
 from pyros1.launch.words import WordsError, find_files, parse_arguments
-from pyros1.launch.world import make_resources
+
+if TYPE_CHECKING:
+    from pyros1.launch.plan import Plan
+    from pyros1.launch.resources import Resources
 
 
 def main(argv: list[str]) -> int:  # noqa: PLR0911 - one way out per kind of run
@@ -48,6 +49,10 @@ def main(argv: list[str]) -> int:  # noqa: PLR0911 - one way out per kind of run
         parser.error("you must specify at least one input file")
     if options.core and words:
         parser.error("input files are not allowed in core mode")
+    # Help and wrong command lines need none of what follows.
+    from pyros1.launch.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.world import make_resources  # noqa: PLC0415
+
     resources = make_resources()
     try:
         if options.check and (options.output_file or any(map(os.path.isdir, words))):
@@ -76,6 +81,8 @@ def main(argv: list[str]) -> int:  # noqa: PLR0911 - one way out per kind of run
 
 def _print_contents(plan: Plan) -> None:
     """Print what was read (L162)."""
+    from pyros1.launch.loader import absolute_files  # noqa: PLC0415
+
     for file in absolute_files(plan.files):
         print(f"... loading XML file [{file}]")
     for name in plan.params:

@@ -92,7 +92,9 @@ def _silent(system: System, machine: Machine) -> Iterator[Finding]:
 def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
     """Nodes that only their own machine can reach, in a system of several machines."""
     local = [name for name, node in sorted(system.nodes.items()) if _is_local_only(node)]
-    away = [name for name, node in system.nodes.items() if node.addresses and not _is_here(node, machine)]
+    # Who does not answer may have given a wrong address, and be here.
+    answering = {name: node for name, node in system.nodes.items() if node.failure is None}
+    away = [name for name, node in answering.items() if node.addresses and not _is_here(node, machine)]
     master_away = not _master_is_here(system, machine)
     if local and (away or master_away):
         why = "the master is" if master_away else f"nodes are, for example {away[0]}"
