@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 import pyros1.bag
 from pyros1.bag.container import BagWriter
+from pyros1.bag.files import Counts
 from pyros1.bag.reader import BagReader
 from pyros1.bag.records import BAG_HEADER_SIZE
 from pyros1.errors import Error
@@ -77,6 +79,13 @@ def test_chunks_that_all_overlap_are_not_all_kept(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr("pyros1.bag.reader.MAX_OPEN", 5000)
     with BagReader(tmp_path / "x.bag") as bag:
         assert [message.time for message in bag.messages()] == list(range(100))
+
+
+def test_counts_are_packed_and_a_mapping() -> None:
+    counts = Counts(struct.pack("<6I", 7, 2, 1, 5, 300, 1))
+    assert counts == {7: 2, 1: 5, 300: 1} and len(counts) == 3 and 300 in counts and 2 not in counts
+    assert counts.keys() & {1, 2} == {1} and dict(counts.items()) == counts
+    assert not Counts(b"")
 
 
 def test_a_time_that_does_not_fit_does_not_spoil_the_bag(tmp_path: Path) -> None:

@@ -116,6 +116,26 @@ def test_spoilt_bytes_cost_only_their_chunk(make_bag: Make, tmp_path: Path, comp
     assert saved.damages
 
 
+@pytest.mark.parametrize("place", [13, 17, 30, 86, 87])
+def test_behind_a_spoilt_bag_header_all_is_found(make_bag: Make, tmp_path: Path, place: int) -> None:
+    path = make_bag()
+    data = bytearray(path.read_bytes())
+    data[place : place + 4] = b"\xff\x80\xff\x7f"
+    path.write_bytes(data)
+    assert reindex(path, tmp_path / "new.bag").messages == 100
+    assert values(path) == list(range(100))
+
+
+def test_a_spoilt_connection_record_costs_only_its_messages(make_bag: Make, tmp_path: Path) -> None:
+    path = make_bag(close=False, chunk_threshold=1 << 20)
+    data = bytearray(path.read_bytes())
+    data[data.index(b"md5sum=")] = 0
+    path.write_bytes(data)
+    saved = reindex(path, tmp_path / "new.bag")
+    assert (saved.messages, saved.lost) == (50, 50)
+    assert values(tmp_path / "new.bag") == list(range(1, 100, 2))
+
+
 def test_noise_neither_hangs_nor_raises(make_bag: Make, tmp_path: Path) -> None:
     path = make_bag()
     whole = path.read_bytes()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterable
+import struct
+from collections.abc import ItemsView, Iterable, Iterator, KeysView, Mapping
 from dataclasses import dataclass, field
 from io import FileIO
 
@@ -29,6 +30,8 @@ from pyros1.bag.records import (
     u64,
 )
 
+_COUNT = struct.Struct("<II")
+
 _HEAD = 512
 """Bytes that are read to see a record's header; most need not more."""
 
@@ -36,7 +39,37 @@ _TRUSTED = 64 << 20
 """Bytes that a chunk may have without a look at its other length: a damaged one must not fill the memory."""
 
 
-@dataclass
+class Counts(Mapping[int, int]):
+    """Connection id -> messages, packed as in the file: bags of hundreds of topics have very many."""
+
+    __slots__ = ("_packed",)
+
+    def __init__(self, packed: bytes) -> None:
+        self._packed = packed
+
+    def __getitem__(self, conn: int) -> int:
+        return self.unpacked()[conn]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self.unpacked())
+
+    def __len__(self) -> int:
+        return len(self._packed) // _COUNT.size
+
+    def keys(self) -> KeysView[int]:
+        """Return the ids."""
+        return self.unpacked().keys()
+
+    def items(self) -> ItemsView[int, int]:
+        """Return pairs of id and messages."""
+        return self.unpacked().items()
+
+    def unpacked(self) -> dict[int, int]:
+        """Return it as a dictionary, for more than one question."""
+        return dict(_COUNT.iter_unpack(self._packed))
+
+
+@dataclass(slots=True)
 class Chunk:
     """Messages that are stored together.
 
@@ -52,7 +85,7 @@ class Chunk:
     pos: int
     start: int
     end: int
-    counts: dict[int, int] = field(default_factory=dict)
+    counts: Mapping[int, int] = field(default_factory=dict)
     loose: int = 0
     whole: bool = True
 

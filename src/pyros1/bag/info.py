@@ -140,8 +140,7 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
 
 def _storage(bag: BagReader) -> dict[str, Storage]:
     found: dict[str, Storage] = {}
-    bag.file.expect(chunk.pos for chunk in bag.chunks)
-    for header in map(bag.header, bag.chunks):
+    for header in bag.headers():
         old = found.get(header.compression, Storage(0, 0, 0))
         found[header.compression] = Storage(old.chunks + 1, old.size + header.size, old.stored + header.stored)
     return found

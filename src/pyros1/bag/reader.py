@@ -12,14 +12,13 @@ from typing import NamedTuple
 
 from pyros1.bag.codecs import decompress
 from pyros1.bag.errors import BagError, UnindexedError
-from pyros1.bag.files import BagFile, Chunk, ChunkHeader
+from pyros1.bag.files import BagFile, Chunk, ChunkHeader, Counts
 from pyros1.bag.old import OldConnections, walk_old
 from pyros1.bag.records import (
     MAX_TIME,
     NS,
     OP_CHUNK_INFO,
     OP_INDEX,
-    U32,
     Connection,
     Message,
     RecordError,
@@ -198,11 +197,12 @@ class BagReader:
         header = self.header(chunk)
         position = header.data + header.stored
         times: list[tuple[int, int]] = []
+        counts = dict(chunk.counts)
         try:
-            for _ in chunk.counts:
+            for _ in counts:
                 fields, start, _ = self.file.record(position)
                 conn, count = u32(fields, "conn"), u32(fields, "count")
-                if op_of(fields) != OP_INDEX or count != chunk.counts.get(conn):
+                if op_of(fields) != OP_INDEX or count != counts.get(conn):
                     return None
                 data = self.file.read(start, 12 * count)
                 if len(data) < 12 * count:
@@ -212,6 +212,15 @@ class BagReader:
         except RecordError:
             return None
         return times
+
+    def headers(self) -> Iterator[ChunkHeader]:
+        """Yield the headers of all chunks; of many in a moment, since the system is told before what will be read.
+
+        Raises:
+            BagError: one cannot be read.
+        """
+        self.file.expect(chunk.pos for chunk in self.chunks)
+        return map(self.header, self.chunks)
 
     def header(self, chunk: Chunk) -> ChunkHeader:
         """Return a chunk's header; of messages outside of chunks, one that fits.
@@ -359,6 +368,4 @@ def _chunk_info(fields: dict[str, bytes], data: bytes) -> Chunk:
     count = u32(fields, "count")
     if u32(fields, "ver") != 1 or len(data) != 8 * count:
         raise RecordError("the chunk info is malformed")
-    numbers = [U32.unpack_from(data, offset)[0] for offset in range(0, len(data), 4)]
-    counts = dict(zip(numbers[::2], numbers[1::2], strict=True))
-    return Chunk(u64(fields, "chunk_pos"), time_of(fields, "start_time"), time_of(fields, "end_time"), counts)
+    return Chunk(u64(fields, "chunk_pos"), time_of(fields, "start_time"), time_of(fields, "end_time"), Counts(data))

@@ -278,10 +278,11 @@ def walk(data: bytes, *, partial: bool = False) -> Iterator[Message | Connection
             if size == 38 and form is _OP_FIRST_FORM and data[position + 4 : position + 13] == _CONN_FIRST[0]:
                 first, second, form = *_CONN_FIRST, _CONN_FIRST_FORM
                 continue
-        stop = end
+        following = end
         try:
             fields, start, stop = split_record(data, position)
             op = op_of(fields)
+            following = stop  # from here on the record's lengths are believed, whatever is wrong in it
             if op == OP_MESSAGE:
                 yield Message(u32(fields, "conn"), time_of(fields), position, start, stop)
             elif op == OP_CONNECTION:
@@ -289,7 +290,7 @@ def walk(data: bytes, *, partial: bool = False) -> Iterator[Message | Connection
         except RecordError as error:
             if not partial:
                 raise RecordError(f"{error} (at byte {position} of the chunk's content)") from None
-        position = stop
+        position = following
     if position < end and not partial:
         raise RecordError(f"the message at byte {position} of the chunk's content runs past its end")
 

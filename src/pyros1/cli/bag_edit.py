@@ -77,7 +77,7 @@ def _recompress(invocation: Invocation, parser: OptionParser) -> int:
 
 def content_size(bag: BagReader) -> int:
     """Return the bytes of all that is in a bag, before compression."""
-    return sum(bag.header(chunk).size for chunk in bag.chunks)
+    return sum(header.size for header in bag.headers())
 
 
 def reindex(invocation: Invocation) -> int:

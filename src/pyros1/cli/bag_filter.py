@@ -50,7 +50,7 @@ def filter(invocation: Invocation) -> None:
     pattern = None if options.pattern is None else Test(options.pattern)
     with Bag(source, unindexed=False) as bag, new_file(target) as part:
         total = len(bag)
-        size = sum(bag.reader.header(chunk).size for chunk in bag.reader.chunks)
+        size = sum(header.size for header in bag.reader.headers())
         with Progress(target, size) as progress:
             messages = _passing(choice_of(options, bag.reader).messages(bag.reader), bag, expression, pattern, progress)
             count = edit.copy(messages, part, cipher=bag.reader.file.cipher)
