@@ -152,3 +152,16 @@ def test_topics_that_the_player_publishes_itself(make_node: Any, player: Any, tm
     said = logs.wait(lambda came: any(one.name == "/talker" for one in came))
     assert [(one.header.seq, one.msg) for one in said if one.name == "/talker"] == [(77, "recorded")]
     assert [one.clock for one in clocks.wait(len)] == [Time(7, 8)]
+
+
+def test_reading_that_began_ends_though_nothing_is_played(player: Any, tmp_path: Path) -> None:
+    """The user may end it while subscribers are waited for."""
+    path = tmp_path / "x.bag"
+    with BagWriter(path) as bag:
+        conn = bag.add_connection("/t", header_of(String, latching="1"))
+        for number in range(100):
+            bag.write(conn, BEGIN + number * MS, String._encode(String(str(number))))
+    made = player(path, start=0.05)
+    made.read_ahead()
+    made._control.end()
+    assert made.run() == 0
