@@ -208,9 +208,11 @@ def _part(path: str, compression: str, cipher: Cipher | None) -> Iterator[BagWri
         yield writer
         writer.close()
         os.replace(writer.path, path)
-    except BaseException:
+    except BaseException as error:
         writer.abort()
         os.unlink(writer.path)
+        if isinstance(error, OSError) and error.filename in (None, writer.path):
+            error.filename = path
         raise
 
 

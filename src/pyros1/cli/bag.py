@@ -45,10 +45,15 @@ def _verb(invocation: Invocation) -> int | None:
     """Run the verb that was asked for."""
     module, _ = _VERBS[invocation.verb]
     name = invocation.verb.replace("-", "_")
+    code: int | None = 1
     function = getattr(import_module(f"pyros1.cli.{module}"), f"{name}_" if iskeyword(name) else name)
     try:
-        code: int | None = function(invocation)
+        code = function(invocation)
         return code
+    except KeyboardInterrupt:
+        if invocation.verb in ("play", "record"):
+            raise
+        text, code = "interrupted", 130  # what was to be made is not there: no success
     except UnindexedError as error:
         text = f"ERROR bag unindexed: {error}"
     except BagError as error:
@@ -59,7 +64,7 @@ def _verb(invocation: Invocation) -> int | None:
         text = f"ERROR {error.filename}: {error.strerror}" if error.filename else f"ERROR: {error.strerror or error}"
     flush()
     print(text, file=sys.stderr)
-    return 1
+    return code
 
 
 def main(argv: list[str]) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import re
 import sys
@@ -12,6 +13,7 @@ from pyros1.bag.info import info_text, info_values, summarize, yaml_text
 from pyros1.bag.reader import BagReader
 from pyros1.cli.common import Invocation, flush
 
+_WRITING = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
 _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(-?\d+)\]")
 
 
@@ -61,7 +63,8 @@ def report_bag_error(error: BagError | OSError, path: str) -> None:
     elif isinstance(error, BagError):
         print(f"ERROR reading {error}", file=sys.stderr)
     else:
-        what = f"reading {path}" if error.filename in (None, path) else error.filename
+        verb = "writing" if error.errno in _WRITING else "reading"
+        what = f"{verb} {path}" if error.filename in (None, path) else error.filename
         print(f"ERROR {what}: {error.strerror or error}", file=sys.stderr)
 
 
