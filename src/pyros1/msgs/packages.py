@@ -4,10 +4,9 @@ A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (ros
 folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of ``CMAKE_PREFIX_PATH``, stock
 installations found on the machine, the Python packages of this interpreter that declare a ROS package (by a
 ``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that come with pyros1.
-Of several packages of one name below one of these folders, the one that lies there under that name counts, else the
-first in the order of the folders' names.
-Nothing is read before a question is asked, a package that lies directly in one of the places costs one look, and what
-was found is remembered by the object: have one of them and ask it everything.
+Of several packages of one name below one of these folders the first in the order of the folders' names counts, as
+rospack has it. Nothing is read before a question is asked, and what was found is remembered by the object: have one of
+them and ask it everything.
 """
 
 from __future__ import annotations
@@ -188,9 +187,6 @@ class PackageIndex:
         if not name or "/" in name or name.startswith("."):
             return None
         for root in self._roots:
-            direct = root if root.name == name else root / name
-            if _package_name(direct) == name:
-                return direct
             below = self._crawl(root).get(name)
             if below is not None:
                 return below
@@ -202,11 +198,12 @@ class PackageIndex:
     def _crawl(self, root: Path) -> dict[str, Path]:
         found = self._crawled.get(root)
         if found is None:
-            found = self._crawled[root] = {}
+            found = {}
             for folder in _packages_below(root):
                 name = _package_name(folder)
-                if name is not None and (name not in found or folder == root / name):
-                    found[name] = folder
+                if name is not None:
+                    found.setdefault(name, folder)
+            self._crawled[root] = found  # when it is complete: other threads may ask, too
         return found
 
     def list(self) -> _Names:

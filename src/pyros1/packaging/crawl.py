@@ -12,7 +12,7 @@ import os
 import re
 import time
 from binascii import crc32
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -72,7 +72,7 @@ def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | N
     crawl = Crawl(_load(file))
     found: dict[str, Found] = {}
     for root, depth in roots:
-        for package in _by_rank(root, crawl.packages(root, depth)):
+        for package in crawl.packages(root, depth):
             found.setdefault(package.folder, package)
     if crawl.changed:
         _save(file, crawl.trusted())
@@ -94,18 +94,9 @@ def find_quickly(environ: Mapping[str, str], name: str) -> Found | None:
     roots = places(environ)
     records = _load(_record_file(environ, roots))
     try:
-        for root, depth in roots:
-            found = _by_rank(root, _recorded(records, root, depth, name))
-            if found:
-                return found[0]
+        return next((found for root, depth in roots for found in _recorded(records, root, depth, name)), None)
     except (LookupError, OSError):
-        pass
-    return None
-
-
-def _by_rank(root: str, found: Iterable[Found]) -> list[Found]:
-    """The packages in the order in which they count: first those that lie in the root under their own names."""
-    return sorted(found, key=lambda each: each.folder != f"{root.rstrip('/')}/{each.name}")
+        return None
 
 
 def _recorded(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[Found]:
