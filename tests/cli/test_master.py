@@ -1,0 +1,61 @@
+"""pyros1 master: the master alone (L20)."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from pyros1.cli.main import entry
+from pyros1.errors import MasterUnreachableError
+from pyros1.master import Master
+from pyros1.net.master_client import MasterClient
+
+
+@pytest.fixture
+def free_port() -> int:
+    master = Master(port=0, bind_host="127.0.0.1")
+    master.start()
+    try:
+        return master.port
+    finally:
+        master.stop()
+
+
+def test_it_runs_until_it_is_told_to_end(free_port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In this process, so the end is asked for by the master's own API."""
+    monkeypatch.setenv("ROS_HOSTNAME", "127.0.0.1")
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    uri = f"http://127.0.0.1:{free_port}/"
+    seen: list[object] = []
+
+    def ask() -> None:
+        client = MasterClient("/test", uri)
+        while not seen:
+            with suppress(MasterUnreachableError):  # not yet
+                seen.append(client.get_pid())
+        client.call("shutdown", "enough")
+        client.close()
+
+    asking = threading.Thread(target=ask)
+    asking.start()
+    log = tmp_path / "logs" / "master.log"
+    try:
+        assert entry(["pyros1", "master", "--core", "-p", str(free_port), f"__log:={log}"]) == 0
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        asking.join(10)
+    assert seen == [os.getpid()]
+    assert f"port[{free_port}]" in log.read_text()
+
+
+def test_wrong_words(capsys: pytest.CaptureFixture[str]) -> None:
+    for words in (["x"], ["--master-logger-level", "loud"]):
+        with pytest.raises(SystemExit, match="2"):
+            entry(["pyros1", "master", *words])
+    assert "unrecognized args: x" in capsys.readouterr().err
