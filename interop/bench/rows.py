@@ -136,7 +136,7 @@ def master() -> Iterator[Row]:
         yield Row("master", name, unit, name, both("master.py"), at_least(rospy=2), less=unit == "ms")
 
 
-LAUNCH_FILE = INTEROP.parent / "launch" / "minimal_nodes.launch"
+LAUNCH_FILE = INTEROP / "launch_corpus" / "namespaces.launch"
 ANSWERS = {
     "topic list": "rostopic list",
     "topic info /rosout": "rostopic info /rosout",
