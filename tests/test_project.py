@@ -20,7 +20,7 @@ LEVELS = [
     {"master", "node"},
     {"graph", "aio", "packaging", "tf"},
     {"rospy", "launch", "bag", "views", "topic_tools"},
-    {"doctor"},
+    {"doctor", "test_nodes"},
     {"cli"},
 ]
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}

@@ -1,0 +1,96 @@
+"""advertisetest and subscribetest: the master knows of topics and services, or does not."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import Error
+from pyros1.graph import Graph, probe_service
+from pyros1.test_nodes.check import STEP, SetupError, Test, await_clock, entries, pause, require
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_DEFAULTS = {"timeout": 10, "type": None, "negative": False}
+_List = Callable[[], Iterable[str]]
+_TypeOf = Callable[[str], "str | None"]
+
+
+def advertise_tests(node: Node) -> dict[str, Test]:
+    """Return the test cases of advertisetest, by name.
+
+    Args:
+        node: with the parameters ~topics and ~services:
+            ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]``, names in full.
+
+    Raises:
+        SetupError: there is nothing to test.
+    """
+    graph = Graph(node.master)
+    topics, services = entries(node, "topics", _DEFAULTS), entries(node, "services", _DEFAULTS)
+    if not topics and not services:
+        raise SetupError(f"{node.resolve('~topics')} and {node.resolve('~services')} name nothing to test")
+
+    def service_type(name: str) -> str | None:
+        uri = graph.service_uri(name)
+        try:
+            return probe_service(name, uri, node.name).get("type") if uri else None
+        except Error:
+            return None
+
+    return {
+        "test_advertise_services": lambda: _await(node, services, lambda: graph.state().services, service_type),
+        "test_advertise_topics": lambda: _await(node, topics, graph.published_types, graph.topic_types().get),
+    }
+
+
+def subscribe_tests(node: Node) -> dict[str, Test]:
+    """Return the test cases of subscribetest, by name.
+
+    Args:
+        node: with the parameter ~topics: ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]``.
+
+    Raises:
+        SetupError: there is nothing to test.
+    """
+    graph = Graph(node.master)
+    topics = entries(node, "topics", _DEFAULTS)
+    if not topics:
+        raise SetupError(f"{node.resolve('~topics')} names no topic to test")
+    return {
+        "test_subscribe_topics": lambda: _await(
+            node, topics, lambda: graph.state().subscribers, lambda name: graph.topic_types().get(name)
+        )
+    }
+
+
+def _await(node: Node, wanted: list[dict[str, Any]], known: _List, type_of: _TypeOf) -> None:
+    """Look until everything has come up, at most until the last time is over.
+
+    Args:
+        wanted: what should come up, or should not.
+        known: the names of what is there.
+        type_of: the type of what has that name, None if nobody knows.
+    """
+    await_clock(node)
+    missing = {entry["name"]: entry for entry in wanted}
+    patience = max((float(entry["timeout"]) for entry in missing.values()), default=0.0)
+    began = time.monotonic()
+    while missing and (elapsed := time.monotonic() - began) <= patience:
+        for name in [name for name in known() if name in missing]:
+            _judge(missing.pop(name), elapsed, type_of)
+        if missing:
+            pause(node, STEP)
+    for name, entry in missing.items():
+        require(entry["negative"], f"{name} did not come up within {entry['timeout']} s")
+
+
+def _judge(entry: dict[str, Any], elapsed: float, type_of: _TypeOf) -> None:
+    name, expected = entry["name"], entry["type"]
+    require(not entry["negative"], f"{name} is there, but should not be")
+    require(elapsed < float(entry["timeout"]), f"{name} came up only after {elapsed:.1f} s")
+    if expected is not None:
+        kind = type_of(name)
+        require(kind == expected, f"{name} should be of type {expected}, but is of type {kind}")

@@ -1,0 +1,127 @@
+"""hztest: messages come as often as they should (https://wiki.ros.org/rostest/Nodes)."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING
+
+from pyros1.msgs import AnyMsg
+from pyros1.test_nodes.check import STEP, Test, needed, pause, require
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_WAIT = 20.0
+
+
+class Meter:
+    """Measures how often something comes.
+
+    Args:
+        hz: how often it should come, per second; 0: never.
+        hzerror: by how much that may be missed.
+        check_intervals: look at the time between any two as well, not only at the mean.
+
+    Attributes:
+        seen: whether anything came, at whatever time.
+        count: how many came since the clock last began, or jumped back before the first.
+    """
+
+    def __init__(self, hz: float, hzerror: float, *, check_intervals: bool = False) -> None:
+        self.seen = threading.Event()
+        self.count = 0
+        self._hz = hz
+        self._least, self._most = hz - hzerror, hz + hzerror
+        self._check_intervals = check_intervals
+        self._odd: list[str] = []
+        self._first = self._last = 0.0
+        self._lock = threading.Lock()  # one publisher's messages come in one thread, several publishers' in several
+
+    def add(self, now: float) -> None:
+        """Count one.
+
+        Args:
+            now: seconds; 0 before simulated time runs: it is seen, but not measured.
+        """
+        self.seen.set()
+        with self._lock:
+            if now == 0:
+                return
+            if not self.count or now < self._first:
+                self._first, self.count = now, 1
+            else:
+                self.count += 1
+                if self._check_intervals:
+                    self._check(now - self._last)
+            self._last = now
+
+    def _check(self, interval: float) -> None:
+        if self._most > 0 and interval < 1 / self._most:
+            self._odd.append(f"an interval of {interval:.6f} s is too short: at least {1 / self._most:.6f} s")
+        elif self._least > 0 and interval > 1 / self._least:
+            self._odd.append(f"an interval of {interval:.6f} s is too long: at most {1 / self._least:.6f} s")
+
+    def verdict(self) -> None:
+        """Judge what has come.
+
+        Raises:
+            FailedError: it is not what should.
+        """
+        with self._lock:
+            if not self._hz:
+                require(not self.count, f"there should be no messages, but {self.count} came")
+                return
+            require(self.count, "no messages with a time came")
+            require(not self._odd, "\n".join(self._odd))
+            span = self._last - self._first
+            require(span > 0, "the rate of one message alone cannot be told")
+            rate = (self.count - 1) / span
+            require(rate >= self._least, f"{rate:.3f} Hz is below the least, {self._least:.3f} Hz")
+            require(rate <= self._most, f"{rate:.3f} Hz is above the most, {self._most:.3f} Hz")
+
+
+def tests(node: Node) -> dict[str, Test]:
+    """Return the test cases of hztest, by name.
+
+    Args:
+        node: with the parameters ~topic, ~hz, ~hzerror, ~test_duration, ~wait_time, ~check_intervals, ~wall_clock.
+    """
+    return {"test_hz": lambda: _test_hz(node)}
+
+
+def _test_hz(node: Node) -> None:
+    hz, duration, topic = needed(node, "hz", "test_duration", "topic")
+    hz, duration, hzerror = float(hz), float(duration), 0.0
+    wait = float(node.params.get("~wait_time", _WAIT))
+    if hz:
+        hzerror = float(needed(node, "hzerror")[0])
+    check_intervals = bool(node.params.get("~check_intervals", False))
+    wall_clock = bool(node.params.get("~wall_clock", False))
+    node.log.info(f"hz: {hz}, hzerror: {hzerror}, topic: {topic}, test_duration: {duration}")
+    require(hz >= 0, f"~hz must not be below 0: {hz}")
+    require(hzerror >= 0, f"~hzerror must not be below 0: {hzerror}")
+    require(duration > 0, f"~test_duration must be above 0: {duration}")
+    require(topic, "~topic is empty")
+
+    meter = Meter(hz, hzerror, check_intervals=check_intervals)
+
+    def came(_message: AnyMsg) -> None:
+        meter.add(time.monotonic() if wall_clock else node.now().to_sec())
+
+    subscriber = node.subscribe(topic, AnyMsg, came)
+    node.log.info(f"waiting up to {wait:g} s for the first message")
+    ends = time.monotonic() + wait
+    while not meter.seen.is_set() and time.monotonic() < ends:
+        pause(node, min(STEP, wait))
+    if hz:
+        require(meter.seen.is_set(), f"no message on {subscriber.name} within {wait:g} s")
+    else:
+        require(not meter.seen.is_set(), f"a message came on {subscriber.name}")
+    node.log.info(f"measuring for {duration:g} s")
+    if wall_clock:
+        pause(node, duration)
+    elif not node.sleep(duration):
+        pause(node, 0)  # says that it was interrupted
+    subscriber.unregister()
+    meter.verdict()

@@ -1,0 +1,42 @@
+"""paramtest: a parameter is set, to the value that it should have."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from pyros1.test_nodes.check import STEP, Test, needed, pause, require
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_DURATION = 5.0
+_WAIT = 20.0
+
+
+def tests(node: Node) -> dict[str, Test]:
+    """Return the test cases of paramtest, by name.
+
+    Args:
+        node: with the parameters ~param_name_target, ~param_value_expected, ~test_duration, ~wait_time.
+    """
+    return {"test_param": lambda: _test_param(node)}
+
+
+def _test_param(node: Node) -> None:
+    (name,) = needed(node, "param_name_target")
+    expected = node.params.get("~param_value_expected")
+    duration = float(node.params.get("~test_duration", _DURATION))
+    wait = float(node.params.get("~wait_time", _WAIT))
+    node.log.info(f"waiting up to {wait:g} s for {name}")
+    require(duration > 0, f"~test_duration must be above 0: {duration}")
+    require(name, "~param_name_target is empty")
+    value = None
+    ends = time.monotonic() + wait
+    while value is None and time.monotonic() < ends:
+        value = node.params.get(name)
+        if value is None:
+            pause(node, STEP)
+    require(value is not None, f"{node.resolve(name)} was not set within {wait:g} s")
+    # As stock: 0, False and what is empty cannot be expected; then any value will do.
+    require(not expected or value == expected, f"{node.resolve(name)} should be {expected!r}, but is {value!r}")

@@ -1,0 +1,56 @@
+"""The program that each test node is: runs its cases, writes the results where rostest wants them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from pyros1.errors import Error
+from pyros1.launch.junit import Results, description, write_results
+from pyros1.node import Node
+from pyros1.test_nodes import advertise, hz, param, publish
+from pyros1.test_nodes.check import run_case
+
+_OUTPUT = "--gtest_output=xml:"
+_SUITE = "unittest.suite.TestSuite"
+_NODES = {
+    "hztest": ("HzTest", hz.tests),
+    "paramtest": ("ParamTest", param.tests),
+    "publishtest": ("PublishTest", publish.tests),
+    "advertisetest": ("AdvertiseTest", advertise.advertise_tests),
+    "subscribetest": ("SubscribeTest", advertise.subscribe_tests),
+}
+"""Node -> the name that stock's results have for its class, and its test cases."""
+
+
+def main(argv: list[str]) -> int:
+    """Run a test node.
+
+    Args:
+        argv: the command line, beginning with the node's file. ``--gtest_output=xml:FILE`` is where results go,
+            ``--text`` prints them only.
+
+    Returns:
+        The exit code: 0 when all is well, 1 when not.
+    """
+    name = Path(argv[0]).name
+    classname, make_tests = _NODES[name]
+    try:
+        with Node(name, argv=argv[1:]) as node:
+            cases = [run_case(title, f"__main__.{classname}", test) for title, test in make_tests(node).items()]
+        results = Results(cases)
+        files = [word.removeprefix(_OUTPUT) for word in argv if word.startswith(_OUTPUT)]
+        if files and "--text" not in argv:
+            os.makedirs(os.path.dirname(files[-1]) or ".", exist_ok=True)
+            write_results(Path(files[-1]), _SUITE, results, "", "")
+    except (Error, OSError) as error:
+        sys.stderr.write(f"ERROR: {name}: {error}\n")
+        return 1
+    return _report(results)
+
+
+def _report(results: Results) -> int:
+    """Write what became of the cases to the screen; return the exit code."""
+    sys.stdout.write("".join(description(case) for case in results.cases))
+    return 1 if results.errors or results.failures else 0

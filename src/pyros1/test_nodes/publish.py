@@ -1,0 +1,64 @@
+"""publishtest: messages come, or none do."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+from pyros1.msgs import AnyMsg
+from pyros1.test_nodes.check import STEP, SetupError, Test, await_clock, entries, pause, require
+from pyros1.timing import Duration
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+
+def tests(node: Node) -> dict[str, Test]:
+    """Return the test cases of publishtest, by name.
+
+    Args:
+        node: with the parameter ~topics: ``[{name: TOPIC, timeout: SECONDS, negative: BOOL}, ...]``.
+
+    Raises:
+        SetupError: there is no topic to test.
+    """
+    topics = entries(node, "topics", {"timeout": 10, "negative": False})
+    if not topics:
+        raise SetupError(f"{node.resolve('~topics')} names no topic to test")
+    return {"test_publish": lambda: _test_publish(node, topics)}
+
+
+class _Awaited:
+    """A topic that is listened to until its time is over, in the node's time."""
+
+    def __init__(self, node: Node, topic: dict[str, Any]) -> None:
+        self._node = node
+        self._topic = topic
+        self._ends = node.now() + Duration.from_sec(float(topic["timeout"]))
+        self._came = threading.Event()
+        node.subscribe(topic["name"], AnyMsg, lambda _message: self._came.set())
+
+    def settled(self) -> bool:
+        """Whether all is known about this topic.
+
+        Raises:
+            FailedError: and it is not as it should be.
+        """
+        name, timeout, negative = self._topic["name"], self._topic["timeout"], self._topic["negative"]
+        if self._came.is_set():
+            require(not negative, f"a message came on {name}")
+            return True
+        if self._node.now() > self._ends:
+            require(negative, f"no message came on {name} within {timeout} s")
+            return True
+        return False
+
+
+def _test_publish(node: Node, topics: list[dict[str, Any]]) -> None:
+    await_clock(node)
+    for topic in topics:
+        wanted = "no message" if topic["negative"] else "a message"
+        node.log.info(f"waiting up to {topic['timeout']} s for {wanted} on {topic['name']}")
+    waiting = [_Awaited(node, topic) for topic in topics]
+    while waiting := [topic for topic in waiting if not topic.settled()]:
+        pause(node, STEP / 5)
