@@ -30,6 +30,20 @@ _VERBS = {
 }
 """Verb -> module in pyros1.cli, and what it does."""
 
+_SCRIPTS = {
+    "bagsort.py": "bagsort",
+    "fastrebag.py": "bagsort",
+    "fix_md5sums.py": "fix_md5sums",
+    "fix_moved_messages.py": "fix_moved_messages",
+    "fix_msg_defs.py": "fix_msg_defs",
+    "fixbag.py": "fixbag",
+    "fixbag_batch.py": "fixbag_batch",
+    "makerule.py": "makerule",
+    "savemsg.py": "savemsg",
+    "topic_renamer.py": "topic_renamer",
+}
+"""Script of the package rosbag -> function in `bag_scripts`; the list of commands does not name them."""
+
 
 def usage(program: str) -> str:
     """The command list."""
@@ -43,8 +57,10 @@ def usage(program: str) -> str:
 
 def _verb(invocation: Invocation) -> int | None:
     """Run the verb that was asked for."""
-    module, _ = _VERBS[invocation.verb]
-    name = invocation.verb.replace("-", "_")
+    if invocation.verb in _SCRIPTS:
+        module, name = "bag_scripts", _SCRIPTS[invocation.verb]
+    else:
+        module, name = _VERBS[invocation.verb][0], invocation.verb.replace("-", "_")
     code: int | None = 1
     function = getattr(import_module(f"pyros1.cli.{module}"), f"{name}_" if iskeyword(name) else name)
     try:
@@ -74,4 +90,4 @@ def main(argv: list[str]) -> int:
             return main([argv[1], "-h"])
         print(usage(Invocation("rosbag", []).program))
         return 0
-    return run("rosbag", argv, dict.fromkeys(_VERBS, _verb), usage)
+    return run("rosbag", argv, dict.fromkeys([*_VERBS, *_SCRIPTS], _verb), usage)

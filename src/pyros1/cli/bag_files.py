@@ -118,14 +118,14 @@ def rewrite_each(
             with new_file(path) as part:
                 operation(path, part)
                 shutil.copymode(path, part)
-                _keep(path, backup)
+                keep(path, backup)
         except (BagError, OSError) as error:
             report_bag_error(error, path)
             failed = True
     return int(failed)
 
 
-def _keep(path: str, backup: str) -> None:
+def keep(path: str, backup: str) -> None:
     """Give a file another name as well, so that there is one under its own at every moment."""
     link = f"{backup}.tmp"
     try:

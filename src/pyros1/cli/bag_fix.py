@@ -41,31 +41,41 @@ def check(invocation: Invocation) -> int:
     if options.rulefile is not None and os.path.isfile(options.rulefile) != bool(options.append):
         reason = "does not exist, and so -a is invalid" if options.append else "already exists. Include -a to append"
         parser.error(f"The file {options.rulefile} {reason}.")
-    migrator = _migrator([*args[1:], *([options.rulefile] if options.append else [])])
+    migrator = make_migrator([*args[1:], *([options.rulefile] if options.append else [])])
     with Bag(args[0], unindexed=False) as bag:
         migrations = _migrations(bag, migrator)
     if not migrations:
         print("Bag file does not need any migrations.")
         return 0
+    write_rules(migrations, options.rulefile)
+    return 0
+
+
+def write_rules(migrations: list[Migration], path: str | None) -> None:
+    """Print what has to be done, and append the rules that are missing to a file.
+
+    Args:
+        migrations: of each type.
+        path: the file; None: say how to get one.
+    """
     print("The following migrations need to occur:")
     _print_migrations(migrations)
     missing = {old._md5sum: (old, new) for _, _, steps in migrations for old, new in steps}
-    if options.rulefile is None:
+    if path is None:
         hint = (
             "To generate rules, please run with -g <rulefile>"
             if missing
             else "All rules defined.  Bag is ready to be migrated"
         )
         print(f"\n{hint}")
-        return 0
+        return
     texts = [rule_text(old, new) for old, new in missing.values() if new is not None]
     if not texts:
-        print(f"\nNo additional rule files needed to be generated.  {options.rulefile} not created.")
-        return 0
-    with open(options.rulefile, "a", encoding="utf-8") as file:
+        print(f"\nNo additional rule files needed to be generated.  {path} not created.")
+        return
+    with open(path, "a", encoding="utf-8") as file:
         file.write("".join(texts))
-    print(f"\nThe necessary rule files have been written to: {options.rulefile}")
-    return 0
+    print(f"\nThe necessary rule files have been written to: {path}")
 
 
 def fix(invocation: Invocation) -> int:
@@ -86,10 +96,10 @@ def fix(invocation: Invocation) -> int:
     if not target.endswith(".bag"):
         parser.error("Output file must be a bag file.")
     different(source, target)
-    migrator = _migrator(rules)
+    migrator = make_migrator(rules)
     with Bag(source, unindexed=False) as bag:
-        failing = [migration for migration in _migrations(bag, migrator) if migration[2]]
-        if failing and not options.force:
+        failing = migrate(bag, target, migrator, force=bool(options.force))
+        if failing:
             print("Bag could not be migrated.  The following migrations could not be performed:")
             _print_migrations(failing)
             print(
@@ -97,10 +107,26 @@ def fix(invocation: Invocation) -> int:
                 f"or run '{invocation.program} fix' with the '--force' option."
             )
             return 1
-        with new_file(target) as part, Progress(target, bag.reader.file.size) as progress:
-            _Fix(bag, migrator).write(part, progress)
     print("Bag migrated successfully.")
     return 0
+
+
+def migrate(bag: Bag, target: str, migrator: Migrator, *, force: bool = False) -> list[Migration]:
+    """Write a bag with the messages of another, brought to the definitions of this system.
+
+    Args:
+        target: the new file.
+        force: where rules are missing, messages stay as they are.
+
+    Returns:
+        What could not be done for lack of rules; nothing is written then.
+    """
+    failing = [migration for migration in _migrations(bag, migrator) if migration[2]]
+    if failing and not force:
+        return failing
+    with new_file(target) as part, Progress(target, bag.reader.file.size) as progress:
+        _Fix(bag, migrator).write(part, progress)
+    return []
 
 
 class _Fix:
@@ -144,7 +170,8 @@ def _same(old: Class, new: Class) -> bool:
     return (old._type, old._md5sum) == (new._type, new._md5sum)
 
 
-def _migrator(rules: Iterable[str]) -> Migrator:
+def make_migrator(rules: Iterable[str]) -> Migrator:
+    """Return a migrator with the rules of these files."""
     migrator = Migrator(load_message)
     for path in rules:
         migrator.read_rules(path)
@@ -162,10 +189,16 @@ def _migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
             old = bag.message_class(connection)
         except MessageError as error:
             raise BagError(bag.path, f"connection {connection.id} on {connection.topic}: {error}") from error
-        new = migrator.target(old)
-        if new is None or not _same(old, new):
-            found[key] = (old, new, migrator.missing(old, new))
+        migration = migration_of(old, migrator)
+        if migration is not None:
+            found[key] = migration
     return list(found.values())
+
+
+def migration_of(old: Class, migrator: Migrator) -> Migration | None:
+    """Return what a type needs to become that of today: class, its class of today, what is missing; None: nothing."""
+    new = migrator.target(old)
+    return None if new is not None and _same(old, new) else (old, new, migrator.missing(old, new))
 
 
 def _print_migrations(migrations: Iterable[Migration]) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import gc
 import signal
 import sys
+import time
 from collections.abc import Callable
 from math import inf, isfinite
 from optparse import OptionParser, Values
@@ -45,7 +46,7 @@ def play(invocation: Invocation) -> int:
         gc.freeze()  # the index of a large bag is large, and stays
         gc.set_threshold(_COLLECT_AFTER)
         try:
-            node = Node("play", anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
+            node = Node(f"play_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
         except SystemExit:
             return 0  # Ctrl-C while the master was waited for
         control = Control(options.pause)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable
 from optparse import SUPPRESS_HELP, OptionParser, Values
 from typing import Any
@@ -33,7 +34,7 @@ def record(invocation: Invocation) -> int:
     selection = _selection(parser, options, [*args, *options.topics])
     settings = _settings(parser, options)
     try:
-        node = Node("record", anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
+        node = Node(f"record_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
     except SystemExit:
         return 0  # Ctrl-C while the master was waited for
     try:
