@@ -231,7 +231,11 @@ def test_pub_takes_the_lines_of_its_topic_from_an_export(run: Any, make_node: An
     file.write_text("".join(json.dumps(line) + "\n" for line in lines))
     got: queue.Queue[Any] = queue.Queue()
     make_node("listener", rosout=False).subscribe("said", "std_msgs/String", got.put)
-    assert run("topic", "pub", "-r", "50", "-f", str(file), "/said", "std_msgs/String")[0] == 0
+    code, out, _ = run("topic", "pub", "-v", "-r", "50", "-f", str(file), "/said", "std_msgs/String")
+    assert (code, out) == (
+        0,
+        "".join(f'publishing and latching [data: "{it}"] for 3.0 seconds\n' for it in ("one", "three")),
+    )
     assert [got.get(timeout=10).data for _ in range(2)] == ["one", "three"]
     code, _, error = run("topic", "pub", "-f", str(file), "/nobody", "std_msgs/String")
     assert code != 0 and "no line is of /nobody; there are: /other, /said" in error

@@ -41,7 +41,7 @@ def pub(invocation: Invocation) -> None:
         fill(message_class(), arguments, Time())
     rate = options.rate
     with invocation.open_node() as node:
-        latch = bool(options.latch) or (from_arguments and rate is None)
+        latch = bool(options.latch) or rate is None
         publisher = node.advertise(name, message_class, queue_size=100, latch=latch)
         run = _Publishing(invocation, node, publisher, message_class, options)
         if not from_arguments:
@@ -230,12 +230,14 @@ class _Publishing:
         fill(message, arguments, now)
         return message
 
+    def _what(self, message: Message) -> str:
+        return f"[{message}]" if self._verbose else "message"
+
     def latched(self, arguments: Any, once: bool) -> None:
         """One message, kept for those who come later."""
         message = self._message(arguments)
-        what = f"[{message}]" if self._verbose else "message"
         until = f" for {_HOLD} seconds" if once else ". Press ctrl-C to terminate"
-        print(f"publishing and latching {what}{until}", flush=True)
+        print(f"publishing and latching {self._what(message)}{until}", flush=True)
         self._publisher.publish(message)
         if once:
             self._invocation.pause(_HOLD)
@@ -269,8 +271,8 @@ class _Publishing:
             if not waited:
                 waited = True
                 self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_PATIENCE)
-            if self._verbose:
-                print(f"publishing {message}", flush=True)
+            # Stock's words, also where the next message follows at once.
+            print(f"publishing and latching {self._what(message)} for {_HOLD} seconds", flush=True)
             self._publisher.publish(message)
             if self._once:
                 break
