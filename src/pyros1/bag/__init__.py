@@ -12,9 +12,14 @@
 Times in seconds count from the bag's beginning, negative ones from its end; a `Time` is taken as it is.
 """
 
-from pyros1.bag.api import Bag, BagMessage, bag_topics, open
-from pyros1.bag.container import BagWriter
-from pyros1.bag.errors import BagError, EncryptedError, NotABagError, UnindexedError
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pyros1.bag.api import Bag, BagMessage, bag_topics, open
+    from pyros1.bag.container import BagWriter
+    from pyros1.bag.errors import BagError, EncryptedError, NotABagError, UnindexedError
 
 __all__ = [
     "Bag",
@@ -27,3 +32,25 @@ __all__ = [
     "bag_topics",
     "open",
 ]
+
+_HOMES = {
+    "Bag": "pyros1.bag.api",
+    "BagError": "pyros1.bag.errors",
+    "BagMessage": "pyros1.bag.api",
+    "BagWriter": "pyros1.bag.container",
+    "EncryptedError": "pyros1.bag.errors",
+    "NotABagError": "pyros1.bag.errors",
+    "UnindexedError": "pyros1.bag.errors",
+    "bag_topics": "pyros1.bag.api",
+    "open": "pyros1.bag.api",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used: a recorder needs none of them."""
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'pyros1.bag' has no attribute {name!r}")
+    import importlib  # noqa: PLC0415
+
+    return getattr(importlib.import_module(home), name)
