@@ -305,7 +305,7 @@ class BagFile:
 
 _KINDS = {
     b"SQLite format 3": "it is an SQLite database: a ROS 2 bag",
-    b"\x89MCAP": "it is an MCAP file",
+    b"\x89MCAP": "it is an MCAP file, of which bag import makes a bag",
     b"\x1f\x8b": "it is compressed with gzip; unpack it first",
     b"BZh": "it is compressed with bzip2; unpack it first",
     b"PK\x03\x04": "it is a zip archive; unpack it first",
