@@ -1,22 +1,32 @@
-"""Stock's nodes of rostest (L186), scripts of rosbag (L146), node names of recorder and player (L05), beside ours."""
+"""Stock's nodes of rostest (L186), scripts and node names of rosbag (L146, L05), nodes of tf (L199), beside ours."""
 
 from __future__ import annotations
 
 import os
+import queue
 import re
 import subprocess
 import sys
 import xml.etree.ElementTree
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 from harness import SOURCE, Master, stock_tools, until
 
+from pyros1.msgs import load_message
+from pyros1.node import Node
+from pyros1.tf import BufferClient, StaticTransformBroadcaster, TransformBroadcaster, TransformException
+
 MASTERS = ("ours",)  # stock's tools and ours are compared, whatever the master
 STOCK_PYTHON = "/usr/bin/python3"
 MAKER = Path(__file__).resolve().parent / "peers" / "stock_bags.py"
+ASKING = MAKER.with_name("tf_asking.py")
 OWN = SOURCE / "pyros1" / "packages"
+PROGRAM = ["-m", "pyros1", "tf"]
+LOGGED = re.compile(r"\S*\[(INFO|WARN|ERROR)\]")
 
 pytestmark = pytest.mark.ours_only
 
@@ -173,3 +183,79 @@ def test_names_of_recorder_and_player_l05(launcher: Master, bags: Path, tmp_path
         for process in started:
             process.close()
         assert names == ["/play_NS", "/record_NS"], who
+
+
+# tf -------------------------------------------------------------------------------------------------------------------
+
+QUESTIONS = [("map", "base"), ("base", "lidar"), ("map", "none"), ("map", "island"), ("map", ""), ("map", "/base")]
+
+
+@pytest.fixture
+def node(launcher: Master) -> Iterator[Node]:
+    node = Node("gaps", argv=[], environ=launcher.environ("ours"), handle_signals=False)
+    yield node
+    node.shutdown()
+
+
+def stamped(parent: str, child: str, node: Node, x: float) -> Any:
+    message: Any = load_message("geometry_msgs/TransformStamped")()
+    message.header.frame_id, message.child_frame_id, message.header.stamp = parent, child, node.now()
+    message.transform.translation.x = x
+    message.transform.rotation.w = 1.0
+    return message
+
+
+def test_buffer_servers_l199(launcher: Master, node: Node) -> None:
+    """Stock's client gets the same answers from stock's server and ours; ours does, too."""
+    StaticTransformBroadcaster(node).send_transform(
+        [stamped("map", "base", node, 1.5), stamped("base", "lidar", node, 0.5), stamped("other", "island", node, 0.0)]
+    )
+    servers = {"/stock": ["/usr/lib/tf2_ros/buffer_server"], "/ours": [sys.executable, *PROGRAM, "buffer_server"]}
+    topics = ("goal", "cancel", "status", "feedback", "result")
+    asking = []
+    for action, command in servers.items():
+        renamed = [f"/tf2_buffer_server/{topic}:={action}/{topic}" for topic in topics]
+        python = action.strip("/")
+        launcher.run([*command, f"__name:=server_{python}", *renamed], python=python)
+        asking.append(launcher.run([STOCK_PYTHON, str(ASKING), action], label=f"asking {action}"))
+    assert [process.wait(60) for process in asking] == [0, 0]
+    stock, ours = ([line for line in process.lines if not LOGGED.match(line)] for process in asking)
+    assert ours == stock
+    assert len(stock) == 13
+    answers = []
+    for action in servers:
+        client = BufferClient(node, action)
+        answers.append([told(client, question) for question in QUESTIONS])
+    assert answers[1] == answers[0]
+
+
+def told(client: BufferClient, question: tuple[str, str]) -> str:
+    try:
+        return str(client.lookup_transform(*question))
+    except TransformException as error:
+        return f"{type(error).__name__} {error}"
+
+
+def test_change_notifiers_l199(launcher: Master, node: Node) -> None:
+    """Both tell of moves that are far enough."""
+    watched = [{"source_frame": "arm", "target_frame": "base", "angular_update_distance": 1.0}]
+    moving, positions = TransformBroadcaster(node), [1.0]
+    commands = {"stock": ["/usr/lib/tf/tf_change_notifier"], "ours": [sys.executable, *PROGRAM, "change_notifier"]}
+    changes: dict[str, queue.Queue[Any]] = {}
+    for who, command in commands.items():
+        node.params[f"/notifier_{who}/frame_pairs"] = watched
+        changes[who] = queue.Queue()
+        node.subscribe(f"/changes_{who}", "tf/tfMessage", changes[who].put)
+        launcher.run([*command, f"__name:=notifier_{who}", f"tf_changes:=/changes_{who}"], python=who)
+    node.timer(0.02, lambda _: moving.send_transform(stamped("base", "arm", node, positions[-1])))
+    said: dict[str, list[tuple[str, str, float]]] = {"stock": [], "ours": []}
+    # Where stock begins is what the memory holds: it may not tell of the first position.
+    until(lambda: not changes["ours"].empty(), "the first change")
+    for place in (3.0, 4.0):
+        positions.append(place)
+        for who, came in changes.items():
+            while not said[who] or said[who][-1][2] != place:
+                (each,) = came.get(timeout=30).transforms
+                said[who].append((each.header.frame_id, each.child_frame_id, each.transform.translation.x))
+    assert said["ours"] == [("/base", "/arm", place) for place in (1.0, 3.0, 4.0)]
+    assert said["stock"][-2:] == said["ours"][-2:]

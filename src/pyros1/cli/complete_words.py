@@ -113,7 +113,10 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
         "list": (),
     },
     "tf": {
+        "buffer_server": (),
+        "change_notifier": (),
         "echo": ("frame", "frame"),
+        "empty_listener": (),
         "monitor": ("frame", "frame"),
         "remap": (),
         "static_transform_publisher": ("",) * 6 + ("frame", "frame"),

@@ -14,6 +14,9 @@ _VERBS = {
     "view_frames": ("tf_view", "draw the tree of frames into a file"),
     "static_transform_publisher": ("tf_static", "publish a transform that does not change"),
     "remap": ("tf_remap", "rename frames: from /tf_old to /tf"),
+    "buffer_server": ("tf_server", "answer lookups of other nodes"),
+    "change_notifier": ("tf_notify", "tell on /tf_changes when frames have moved"),
+    "empty_listener": ("tf_listen", "look up and do no more, for measurements"),
 }
 """Verb -> module in pyros1.cli, and what it does."""
 
@@ -21,6 +24,8 @@ _OTHERWISE = {
     "tf_echo": "echo",
     "tf_monitor": "monitor",
     "tf_remap": "remap",
+    "tf_change_notifier": "change_notifier",
+    "tf_empty_listener": "empty_listener",
     "view": "view_frames",
     "static": "static_transform_publisher",
 }

@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pyros1.tf.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
     from pyros1.tf.buffer import Buffer
+    from pyros1.tf.buffer_client import BufferClient
+    from pyros1.tf.buffer_server import BufferServer
     from pyros1.tf.errors import (
         ConnectivityException,
         ExtrapolationException,
@@ -32,6 +34,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Buffer",
+    "BufferClient",
+    "BufferServer",
     "ConnectivityException",
     "ExtrapolationException",
     "InvalidArgumentException",
@@ -45,6 +49,8 @@ __all__ = [
 
 _HOMES = {
     "Buffer": "buffer",
+    "BufferClient": "buffer_client",
+    "BufferServer": "buffer_server",
     "StaticTransformBroadcaster": "broadcaster",
     "TransformBroadcaster": "broadcaster",
     "TransformListener": "listener",

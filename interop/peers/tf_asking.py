@@ -1,0 +1,35 @@
+"""Asks a buffer server with stock's tf2_ros.BufferClient: `tf_asking.py ACTION`; prints one line per answer.
+
+Run by the system's Python.
+"""
+
+import sys
+
+import rospy
+import tf2_ros
+
+rospy.init_node("asking", anonymous=True)
+client = tf2_ros.BufferClient(sys.argv[1])
+assert client.wait_for_server(rospy.Duration(20))
+ZERO = rospy.Time()
+
+
+def answer(question, *args):
+    """Print what comes of a question."""
+    try:
+        found = question(*args)
+        if not isinstance(found, bool):
+            place = found.transform.translation
+            found = (found.header.frame_id, found.child_frame_id, str(found.header.stamp), place.x, place.y, place.z)
+        print(found, flush=True)
+    except tf2_ros.TransformException as error:
+        print(type(error).__name__, error, flush=True)
+
+
+client.lookup_transform("map", "base", ZERO, rospy.Duration(20))  # it has heard of the frames
+for source in ("base", "none", "island", "", "/base"):
+    answer(client.lookup_transform, "map", source, ZERO)
+    answer(client.can_transform, "map", source, ZERO, rospy.Duration(0.1))
+answer(client.lookup_transform, "map", "base", rospy.Time(5), rospy.Duration(0.1))
+answer(client.lookup_transform_full, "base", ZERO, "lidar", ZERO, "map")
+answer(client.lookup_transform_full, "base", ZERO, "lidar", ZERO, "none", rospy.Duration(0.1))

@@ -1,0 +1,147 @@
+"""``pyros1 tf change_notifier``: tells on /tf_changes when one frame has moved in another (L199)."""
+
+from __future__ import annotations
+
+import math
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pyros1.cli.common import CommandError, Invocation
+from pyros1.cli.usage import Parser
+from pyros1.errors import TimeMovedBackwardsError
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_TYPE = "tf/tfMessage"
+_DISTANCE = 0.1
+_ANGLE = 0.1
+_FREQUENCY = 10.0
+_USAGE = """%prog change_notifier [_polling_frequency:=HZ] [_translational_update_distance:=METRES]
+       [_angular_update_distance:=RADIANS]
+
+Publishes on tf_changes, latched, where a frame is in another one, when it has moved by more than the distance or has
+turned by more than twice the angle since it was last told. Looks HZ times a second (10). The parameter ~frame_pairs
+says which frames: a list of {source_frame: NAME, target_frame: NAME}, each with distances of its own if they are not
+0.1; without it: base_link in map."""
+_EXAMPLES = {
+    "%prog change_notifier": "tell when base_link moves in map",
+    "%prog change_notifier _frame_pairs:='[{source_frame: arm, target_frame: base_link}]'": "when the arm moves",
+}
+
+
+@dataclass
+class Pair:
+    """A frame that is watched in another.
+
+    Args:
+        source: name of the frame.
+        target: name of the other.
+        distance: in metres: how far it moves unnoticed.
+        angle: in radians: by twice as much it turns unnoticed, as tf measures it.
+    """
+
+    source: str
+    target: str
+    distance: float = _DISTANCE
+    angle: float = _ANGLE
+    _last: Any = None
+
+    def moved(self, transform: Any) -> bool:
+        """Tell whether the frame has moved since this said so last; the first time it has.
+
+        Args:
+            transform: a geometry_msgs/Transform.
+        """
+        if self._last is None or self._apart(transform, self._last):
+            self._last = transform
+            return True
+        return False
+
+    def _apart(self, one: Any, two: Any) -> bool:
+        a, b, p, q = one.translation, two.translation, one.rotation, two.rotation
+        # A quaternion and its negative are the same rotation.
+        dot = min(1.0, abs(p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w))
+        return math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) > self.distance or math.acos(dot) > self.angle
+
+
+def main(invocation: Invocation) -> int:
+    """Run the node until it is told to end; returns the exit code, 1 if its parameters are not as they should be."""
+    parser = Parser("rostf", _USAGE, _EXAMPLES)
+    _, args = parser.parse_args(invocation.args)
+    if args:
+        parser.error(f"the frames are the parameter ~frame_pairs, not {args[0]!r}")
+    from pyros1.node import Node  # noqa: PLC0415 - help needs none
+    from pyros1.tf import Buffer, TransformException, TransformListener  # noqa: PLC0415
+
+    name = f"change_notifier_{time.time_ns()}"
+    with Node(name, argv=invocation.remapping_args, environ=invocation.environ) as node:
+        frequency = _number(node.params.get("~polling_frequency", _FREQUENCY), "~polling_frequency")
+        if frequency == 0:
+            raise CommandError("the parameter ~polling_frequency must be above 0")
+        pairs = _pairs(node)
+        buffer = Buffer()
+        TransformListener(node, buffer)
+        publisher: Any = node.advertise("tf_changes", _TYPE, queue_size=1, latch=True)
+        while node.ok():
+            changes = []
+            for pair in pairs:
+                try:
+                    transform = buffer.lookup_transform(pair.target, pair.source)
+                except TransformException as error:
+                    node.log.debug("%s", error)
+                    continue
+                if pair.moved(transform.transform):
+                    # As tf has it, names begin with a slash here.
+                    transform.header.frame_id, transform.child_frame_id = f"/{pair.target}", f"/{pair.source}"
+                    changes.append(transform)
+            if changes:
+                publisher.publish(changes)
+            with suppress(TimeMovedBackwardsError):
+                node.sleep(1 / frequency)
+    return 0
+
+
+def _pairs(node: Node) -> list[Pair]:
+    distance = _number(node.params.get("~translational_update_distance", _DISTANCE), "~translational_update_distance")
+    angle = _number(node.params.get("~angular_update_distance", _ANGLE), "~angular_update_distance")
+    value = node.params.get("~frame_pairs")
+    if value is None:
+        return [Pair("base_link", "map", distance, angle)]
+    if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
+        raise CommandError(
+            f"the parameter ~frame_pairs must be a list as [{{source_frame: NAME, target_frame: NAME}}], not {value!r}"
+        )
+    pairs = [
+        Pair(
+            _frame(entry, "source_frame"),
+            _frame(entry, "target_frame"),
+            _number(entry.get("translational_update_distance", distance), "translational_update_distance"),
+            _number(entry.get("angular_update_distance", angle), "angular_update_distance"),
+        )
+        for entry in value
+    ]
+    for pair in pairs:
+        node.log.info(
+            "Watching %s in %s: moves of more than %g m, turns of more than twice %g rad",
+            pair.source,
+            pair.target,
+            pair.distance,
+            pair.angle,
+        )
+    return pairs
+
+
+def _frame(entry: dict[str, Any], key: str) -> str:
+    name = entry.get(key)
+    if not isinstance(name, str) or not name.strip("/"):
+        raise CommandError(f"in ~frame_pairs, {key} must be the name of a frame, not {name!r}")
+    return name.lstrip("/")
+
+
+def _number(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < float("inf"):
+        raise CommandError(f"the parameter {name} must be a number that is not negative, not {value!r}")
+    return float(value)

@@ -1,0 +1,198 @@
+"""Asking a buffer of another node: the client of the action tf2_msgs/LookupTransform."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import NodeShutdownError
+from pyros1.msgs import load_message
+from pyros1.tf.buffer_server import ACTION, CODES
+from pyros1.tf.errors import TimeoutException, TransformException
+from pyros1.timing import Duration, Time
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+    from pyros1.tf.buffer import Span, When
+
+_QUEUE = 10
+_SUCCEEDED = 3
+_STEP = 0.1
+"""Seconds after which simulated time is looked at again."""
+
+
+class BufferClient:
+    """Looks transforms up in the buffer of a `BufferServer`, ours or stock's.
+
+    Its lookups are those of `Buffer`, for any number of threads.
+
+    Args:
+        node: whose topics and time count.
+        name: of the server's action.
+        timeout_padding: seconds that an answer may take beyond the time that a lookup may take in the server.
+    """
+
+    def __init__(self, node: Node, name: str = ACTION, timeout_padding: Span = 2.0) -> None:
+        self.name = node.resolve(name)
+        self._node = node
+        self._padding = _seconds(timeout_padding)
+        self._numbers = itertools.count(1)
+        self._changed = threading.Condition()
+        self._answers: dict[str, Any] = {}  # those who wait have None here
+        self._action_goal: Any = load_message("tf2_msgs/LookupTransformActionGoal")
+        self._goal: Any = load_message("tf2_msgs/LookupTransformGoal")
+        self._goal_id: Any = load_message("actionlib_msgs/GoalID")
+        self._goals = node.advertise(f"{name}/goal", self._action_goal, queue_size=_QUEUE)
+        self._cancels = node.advertise(f"{name}/cancel", self._goal_id, queue_size=_QUEUE)
+        outcome = load_message("tf2_msgs/LookupTransformActionResult")
+        # direct: not through the queue of a node that spins, which may be waiting in a lookup
+        self._results = node._topics.subscribe(
+            node.resolve(f"{name}/result"), outcome, self._result_came, _QUEUE, direct=True
+        )
+        node.on_shutdown(self._wake)
+
+    def wait_for_server(self, timeout: Span = None) -> bool:
+        """Wait until the server is connected.
+
+        Args:
+            timeout: seconds of wall time; None waits until the node ends.
+
+        Returns:
+            Whether it is.
+        """
+        ends = None if timeout is None else monotonic() + _seconds(timeout)
+        if not self._goals.wait_for_subscribers(timeout=_left(ends)):
+            return False
+        return self._results.wait_for_publishers(timeout=_left(ends))
+
+    def lookup_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> Any:
+        """Return where ``source_frame`` is in ``target_frame``, as `Buffer.lookup_transform` does.
+
+        Raises:
+            TimeoutException: there is no server, or it does not answer.
+            TransformException: the server's buffer has no such transform; of the same kinds as `Buffer`'s.
+            NodeShutdownError: the node ended during the wait.
+        """
+        goal = self._goal(target_frame=target_frame, source_frame=source_frame, source_time=_time(time))
+        return self._ask(goal, _seconds(timeout))
+
+    def lookup_transform_full(
+        self,
+        target_frame: str,
+        target_time: When,
+        source_frame: str,
+        source_time: When,
+        fixed_frame: str,
+        timeout: Span = None,
+    ) -> Any:
+        """Return where ``source_frame`` was at ``source_time``, seen from ``target_frame`` at ``target_time``; see
+        `Buffer.lookup_transform_full`. Raises as `lookup_transform`."""
+        goal = self._goal(
+            target_frame=target_frame,
+            source_frame=source_frame,
+            source_time=_time(source_time),
+            target_time=_time(target_time),
+            fixed_frame=fixed_frame,
+            advanced=True,
+        )
+        return self._ask(goal, _seconds(timeout))
+
+    def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
+        """Tell whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
+
+        Raises:
+            NodeShutdownError: the node ended during the wait.
+        """
+        try:
+            self.lookup_transform(target_frame, source_frame, time, timeout)
+        except TransformException:
+            return False
+        return True
+
+    def can_transform_full(
+        self,
+        target_frame: str,
+        target_time: When,
+        source_frame: str,
+        source_time: When,
+        fixed_frame: str,
+        timeout: Span = None,
+    ) -> bool:
+        """Tell whether `lookup_transform_full` succeeds, now or within ``timeout`` seconds."""
+        try:
+            self.lookup_transform_full(target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
+        except TransformException:
+            return False
+        return True
+
+    def close(self) -> None:
+        """Give up the topics."""
+        self._goals.unregister()
+        self._cancels.unregister()
+        self._results.unregister()
+
+    def _ask(self, goal: Any, timeout: float) -> Any:
+        goal.timeout = Duration.from_sec(timeout)
+        allowed = timeout + self._padding
+        if not self.wait_for_server(allowed):
+            self._check_running()
+            raise TimeoutException(f"there is no buffer server at {self.name}")
+        now = self._node.now()
+        goal_id = self._goal_id(now, f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}")
+        message = self._action_goal(goal_id=goal_id, goal=goal)
+        message.header.stamp = now
+        self._answers[goal_id.id] = None
+        try:
+            self._goals.publish(message)
+            answer = self._await(goal_id, now + Duration.from_sec(allowed))
+        finally:
+            del self._answers[goal_id.id]
+        if answer.status.status != _SUCCEEDED:
+            raise TransformException(f"the server has given up the lookup (status {answer.status.status})")
+        error = answer.result.error
+        if error.error:
+            raise CODES.get(error.error, TransformException)(error.error_string)
+        return answer.result.transform
+
+    def _await(self, goal_id: Any, ends: Time) -> Any:
+        with self._changed:
+            while (answer := self._answers[goal_id.id]) is None:
+                self._check_running()
+                left = (ends - self._node.now()).to_sec()
+                if left <= 0:
+                    self._cancels.publish(goal_id)
+                    raise TimeoutException(f"the buffer server at {self.name} did not answer")
+                self._changed.wait(min(left, _STEP))
+        return answer
+
+    def _result_came(self, message: Any) -> None:
+        with self._changed:
+            if message.status.goal_id.id in self._answers:  # else: another client's
+                self._answers[message.status.goal_id.id] = message
+                self._changed.notify_all()
+
+    def _wake(self) -> None:
+        with self._changed:
+            self._changed.notify_all()
+
+    def _check_running(self) -> None:
+        if not self._node.ok():
+            raise NodeShutdownError("the node has ended, and with it the wait for a transform")
+
+
+def _left(ends: float | None) -> float | None:
+    return None if ends is None else max(0.0, ends - monotonic())
+
+
+def _time(when: When) -> Time:
+    if not when:
+        return Time()
+    return Time.from_sec(when) if isinstance(when, (int, float)) else Time(when.secs, when.nsecs)
+
+
+def _seconds(span: Span) -> float:
+    if not span:
+        return 0.0
+    return float(span if isinstance(span, (int, float)) else span.to_sec())

@@ -1,0 +1,191 @@
+"""A buffer that other nodes can ask: the server of the action tf2_msgs/LookupTransform.
+
+The protocol is actionlib's (https://wiki.ros.org/actionlib/DetailedDescription).
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pyros1.msgs import load_message
+from pyros1.tf import errors
+from pyros1.timing import Duration, Time
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+    from pyros1.tf.buffer import Buffer
+
+ACTION = "tf2_buffer_server"
+"""Name of the action, if it has no other."""
+_CHECK = 0.01
+_STATUS = 0.2
+_KEPT = Duration(5)
+"""For so long the status of a goal that has ended is told."""
+_QUEUE = 50
+
+CODES: dict[int, type[errors.TransformException]] = {
+    1: errors.LookupException,
+    2: errors.ConnectivityException,
+    3: errors.ExtrapolationException,
+    4: errors.InvalidArgumentException,
+    5: errors.TimeoutException,
+    6: errors.TransformException,
+}
+"""What the codes of tf2_msgs/TF2Error mean; 0 is no error."""
+
+
+@dataclass
+class _Goal:
+    """A lookup that was asked for.
+
+    Attributes:
+        status: its actionlib_msgs/GoalStatus.
+        lookup: makes the transform.
+        deadline: until then it may fail.
+        ended: since when its outcome is known; None while it waits.
+    """
+
+    status: Any
+    lookup: Callable[[], Any]
+    deadline: Time
+    ended: Time | None = None
+
+
+class BufferServer:
+    """Answers lookups of other nodes from a buffer, at once or when the transform has come, at the latest in time.
+
+    Programs ask it with a `BufferClient` instead of listening to all transforms themselves. In a node that spins it
+    answers while the node does.
+
+    Args:
+        node: whose topics and time count.
+        buffer: what is asked, filled by a `TransformListener`.
+        name: of the action: its topics are ``NAME/goal``, ``NAME/cancel``, ``NAME/status``, ``NAME/feedback`` and
+            ``NAME/result``.
+    """
+
+    def __init__(self, node: Node, buffer: Buffer, name: str = ACTION) -> None:
+        self._node = node
+        self._buffer = buffer
+        self._lock = threading.Lock()
+        self._goals: dict[str, _Goal] = {}
+        self._numbers = itertools.count(1)
+        self._cancelled = Time()  # goals up to then are cancelled, whenever they come
+        self._closed = False
+        self._header: Any = load_message("std_msgs/Header")
+        self._status: Any = load_message("actionlib_msgs/GoalStatus")
+        self._statuses: Any = load_message("actionlib_msgs/GoalStatusArray")
+        self._outcome: Any = load_message("tf2_msgs/LookupTransformActionResult")
+        self._result: Any = load_message("tf2_msgs/LookupTransformResult")
+        feedback: Any = load_message("tf2_msgs/LookupTransformActionFeedback")
+        self._feedback = node.advertise(f"{name}/feedback", feedback, queue_size=_QUEUE)  # part of the protocol
+        self._results = node.advertise(f"{name}/result", self._outcome, queue_size=_QUEUE)
+        self._told = node.advertise(f"{name}/status", self._statuses, queue_size=_QUEUE, latch=True)
+        self._subscribers = [
+            node.subscribe(f"{name}/goal", "tf2_msgs/LookupTransformActionGoal", self._goal_came),
+            node.subscribe(f"{name}/cancel", "actionlib_msgs/GoalID", self._cancel_came),
+        ]
+        self._timers = [node.timer(_CHECK, lambda _: self._check()), node.timer(_STATUS, lambda _: self._tell())]
+        node.on_shutdown(self._stop)
+
+    def close(self) -> None:
+        """Answer no more; lookups that wait get no answer."""
+        self._stop()
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        for publisher in (self._feedback, self._results, self._told):
+            publisher.unregister()
+
+    def _stop(self) -> None:
+        """Publish nothing from now on."""
+        for timer in self._timers:
+            timer.shutdown()
+        with self._lock:
+            self._closed = True
+
+    def _goal_came(self, message: Any) -> None:
+        goal_id, now = message.goal_id, self._node.now()
+        if not goal_id.id:
+            goal_id.id = f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}"
+        goal_id.stamp = goal_id.stamp or now
+        with self._lock:
+            known = self._goals.get(goal_id.id)
+            if self._closed:
+                return
+            if known is None:
+                status = self._status(goal_id, self._status.ACTIVE, "")
+                goal = _Goal(status, self._lookup(message.goal), now + message.goal.timeout)
+                self._goals[goal_id.id] = goal
+                if goal_id.stamp <= self._cancelled:
+                    self._end(goal, self._status.RECALLED)
+                elif not self._answer(goal):
+                    self._tell_all()
+            elif known.status.status == self._status.RECALLING:
+                self._end(known, self._status.RECALLED)
+
+    def _lookup(self, goal: Any) -> Callable[[], Any]:
+        if not goal.advanced:
+            return lambda: self._buffer.lookup_transform(goal.target_frame, goal.source_frame, goal.source_time)
+        return lambda: self._buffer.lookup_transform_full(
+            goal.target_frame, goal.target_time, goal.source_frame, goal.source_time, goal.fixed_frame
+        )
+
+    def _cancel_came(self, goal_id: Any) -> None:
+        """One goal is meant by its id, older ones by the stamp, all if there is neither."""
+        with self._lock:
+            if self._closed:
+                return
+            for goal in list(self._goals.values()):
+                one = goal.status.goal_id
+                older = bool(goal_id.stamp) and one.stamp <= goal_id.stamp
+                if goal.ended is None and (one.id == goal_id.id or older or not (goal_id.id or goal_id.stamp)):
+                    self._end(goal, self._status.PREEMPTED)
+            if goal_id.id and goal_id.id not in self._goals:  # it has overtaken its goal
+                status, now = self._status(goal_id, self._status.RECALLING, ""), self._node.now()
+                self._goals[goal_id.id] = _Goal(status, lambda: None, now, now)
+            self._cancelled = max(self._cancelled, goal_id.stamp)
+
+    def _check(self) -> None:
+        with self._lock:
+            for goal in list(self._goals.values()):
+                if goal.ended is None and not self._closed:
+                    self._answer(goal)
+
+    def _answer(self, goal: _Goal) -> bool:
+        """Answer a goal if its transform is there, or its time is over; return whether it was. Lock held."""
+        result = self._result()
+        try:
+            result.transform = goal.lookup()
+        except errors.TransformException as error:
+            if self._node.now() < goal.deadline:
+                return False
+            result.error.error = next(code for code, kind in CODES.items() if isinstance(error, kind))
+            result.error.error_string = str(error)
+        self._end(goal, self._status.SUCCEEDED, result)
+        return True
+
+    def _end(self, goal: _Goal, status: int, result: Any = None) -> None:
+        goal.status.status, goal.ended = status, self._node.now()
+        result = self._result() if result is None else result
+        self._results.publish(self._outcome(self._stamp(), goal.status, result))
+        self._tell_all()
+
+    def _tell(self) -> None:
+        with self._lock:
+            if not self._closed:
+                self._tell_all()
+
+    def _tell_all(self) -> None:
+        """Publish the status of all goals; those that ended long ago are forgotten. Lock held."""
+        now = self._node.now()
+        for name, goal in list(self._goals.items()):
+            if goal.ended is not None and not goal.ended <= now <= goal.ended + _KEPT:  # simulated time may jump back
+                del self._goals[name]
+        self._told.publish(self._statuses(self._stamp(), [goal.status for goal in self._goals.values()]))
+
+    def _stamp(self) -> Any:
+        return self._header(stamp=self._node.now())
