@@ -26,7 +26,8 @@ def answer(question, *args):
         print(type(error).__name__, error, flush=True)
 
 
-client.lookup_transform("map", "base", ZERO, rospy.Duration(20))  # it has heard of the frames
+while not client.can_transform("map", "base", ZERO, rospy.Duration(0.5)):
+    pass  # it has not heard of the frames yet, or has not seen who listens to its results
 for source in ("base", "none", "island", "", "/base"):
     answer(client.lookup_transform, "map", source, ZERO)
     answer(client.can_transform, "map", source, ZERO, rospy.Duration(0.1))

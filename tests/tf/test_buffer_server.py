@@ -154,6 +154,32 @@ def test_a_server_that_does_not_answer_is_told_to_give_up(make_node: Make) -> No
     assert cancels.get(timeout=PATIENCE).id.startswith("/client-1-")
 
 
+def test_an_answer_that_was_lost_is_asked_for_again(make_node: Make) -> None:
+    """A server may see the one who listens to results after it has answered."""
+    server = make_node("server")
+    results: Any = server.advertise("/other/result", "tf2_msgs/LookupTransformActionResult")
+    statuses: Any = server.advertise("/other/status", "actionlib_msgs/GoalStatusArray")
+    client = BufferClient(make_node("client"), "/other", timeout_padding=PATIENCE)
+    asked: list[str] = []
+
+    def answer(goal: Any) -> None:
+        asked.append(goal.goal_id.id)
+        status = STATUS(goal.goal_id, STATUS.SUCCEEDED, "")
+        if len(asked) > 1:
+            outcome: Any = results.type(status=status)
+            outcome.result.transform.child_frame_id = "base"
+            results.publish(outcome)
+        else:
+            for _ in range(2):
+                statuses.publish(status_list=[status])
+
+    server.subscribe("/other/goal", "tf2_msgs/LookupTransformActionGoal", answer)
+    assert statuses.wait_for_subscribers(timeout=PATIENCE)
+    assert results.wait_for_subscribers(timeout=PATIENCE)
+    assert client.lookup_transform("map", "base").child_frame_id == "base"
+    assert len(set(asked)) == 2
+
+
 def test_the_node_ends_during_a_lookup(make_node: Make, actor: Actor) -> None:
     node = make_node("client")
     client = BufferClient(node)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import threading
+from collections.abc import Callable
+from dataclasses import dataclass
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +17,28 @@ from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
     from pyros1.node import Node
+    from pyros1.node.subscriber import Subscriber
     from pyros1.tf.buffer import Span, When
 
 _QUEUE = 10
 _SUCCEEDED = 3
+_ENDED = frozenset({2, 3, 4, 5, 8})
+"""Of actionlib_msgs/GoalStatus: nothing changes after these."""
 _STEP = 0.1
 """Seconds after which simulated time is looked at again."""
+
+
+@dataclass
+class _Question:
+    """A lookup under way.
+
+    Attributes:
+        answer: the server's.
+        ended: how often the server has said that it has answered.
+    """
+
+    answer: Any = None
+    ended: int = 0
 
 
 class BufferClient:
@@ -40,18 +58,20 @@ class BufferClient:
         self._padding = _seconds(timeout_padding)
         self._numbers = itertools.count(1)
         self._changed = threading.Condition()
-        self._answers: dict[str, Any] = {}  # those who wait have None here
+        self._questions: dict[str, _Question] = {}
         self._action_goal: Any = load_message("tf2_msgs/LookupTransformActionGoal")
         self._goal: Any = load_message("tf2_msgs/LookupTransformGoal")
         self._goal_id: Any = load_message("actionlib_msgs/GoalID")
         self._goals = node.advertise(f"{name}/goal", self._action_goal, queue_size=_QUEUE)
         self._cancels = node.advertise(f"{name}/cancel", self._goal_id, queue_size=_QUEUE)
-        outcome = load_message("tf2_msgs/LookupTransformActionResult")
-        # direct: not through the queue of a node that spins, which may be waiting in a lookup
-        self._results = node._topics.subscribe(
-            node.resolve(f"{name}/result"), outcome, self._result_came, _QUEUE, direct=True
-        )
+        self._results = self._subscribe(f"{name}/result", "tf2_msgs/LookupTransformActionResult", self._result_came)
+        self._statuses = self._subscribe(f"{name}/status", "actionlib_msgs/GoalStatusArray", self._status_came)
         node.on_shutdown(self._wake)
+
+    def _subscribe(self, topic: str, kind: str, callback: Callable[[Any], None]) -> Subscriber[Any]:
+        # direct: not through the queue of a node that spins, which may be waiting in a lookup
+        node = self._node
+        return node._topics.subscribe(node.resolve(topic), load_message(kind), callback, _QUEUE, direct=True)
 
     def wait_for_server(self, timeout: Span = None) -> bool:
         """Wait until the server is connected.
@@ -132,6 +152,7 @@ class BufferClient:
         self._goals.unregister()
         self._cancels.unregister()
         self._results.unregister()
+        self._statuses.unregister()
 
     def _ask(self, goal: Any, timeout: float) -> Any:
         goal.timeout = Duration.from_sec(timeout)
@@ -139,16 +160,10 @@ class BufferClient:
         if not self.wait_for_server(allowed):
             self._check_running()
             raise TimeoutException(f"there is no buffer server at {self.name}")
-        now = self._node.now()
-        goal_id = self._goal_id(now, f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}")
-        message = self._action_goal(goal_id=goal_id, goal=goal)
-        message.header.stamp = now
-        self._answers[goal_id.id] = None
-        try:
-            self._goals.publish(message)
-            answer = self._await(goal_id, now + Duration.from_sec(allowed))
-        finally:
-            del self._answers[goal_id.id]
+        ends = self._node.now() + Duration.from_sec(allowed)
+        answer = None
+        while answer is None:  # a server that saw us too late has answered others only: ask again
+            answer = self._ask_once(goal, ends)
         if answer.status.status != _SUCCEEDED:
             raise TransformException(f"the server has given up the lookup (status {answer.status.status})")
         error = answer.result.error
@@ -156,22 +171,41 @@ class BufferClient:
             raise CODES.get(error.error, TransformException)(error.error_string)
         return answer.result.transform
 
-    def _await(self, goal_id: Any, ends: Time) -> Any:
-        with self._changed:
-            while (answer := self._answers[goal_id.id]) is None:
-                self._check_running()
-                left = (ends - self._node.now()).to_sec()
-                if left <= 0:
-                    self._cancels.publish(goal_id)
-                    raise TimeoutException(f"the buffer server at {self.name} did not answer")
-                self._changed.wait(min(left, _STEP))
-        return answer
+    def _ask_once(self, goal: Any, ends: Time) -> Any:
+        """Send a goal and wait for the answer; None if there was one that did not reach us."""
+        now = self._node.now()
+        goal_id = self._goal_id(now, f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}")
+        message = self._action_goal(goal_id=goal_id, goal=goal)
+        message.header.stamp = now
+        question = self._questions[goal_id.id] = _Question()
+        try:
+            self._goals.publish(message)
+            with self._changed:
+                while question.answer is None and question.ended < 2:
+                    self._check_running()
+                    left = (ends - self._node.now()).to_sec()
+                    if left <= 0:
+                        self._cancels.publish(goal_id)
+                        raise TimeoutException(f"the buffer server at {self.name} did not answer")
+                    self._changed.wait(min(left, _STEP))
+        finally:
+            del self._questions[goal_id.id]
+        return question.answer
 
     def _result_came(self, message: Any) -> None:
         with self._changed:
-            if message.status.goal_id.id in self._answers:  # else: another client's
-                self._answers[message.status.goal_id.id] = message
+            question = self._questions.get(message.status.goal_id.id)
+            if question is not None:  # else: another client's
+                question.answer = message
                 self._changed.notify_all()
+
+    def _status_came(self, message: Any) -> None:
+        with self._changed:
+            for status in message.status_list:
+                question = self._questions.get(status.goal_id.id)
+                if question is not None and status.status in _ENDED:
+                    question.ended += 1
+                    self._changed.notify_all()
 
     def _wake(self) -> None:
         with self._changed:
