@@ -24,6 +24,7 @@ from pyros1.wire.handshake import TopicType
 
 _STATUS_TIME = 0.1
 _PATIENCE = 0.05
+_GIVE_UP = 5.0
 _OWN_TYPES = ("rosgraph_msgs/Log", "rosgraph_msgs/Clock")
 """Types of the topics that a node publishes itself; its publisher takes messages that are still encoded as others."""
 
@@ -162,6 +163,21 @@ class Player:
     def dropped(self) -> int:
         """Return how many messages connected subscribers have lost because they were too slow."""
         return sum({one.name: one.dropped for one in self._publishers.values()}.values())
+
+    def wait_until_taken(self) -> bool:
+        """Wait for slow subscribers to take what they still have to get; one that takes nothing for 5 s is given up.
+
+        Returns:
+            Whether they have it all; False also if the user ends the wait.
+        """
+        left, until = inf, perf_counter() + _GIVE_UP
+        while True:
+            waiting = sum({one.name: one.waiting for one in self._publishers.values()}.values())
+            if not waiting or self._control.ended or perf_counter() > until:
+                return not waiting
+            if waiting < left:
+                left, until = waiting, perf_counter() + _GIVE_UP
+            self._control.wait(_PATIENCE)
 
     # Playing ----------------------------------------------------------------------------------------------------------
 

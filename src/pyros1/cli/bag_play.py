@@ -101,6 +101,8 @@ def _play(node: Node, bags: Bags, options: Values, control: Control) -> int:
             while not control.ended:
                 control.wait(1.0)
     line.clear()
+    if not player.wait_until_taken():
+        node.log.warn("subscribers that were too slow did not get all messages")
     dropped = player.dropped()
     if dropped:
         node.log.warn("%d messages were lost by subscribers that were too slow; see --queue", dropped)

@@ -93,6 +93,11 @@ class SubscriberLink:
         return self._queue.dropped
 
     @property
+    def waiting(self) -> int:
+        """Messages that the subscriber has not taken yet."""
+        return len(self._queue)
+
+    @property
     def connected(self) -> bool:
         """Whether the link is up."""
         return not self._closed

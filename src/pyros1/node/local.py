@@ -62,6 +62,11 @@ class LocalLink:
         return 0
 
     @property
+    def waiting(self) -> int:
+        """Messages that have not been sent: they are handed over at once."""
+        return 0
+
+    @property
     def connected(self) -> bool:
         """Whether the link is up."""
         return self._open

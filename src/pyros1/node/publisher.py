@@ -45,6 +45,8 @@ class Link(Protocol):
     @property
     def dropped(self) -> int: ...
     @property
+    def waiting(self) -> int: ...
+    @property
     def connected(self) -> bool: ...
     def send(self, frame: Frame) -> None: ...
     def offer(self, frame: Frame) -> None: ...
@@ -89,7 +91,7 @@ class Publication:
         self.handles = 0
         self.on_change: list[Callable[[], None]] = []
         self._seq = itertools.count(1)  # from 1, as rospy (T22)
-        self._latched: Frame | None = None
+        self._latched: dict[object, Frame] = {}  # by publisher: each has its own, as in roscpp
         self._lock = threading.Lock()
         self._order = threading.RLock()  # a signal handler may publish, too
         self._closed = False
@@ -128,17 +130,27 @@ class Publication:
             for taker in local:
                 taker.hand_over(copy)
 
-    def _keep(self, frame: Frame) -> tuple[Link, ...]:
-        """Make a frame the latched one; return the links that must still get it: later ones get it when they come."""
+    def _keep(self, frame: Frame, source: object = None) -> tuple[Link, ...]:
+        """Make a frame the latched one of a source; return the links that must still get it: later ones get it too."""
         with self._lock:
-            self._latched = frame if isinstance(frame, bytes) else b"".join(frame)
+            self._latched[source] = frame if isinstance(frame, bytes) else b"".join(frame)
             return self.links
 
-    def publish_body(self, body: bytes) -> None:
-        """Send an already encoded message."""
+    def publish_body(self, body: bytes, source: object = None) -> None:
+        """Send an already encoded message.
+
+        Args:
+            body: its bytes.
+            source: for a latched topic: whose last message it is. Later subscribers get the last one of each source.
+        """
         frame = len(body).to_bytes(_U32_SIZE, "little") + body
-        for link in self._keep(frame) if self.latch else self.links:
+        for link in self._keep(frame, source) if self.latch else self.links:
             link.send(frame)
+
+    def forget(self, source: object) -> None:
+        """Forget a source's latched message."""
+        with self._lock:
+            self._latched.pop(source, None)
 
     def accept(self, sock: socket.socket, header: dict[str, str]) -> None:
         """Answer a subscriber's header and take it as a link. On the loop.
@@ -180,8 +192,8 @@ class Publication:
         with self._lock:
             closed = self._closed
             if not closed:
-                if self._latched is not None:
-                    link.offer(self._latched)
+                for frame in self._latched.values():
+                    link.offer(frame)
                 self._set_links((*self.links, link))
         if closed:
             link.close()  # calls _remove, which takes the lock
@@ -213,7 +225,7 @@ class Publication:
         """
         with self._lock:
             self._closed = True
-            links, self._latched = self.links, None
+            links, self._latched = self.links, {}
         if until is None:
             until = perf_counter() + FAREWELL
         for link in links:
@@ -233,6 +245,7 @@ class Publisher(Generic[_M]):
         self.type = message_class
         self._publication = publication
         self._unregister: Callable[[], None] | None = unregister
+        self._raw = message_class is AnyMsg
         self._md5sum: str = message_class._md5sum  # type: ignore[attr-defined]  # Message or AnyMsg
 
     def publish(self, *args: Any, **fields: Any) -> None:
@@ -254,7 +267,10 @@ class Publisher(Generic[_M]):
         if len(args) == 1 and not fields:
             message = args[0]
             if isinstance(message, self.type):
-                self._publication.publish(message)
+                if self._raw and (self._publication.latch or self._publication.message_class is not AnyMsg):
+                    self._publication.publish_body(message._buff, self)  # type: ignore[attr-defined]
+                else:
+                    self._publication.publish(message)
                 return
             if isinstance(message, (Message, AnyMsg)):
                 self._publish_other(message)
@@ -283,6 +299,11 @@ class Publisher(Generic[_M]):
         """Messages that slow subscribers have lost, all together, as far as they are still connected."""
         return sum(link.dropped for link in self._publication.links)
 
+    @property
+    def waiting(self) -> int:
+        """Messages that slow subscribers have not taken yet, all together."""
+        return sum(link.waiting for link in self._publication.links)
+
     def wait_for_subscribers(self, count: int = 1, timeout: float | None = None) -> bool:
         """Wait until at least ``count`` subscribers are connected.
 
@@ -298,6 +319,7 @@ class Publisher(Generic[_M]):
         """Stop publishing; the topic is unregistered with its last publisher in this node."""
         unregister, self._unregister = self._unregister, None
         if unregister is not None:
+            self._publication.forget(self)
             unregister()
 
     def __enter__(self) -> Publisher[_M]:
