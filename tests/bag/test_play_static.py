@@ -86,6 +86,12 @@ def test_after_a_seek_in_a_bag_that_names_no_publishers(make_node: Any, tmp_path
     assert heard_late(make_node, [path], start=5.0) == {"base": "map", "laser": "map"}
 
 
+def test_after_a_seek_in_a_bag_that_names_one_publisher_for_several(make_node: Any, tmp_path: Path) -> None:
+    """Such as stock's `rosbag filter` writes: all messages of a topic get the first one's connection."""
+    path = write(tmp_path / "x.bag", [(0, "/a", transforms("base")), (1, "/a", transforms("laser"))])
+    assert heard_late(make_node, [path], start=5.0) == {"base": "map", "laser": "map"}
+
+
 def test_what_one_publisher_repeats_goes_out_as_stored() -> None:
     sent: list[bytes] = []
     static = StaticTransforms(lambda message: sent.append(message._buff))

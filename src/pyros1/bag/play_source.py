@@ -19,7 +19,7 @@ _BATCH_MESSAGES = 500
 _OVERHEAD = 1500
 """What a message takes beside its bytes, and more: not too many are read ahead, as the garbage collector visits all."""
 _STATIC_CHUNKS = 20
-"""Chunks that are read for static transforms whose publishers the bag does not tell apart."""
+"""Chunks that are read, from the beginning of a bag, for static transforms."""
 
 
 class Played(NamedTuple):
@@ -97,16 +97,17 @@ class Bags:
     def latched_before(self, time: int) -> list[Played]:
         """Return what subscribers that come at a time would get, by time: the last message of each latched connection.
 
-        Of static transforms whose publishers are not told apart, those at the beginning of the bag as well.
+        Of static transforms also those at the beginning of the bag: Python programs, and filters of other tools, store
+        several publishers as one connection.
         """
         found: list[Played] = []
         for number, reader in enumerate(self.readers):
             chosen = self._chosen[number]
             chosen_ones = [one for conn, one in reader.connections.items() if chosen is None or conn in chosen]
-            latched = {one.id for one in chosen_ones if one.latching or keeps_static(one)}
-            mixed = {one.id for one in chosen_ones if not one.latching and keeps_static(one)}
-            found += [Played(number, message) for message in _first_ones(reader, mixed, time)]
-            found += [Played(number, message) for message in _last_before(reader, latched, time)]
+            static = {one.id for one in chosen_ones if keeps_static(one)}
+            latched = {one.id for one in chosen_ones if one.latching}
+            found += [Played(number, message) for message in _first_ones(reader, static, time)]
+            found += [Played(number, message) for message in _last_before(reader, latched | static, time)]
         found.sort(key=lambda played: played.message.time)
         return found
 
