@@ -141,6 +141,17 @@ def test_filter_refuses(run: Run, make_bag: Make, tmp_path: Path, words: list[st
     assert [path.name for path in tmp_path.iterdir()] == ["x.bag"]
 
 
+def test_filter_of_misspelt_names(run: Run, make_bag: Make) -> None:
+    make_bag("x.bag")
+    code, out, err = run("filter", "x.bag", "y.bag", "--topics", "/a,/aa", "--drop-connections", "nobody")
+    assert (code, out) == (0, "y.bag: 50 of 100 messages\n")
+    first, second = err.splitlines()
+    assert first.startswith("WARNING: /aa is not in the bag (did you mean '/a'")
+    assert second == "WARNING: no connection of the bag is nobody"
+    code, _, err = run("filter", "x.bag", "y.bag", "--from", "2", "--to", "1")
+    assert (code, "--from 2 is later than --to 1" in err) == (2, True)
+
+
 def test_merge(run: Run, make_bag: Make, tmp_path: Path) -> None:
     make_bag("x.bag")
     run("filter", "x.bag", "a.bag", "topic == '/a'")
@@ -186,6 +197,7 @@ def test_retime(run: Run, make_bag: Make) -> None:
         assert (bag.start.to_nsec(), bag.end.to_nsec()) == (10**18, 10**18 + 495_000_000)
     assert "cannot be stored" in run("retime", "x.bag", "z.bag", "--offset", "-200")[2]
     assert run("retime", "x.bag", "z.bag", "--rate", "0")[0] == 2
+    assert "You must specify --offset" in run("retime", "x.bag", "z.bag")[2]
 
 
 def test_usage(run: Run) -> None:

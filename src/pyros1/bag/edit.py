@@ -157,6 +157,7 @@ def split(
     compression: str = "none",
     cipher: Cipher | None = None,
     repeat_latched: bool = False,
+    progress: Callable[[int], object] | None = None,
 ) -> list[str]:
     """Write messages into several bags, one after the other.
 
@@ -168,6 +169,7 @@ def split(
         count: begin another part after so many messages.
         cipher: encrypts the new bags.
         repeat_latched: begin every part with the last message of each latched connection, at the part's first time.
+        progress: called with the number of bytes that are done, before compression.
 
     Returns:
         The files.
@@ -178,6 +180,7 @@ def split(
     """
     paths: list[str] = []
     latched: dict[int, RawMessage] = {}
+    done = 0
     message = next(messages, None)
     while message is not None:
         paths.append(name(len(paths)))
@@ -190,6 +193,9 @@ def split(
                 out.write(message)
                 if repeat_latched and message.connection.latching:
                     latched[id(message.connection)] = message
+                done += len(message.data) + RECORD_OVERHEAD
+                if progress is not None:
+                    progress(done)
                 message = next(messages, None)
                 if message is not None and (
                     (size is not None and writer.size >= size)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
 from optparse import OptionParser, Values
 
 from pyros1.bag.edit import Choice
 from pyros1.bag.reader import BagReader
 from pyros1.cli.bag_files import parse_time
+from pyros1.cli.common import CommandError, did_you_mean
 
 
 def add_choice(parser: OptionParser) -> None:
@@ -40,11 +43,26 @@ def choice_of(options: Values, bag: BagReader) -> Choice:
         bag: the one whose times seconds are counted from.
 
     Raises:
-        CommandError: a time is none.
+        CommandError: a time is none, or there is nothing between the times.
     """
     begin = None if options.begin is None else parse_time(options.begin, bag, "--from")
     end = None if options.end is None else parse_time(options.end, bag, "--to")
+    if begin is not None and end is not None and begin > end:
+        raise CommandError(f"--from {options.begin} is later than --to {options.end}", 2)
     return Choice(_words(options.topics), begin, end, frozenset(_words(options.drop_connections)))
+
+
+def warn_of_strangers(choice: Choice, bags: Sequence[BagReader]) -> None:
+    """Say which of the topics and connections that were named are in none of the bags: misspelt ones, most likely."""
+    connections = [one for bag in bags for one in bag.connections.values()]
+    topics = {one.topic for one in connections}
+    for name in choice.topics:
+        if not any(Choice([name]).connections(bag) for bag in bags):
+            print(f"WARNING: {name} is not in the bag{did_you_mean(name, topics)}", file=sys.stderr)
+    callers = {one.callerid for one in connections}
+    for name in sorted(choice.drop):
+        if name not in callers and name not in {str(one.id) for one in connections}:
+            print(f"WARNING: no connection of the bag is {name}{did_you_mean(name, callers)}", file=sys.stderr)
 
 
 def chosen(options: Values) -> bool:

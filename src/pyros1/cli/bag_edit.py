@@ -13,7 +13,7 @@ from pyros1.bag.api import Bag
 from pyros1.bag.reader import BagReader, RawMessage
 from pyros1.bag.records import NS
 from pyros1.bag.reindex import reindex as reindex_bag
-from pyros1.cli.bag_choice import add_choice, choice_of
+from pyros1.cli.bag_choice import add_choice, choice_of, warn_of_strangers
 from pyros1.cli.bag_files import different, interruptible, new_file, parse_time, rewrite_each
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
 from pyros1.cli.progress import Progress
@@ -119,9 +119,11 @@ def merge(invocation: Invocation) -> None:
     with ExitStack() as stack:
         bags = [stack.enter_context(BagReader(source)) for source in sources]
         first = min(bags, key=lambda bag: bag.start or sys.maxsize)
+        choice = choice_of(options, first)
+        warn_of_strangers(choice, bags)
         progress = stack.enter_context(Progress(target, sum(map(content_size, bags))))
         part = stack.enter_context(new_file(target))
-        messages = edit.merged(bags, choice_of(options, first))
+        messages = edit.merged(bags, choice)
         cipher = next((bag.file.cipher for bag in bags if bag.file.cipher is not None), None)
         count = edit.copy(messages, part, compression=options.compression, cipher=cipher, progress=progress)
     print(f"{target}: {count} messages")
@@ -150,16 +152,20 @@ def split(invocation: Invocation) -> None:
     if options.output_dir is not None:
         stem = os.path.join(options.output_dir, os.path.basename(stem))
     with BagReader(args[0]) as bag, interruptible("the files so far are whole"):
-        paths = edit.split(
-            choice_of(options, bag).messages(bag),
-            lambda number: f"{stem}_{number}{extension or '.bag'}",
-            size=None if options.size is None else int(options.size * (1 << 20)),
-            duration=None if duration is None else int(duration * NS),
-            count=options.count,
-            compression=options.compression,
-            cipher=bag.file.cipher,
-            repeat_latched=bool(options.repeat_latched),
-        )
+        choice = choice_of(options, bag)
+        warn_of_strangers(choice, [bag])
+        with Progress(args[0], content_size(bag)) as progress:
+            paths = edit.split(
+                choice.messages(bag),
+                lambda number: f"{stem}_{number}{extension or '.bag'}",
+                size=None if options.size is None else int(options.size * (1 << 20)),
+                duration=None if duration is None else int(duration * NS),
+                count=options.count,
+                compression=options.compression,
+                cipher=bag.file.cipher,
+                repeat_latched=bool(options.repeat_latched),
+                progress=progress,
+            )
     if paths:
         print("\n".join(paths))
     else:
@@ -227,6 +233,8 @@ def retime(invocation: Invocation) -> None:
         parser.error("You can only specify one of --offset and --start.")
     if options.header_stamp and (options.offset or options.start or options.rate != 1.0):
         parser.error("--header-stamp does not go with the other options")
+    if not options.header_stamp and options.offset is None and options.start is None and options.rate == 1.0:
+        parser.error("You must specify --offset, --start, --rate or --header-stamp.")
     if not 0 < options.rate < float("inf"):
         parser.error("--rate must be more than 0")
     source, target = args

@@ -12,7 +12,7 @@ from pyros1.bag import edit
 from pyros1.bag.api import Bag
 from pyros1.bag.reader import RawMessage
 from pyros1.bag.records import RECORD_OVERHEAD
-from pyros1.cli.bag_choice import add_choice, choice_of, chosen
+from pyros1.cli.bag_choice import add_choice, choice_of, chosen, warn_of_strangers
 from pyros1.cli.bag_files import different, new_file
 from pyros1.cli.common import CommandError, Invocation
 from pyros1.cli.expression import Expression, ExpressionError
@@ -51,8 +51,10 @@ def filter(invocation: Invocation) -> None:
     with Bag(source, unindexed=False) as bag, new_file(target) as part:
         total = len(bag)
         size = sum(header.size for header in bag.reader.headers())
+        choice = choice_of(options, bag.reader)
+        warn_of_strangers(choice, [bag.reader])
         with Progress(target, size) as progress:
-            messages = _passing(choice_of(options, bag.reader).messages(bag.reader), bag, expression, pattern, progress)
+            messages = _passing(choice.messages(bag.reader), bag, expression, pattern, progress)
             count = edit.copy(messages, part, cipher=bag.reader.file.cipher)
     print(f"{target}: {count} of {total} messages")
 
