@@ -91,6 +91,12 @@ def test_arrays_of_some_time_or_none(make_bag: Make) -> None:
             "data": [0, 2, 4],
         }
         assert bag.arrays("/b", ["data"], end=0.01)["data"].tolist() == ["1"]
+        empty = bag.arrays("/a", start=5.0)
+        assert {name: (str(values.dtype), len(values)) for name, values in empty.items()} == {
+            "time": ("float64", 0),
+            "data": (str(columns["data"].dtype), 0),
+        }
+        assert "message_definition" not in repr(bag.connections)
         assert [len(values) for values in bag.arrays("/nope", ["data"]).values()] == [0, 0]
 
 

@@ -198,7 +198,9 @@ class Bag:
             times.append(item.time.to_sec())
             for path, values in columns.items():
                 values.append(_value(item.message, path))
-        own = {_OWN_TIME if path == "time" else path: values for path, values in (columns or {}).items()}
+        if columns is None:
+            columns = {path: [] for path in self._fields_of(topic)}
+        own = {_OWN_TIME if path == "time" else path: values for path, values in columns.items()}
         return {"time": times, **own}
 
     def arrays(
@@ -227,8 +229,7 @@ class Bag:
             AttributeError: there is no such field.
         """
         columns = self.columns(topic, fields, start, end, progress=progress)
-        ids = sorted(self._ids(topic) or ())
-        cls = self.message_class(self.reader.connections[ids[0]]) if ids else None
+        cls = self._class_of(topic)
         types = (
             {name: _type_of(cls, "time" if name == _OWN_TIME else name) for name in columns} if cls is not None else {}
         )
@@ -274,6 +275,14 @@ class Bag:
         if topics is None:
             return None
         return self.reader.ids([topics] if isinstance(topics, str) else topics)
+
+    def _class_of(self, topic: str) -> type[Message] | None:
+        ids = sorted(self._ids(topic) or ())
+        return self.message_class(self.reader.connections[ids[0]]) if ids else None
+
+    def _fields_of(self, topic: str) -> Iterator[str]:
+        cls = self._class_of(topic)
+        return iter(()) if cls is None else _leaves(cls())
 
     def _nanoseconds(self, when: When) -> int | None:
         if when is None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 MAGIC_20 = b"#ROSBAG V2.0\n"
@@ -79,7 +79,7 @@ class Connection:
 
     id: int
     topic: str
-    header: Mapping[str, bytes]
+    header: Mapping[str, bytes] = field(repr=False)  # its definition would fill the screen
 
     def text(self, name: str, default: str = "") -> str:
         """Return a field of the header as text; bytes that are not UTF-8 survive as surrogate escapes."""
