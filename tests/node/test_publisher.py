@@ -10,6 +10,7 @@ import pytest
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64
 
+from pyros1.node.link import SubscriberLink
 from pyros1.node.local import UNBOUNDED_LIMIT
 from pyros1.node.publisher import Publication
 from pyros1.wire.handshake import Refusal
@@ -140,3 +141,23 @@ def test_sequence_numbers_of_several_threads_run_forward(
         thread.join()
     got.wait(2000)
     assert got.items == list(range(1, 2001))
+
+
+def test_whoever_has_the_greeting_gets_what_is_published_next(
+    make_node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over_tcp(monkeypatch)
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Float64, queue_size=10)
+    known: list[bool] = []
+    send_now = SubscriberLink._send_now
+
+    def note(link: SubscriberLink, frame: Any) -> None:
+        known.append(link in publisher._publication.links)
+        send_now(link, frame)
+
+    monkeypatch.setattr(SubscriberLink, "_send_now", note)
+    peer = greet(raw_peer(talker), Float64)
+    publisher.publish(1.0)
+    assert peer.frame() == Float64._encode(Float64(1.0))
+    assert known == [True, True]

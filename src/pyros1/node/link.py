@@ -20,7 +20,7 @@ import select
 import selectors
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import inf
 from time import perf_counter
 from typing import Any
@@ -44,7 +44,7 @@ class SubscriberLink:
         loop: the node's loop.
         sock: connected and past the handshake; owned by the link from now on.
         header: the subscriber's connection header.
-        greeting: our connection header, encoded; goes out first.
+        greeting: our connection header, encoded; goes out first, see `starting`.
         queue_size: most waiting messages; 0 or None for no limit.
         on_closed: called once, on the loop, when the link is gone.
 
@@ -82,9 +82,18 @@ class SubscriberLink:
         self._last = 0.0
         sock.setblocking(False)
         self.address = _address_text(sock)
+        self._greeting = greeting
         loop.call_soon(self._watch)
+
+    @contextlib.contextmanager
+    def starting(self) -> Iterator[None]:
+        """Send the greeting at the end of the block; what others send meanwhile waits behind it.
+
+        A subscriber that has the greeting counts on every message from then on, so the link is made known first.
+        """
         with self._lock:
-            self._send_now(greeting)
+            yield
+            self._send_now(self._greeting)
             self.bytes_sent = 0
 
     @property

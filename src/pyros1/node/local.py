@@ -7,6 +7,7 @@ process share one copy, as the callbacks of one node do in rospy, and as roscpp'
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -55,6 +56,10 @@ class LocalLink:
         self._on_closed = on_closed
         self._open = True
         self._lock = threading.Lock()
+
+    def starting(self) -> contextlib.AbstractContextManager[None]:
+        """There is no greeting within the process."""
+        return contextlib.nullcontext()
 
     @property
     def dropped(self) -> int:

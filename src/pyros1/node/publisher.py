@@ -5,6 +5,7 @@ https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import socket
 import threading
@@ -48,6 +49,7 @@ class Link(Protocol):
     def waiting(self) -> int: ...
     @property
     def connected(self) -> bool: ...
+    def starting(self) -> contextlib.AbstractContextManager[None]: ...
     def send(self, frame: Frame) -> None: ...
     def offer(self, frame: Frame) -> None: ...
     def close(self) -> None: ...
@@ -192,9 +194,10 @@ class Publication:
         with self._lock:
             closed = self._closed
             if not closed:
-                for frame in self._latched.values():
+                with link.starting():
+                    self._set_links((*self.links, link))
+                for frame in self._latched.values():  # whoever publishes a later one waits for the lock
                     link.offer(frame)
-                self._set_links((*self.links, link))
         if closed:
             link.close()  # calls _remove, which takes the lock
             raise self._gone()
