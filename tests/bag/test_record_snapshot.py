@@ -107,6 +107,7 @@ def test_services_trigger_and_pause(start: Any, make_node: Any, tmp_path: Path) 
     publisher.publish(1.0)
     answer = until(lambda: (answer := trigger()).success and answer)
     assert answer.message == "1 messages in snap.bag"
+    assert trigger().message == "1 messages in snap_1.bag", "the first one stays"
     with BagReader(tmp_path / "snap.bag") as bag:
         assert bag.count() == 1
     assert enable(False).success

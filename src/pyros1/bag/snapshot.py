@@ -154,9 +154,8 @@ class Snapshots:
             begin = entries[0][0] if entries else now
             self._space.check()
             options = self._options
-            file = RecordFile[Source](
-                options.names.name(self._number, time.time()), options.compression, options.chunk_size
-            )
+            path = _unused(options.names.name(self._number, time.time()))
+            file = RecordFile[Source](path, options.compression, options.chunk_size)
             self._number += 1
             try:
                 for _, source, data in older:
@@ -166,3 +165,11 @@ class Snapshots:
             finally:
                 file.close()
             return file.path, file.messages
+
+
+def _unused(path: str) -> str:
+    """Return a name that is not taken: a snapshot of the same second, or name, must not cost the one before."""
+    found, number = path, 1
+    while os.path.lexists(found):
+        found, number = f"{path.removesuffix('.bag')}_{number}.bag", number + 1
+    return found
