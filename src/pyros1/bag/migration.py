@@ -199,6 +199,8 @@ def rule_text(old: Class, new: Class, order: int = 0) -> str:
             note = "" if known[name] == kind else f"  # was {known[name]}, is {kind}"
             body.append(f"new_msg.{name} = old_msg.{name}{note}")
     body += [f"# the new message has no field {name}" for name in known if name not in new.__slots__]
+    if all(line.startswith("#") for line in body):
+        body.append("pass")
     class_name = f"update_{old._type.replace('/', '_')}_{old._md5sum}"
     parts = [
         f"class {class_name}(MessageUpdateRule):",
@@ -211,6 +213,6 @@ def rule_text(old: Class, new: Class, order: int = 0) -> str:
         "    valid = False  # set this to True when update() is right",
         "",
         "    def update(self, old_msg, new_msg):",
-        textwrap.indent("\n".join(body) or "pass", "        "),
+        textwrap.indent("\n".join(body), "        "),
     ]
     return "\n".join(parts) + "\n\n"
