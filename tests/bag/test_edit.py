@@ -183,6 +183,7 @@ def test_rename_topic(run: Run, make_bag: Make) -> None:
     assert [(topic, header["topic"]) for topic, header in headers("y.bag")] == [("/b", b"/b"), ("/ns/c", b"/ns/c")]
     assert run("rename-topic", "y.bag", "z.bag", "/ns/", "/")[0] == 0
     assert [topic for topic, _ in headers("z.bag")] == ["/b", "/c"]
+    assert run("rename-topic", "x.bag", "q.bag", "/a", "not legal")[0] == 1
     code, _, err = run("rename-topic", "x.bag", "q.bag", "/aa", "/c")
     assert (code, "has no topic /aa" in err) == (1, True)
 

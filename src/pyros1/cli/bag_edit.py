@@ -17,6 +17,7 @@ from pyros1.cli.bag_choice import add_choice, choice_of, warn_of_strangers
 from pyros1.cli.bag_files import different, interruptible, new_file, parse_time, rewrite_each
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
 from pyros1.cli.progress import Progress
+from pyros1.names import is_legal_name
 from pyros1.timing import Time
 
 _SHOWN_DAMAGES = 5
@@ -191,6 +192,9 @@ def rename_topic(invocation: Invocation) -> None:
     source, target, *names = args
     different(source, target)
     pairs = dict(zip(names[::2], names[1::2], strict=True))
+    for new in pairs.values():
+        if not is_legal_name(new.rstrip("/")):
+            raise CommandError(f"{new!r} is not a legal name of a topic")
     with BagReader(source) as bag:
         topics = {connection.topic for connection in bag.connections.values()}
         for old in pairs:
