@@ -78,6 +78,17 @@ def test_a_rule_is_made_finished_and_used(run: Any, old_bag: Path, tmp_path: Pat
         assert bag.connections[0].callerid == "/talker"
 
 
+def test_a_rule_that_fails(run: Any, old_bag: Path, tmp_path: Path) -> None:
+    assert run("check", "old.bag", "-g", "rules.bmr")[0] == 0
+    text = (tmp_path / "rules.bmr").read_text().replace("valid = False", "valid = True")
+    (tmp_path / "rules.bmr").write_text(text.replace("pass", "new_msg.data = old_msg.valeu"))
+    code, _, err = run("fix", "old.bag", "new.bag", "rules.bmr")
+    assert (code, "rules.bmr: the rule for std_msgs/Int32 failed: AttributeError" in err) == (1, True), err
+    assert not (tmp_path / "new.bag").exists()
+    code, _, err = run("fix", "old.bag", "new.bag", "old.bag")
+    assert (code, "the rules cannot be used" in err) == (1, True), "a bag in the place of rules"
+
+
 def test_force_leaves_what_it_cannot_migrate(run: Any, old_bag: Path) -> None:
     assert run("fix", "--force", "old.bag", "new.bag")[0] == 0
     with pyros1.bag.open("new.bag") as bag:

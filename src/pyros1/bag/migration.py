@@ -87,7 +87,7 @@ class Migrator:
             BagError: it is not a program, or its rules are wrong.
             OSError: it cannot be read.
         """
-        with open(path, encoding="utf-8") as file:
+        with open(path, "rb") as file:
             text = file.read()
         names: dict[str, Any] = {"MessageUpdateRule": MessageUpdateRule}
         try:
@@ -132,6 +132,7 @@ class Migrator:
 
         Raises:
             MessageError: there is no rule for that.
+            BagError: a rule failed.
         """
         old = type(message)
         if _key(old) == _key(new):
@@ -142,7 +143,13 @@ class Migrator:
         rule = self._rules.get(_key(old))
         if rule is not None:
             result = rule.new_class()
-            rule.update(message, result)
+            try:
+                rule.update(message, result)
+            except (MessageError, BagError):
+                raise
+            except Exception as error:
+                reason = f"the rule for {rule.old_type} failed: {type(error).__name__}: {error}"
+                raise BagError(rule.location, reason) from error
             return self.convert(result, new)
         if not _alike(old, new):
             raise MessageError(f"no rule leads from {old._type} [{old._md5sum}] to {new._type} [{new._md5sum}]")
