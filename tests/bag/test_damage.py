@@ -116,6 +116,22 @@ def test_spoilt_bytes_cost_only_their_chunk(make_bag: Make, tmp_path: Path, comp
     assert saved.damages
 
 
+@pytest.mark.parametrize("spoilt", [b"\xff" * 60, bytes(60)], ids=["ones", "zeros"])
+@pytest.mark.parametrize("cut", [False, True])
+def test_spoilt_bytes_in_an_uncompressed_chunk_cost_only_their_messages(
+    make_bag: Make, tmp_path: Path, spoilt: bytes, cut: bool
+) -> None:
+    path = make_bag(chunk_threshold=100_000)
+    data = bytearray(path.read_bytes())
+    begin = data.index(b"\x02\0\0\x0051") + 6  # two records, in the middle
+    data[begin : begin + len(spoilt)] = spoilt
+    end = data.index(b"\x02\0\0\x0099") + 6
+    path.write_bytes(data[:end] if cut else data)
+    saved = reindex(path, tmp_path / "new.bag")
+    assert saved.damages
+    assert values(tmp_path / "new.bag") == [i for i in range(100) if i not in (52, 53)]
+
+
 @pytest.mark.parametrize("place", [13, 17, 30, 86, 87])
 def test_behind_a_spoilt_bag_header_all_is_found(make_bag: Make, tmp_path: Path, place: int) -> None:
     path = make_bag()

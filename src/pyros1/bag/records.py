@@ -9,6 +9,7 @@ Lengths come from a file that may be damaged, so each is checked against what is
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -252,6 +253,10 @@ _OP_FIRST = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
 _CONN_FIRST = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
 _OP_FIRST_FORM = struct.Struct("<I17sI9sIII")
 _CONN_FIRST_FORM = struct.Struct("<I9sI17sIII")
+_MESSAGE_BEGINS = re.compile(
+    re.escape(U32.pack(38)) + b"(?:%b....%b|%b....%b)" % tuple(re.escape(word) for word in (*_OP_FIRST, *_CONN_FIRST)),
+    re.DOTALL,
+)
 
 
 def walk(data: bytes, *, partial: bool = False) -> Iterator[Message | Connection]:
@@ -271,14 +276,17 @@ def walk(data: bytes, *, partial: bool = False) -> Iterator[Message | Connection
             if size == 38 and a == first and b == second:
                 start = position + 46
                 if start + length > end:
-                    break
+                    if not partial:
+                        break
+                    position = _next_message(data, position + 1)
+                    continue
                 yield Message(conn, secs * NS + nsecs, position, start, start + length)
                 position = start + length
                 continue
             if size == 38 and form is _OP_FIRST_FORM and data[position + 4 : position + 13] == _CONN_FIRST[0]:
                 first, second, form = *_CONN_FIRST, _CONN_FIRST_FORM
                 continue
-        following = end
+        following = 0
         try:
             fields, start, stop = split_record(data, position)
             op = op_of(fields)
@@ -290,9 +298,16 @@ def walk(data: bytes, *, partial: bool = False) -> Iterator[Message | Connection
         except RecordError as error:
             if not partial:
                 raise RecordError(f"{error} (at byte {position} of the chunk's content)") from None
+            following = following or _next_message(data, position + 1)
         position = following
     if position < end and not partial:
         raise RecordError(f"the message at byte {position} of the chunk's content runs past its end")
+
+
+def _next_message(data: bytes, position: int) -> int:
+    """Return where the next message begins behind a spoilt record, whose lengths say nothing; the end if none does."""
+    found = _MESSAGE_BEGINS.search(data, position)
+    return len(data) if found is None else found.start()
 
 
 def split_record(data: bytes, position: int) -> tuple[Fields, int, int]:
