@@ -37,9 +37,9 @@ def whole_or_nothing(target: str, *, folder: bool, force: bool) -> Iterator[str]
     if parent and not os.path.isdir(parent):
         raise CommandError(f"there is no folder {parent}")
     work = f"{target}.{os.getpid()}.tmp"
-    os.mkdir(work)
     part = os.path.join(work, os.path.basename(target))
     try:
+        os.mkdir(work)
         with interruptible(f"{target} was not written"):
             yield part
             _move(part, target)
