@@ -241,6 +241,12 @@ def test_pub_takes_the_lines_of_its_topic_from_an_export(run: Any, make_node: An
     assert code != 0 and "no line is of /nobody; there are: /other, /said" in error
 
 
+def test_misspelt_commands_and_types_get_a_hint(run: Any) -> None:
+    code, _, error = run("tpoic")
+    assert code == 64 and "did you mean 'topic'?" in error
+    assert "(did you mean 'std_msgs/Float64'?)" in run("msg", "show", "std_msgs/Floa64")[2]
+
+
 def test_minus_one_is_an_option_or_a_number(run: Any, make_node: Callable[..., Any]) -> None:
     got: queue.Queue[Any] = queue.Queue()
     listener = make_node("listener", rosout=False)

@@ -214,7 +214,7 @@ def _run_verb(verb: Callable[[Invocation], int | None], invocation: Invocation) 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """A hint at what a misspelt word may mean, to be put behind a message; empty if nothing is near."""
-    from pyros1.launch.suggest import did_you_mean as hint  # noqa: PLC0415 - only what fails needs it
+    from pyros1.suggest import did_you_mean as hint  # noqa: PLC0415 - only what fails needs it
 
     return hint(word, known)
 

@@ -137,7 +137,7 @@ def package(invocation: Invocation) -> None:
 
         known = PackageIndex(os.environ).paths()
         if name not in known:
-            from pyros1.launch.suggest import did_you_mean  # noqa: PLC0415
+            from pyros1.suggest import did_you_mean  # noqa: PLC0415
 
             fail(f"Invalid package: {name}{did_you_mean(name, {*known, *library.packages()})}", 64)
     names = kind.names(library, name)
@@ -243,7 +243,7 @@ def _candidates(kind: Kind, name: str) -> tuple[list[str], bool]:
 
 
 def _near(kind: Kind, name: str) -> str:
-    from pyros1.launch.suggest import did_you_mean  # noqa: PLC0415
+    from pyros1.suggest import did_you_mean  # noqa: PLC0415
 
     library = _library()
     everything = [full for package in library.packages() for full in kind.names(library, package)]

@@ -11,8 +11,8 @@ from pyros1.cli.common import program_name
 from pyros1.cli.usage import examples_text
 from pyros1.errors import PackageNotFoundError
 from pyros1.launch.command_line import executable_words, is_own, own_python_environment
-from pyros1.launch.suggest import did_you_mean
 from pyros1.msgs.packages import PackageIndex
+from pyros1.suggest import did_you_mean
 
 USAGE = """Usage: %prog [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
   %prog will locate PACKAGE and try to find

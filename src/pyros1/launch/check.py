@@ -8,8 +8,8 @@ from pyros1.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.command_line import check_prefix, locate
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.resources import PackageFinder
-from pyros1.launch.suggest import did_you_mean
 from pyros1.net.hosts import is_local
+from pyros1.suggest import did_you_mean
 
 
 def unknown_machines(plan: Plan) -> Iterator[LaunchError]:

@@ -18,7 +18,7 @@ from pyros1.launch.plan import ArgPlan, IncludePlan, Plan
 from pyros1.launch.resources import Resources
 from pyros1.launch.scope import Scope, ScopeSubstituter
 from pyros1.launch.substitution import substitute
-from pyros1.launch.suggest import did_you_mean
+from pyros1.suggest import did_you_mean
 
 STDIN = "-"
 _Handlers = dict[str, Callable[[Element, Scope], None]]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from pyros1.errors import LaunchError, PackageNotFoundError
-from pyros1.launch.suggest import did_you_mean
+from pyros1.suggest import did_you_mean
 
 _Names = list[str]
 _Paths = list[Path]

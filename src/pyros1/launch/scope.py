@@ -8,8 +8,8 @@ from typing import Any
 
 from pyros1.errors import LaunchError
 from pyros1.launch.resources import Resources
-from pyros1.launch.suggest import did_you_mean
 from pyros1.names import canonicalize_name, is_legal_name, is_private, ns_join
+from pyros1.suggest import did_you_mean
 
 
 @dataclass

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from pyros1.errors import LaunchError
 from pyros1.launch.convert import convert_value
-from pyros1.launch.suggest import did_you_mean
+from pyros1.suggest import did_you_mean
 
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 

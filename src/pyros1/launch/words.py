@@ -9,8 +9,8 @@ import sys
 from pyros1.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.loader import STDIN
 from pyros1.launch.resources import Resources
-from pyros1.launch.suggest import did_you_mean
 from pyros1.msgs.packages import OWN_PACKAGES
+from pyros1.suggest import did_you_mean
 
 _ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 

@@ -142,7 +142,10 @@ class Library:
         known = names(package)
         if not known:
             return f"{what} type [{name}] is unknown: no package [{package}] with definitions; is ROS_PACKAGE_PATH set?"
-        return f"{what} type [{name}] is unknown; package [{package}] has {', '.join(known)}"
+        from pyros1.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
+
+        hint = did_you_mean(name, (f"{package}/{short}" for short in known))
+        return f"{what} type [{name}] is unknown{hint or f'; package [{package}] has ' + ', '.join(known)}"
 
 
 def _read(path: Path) -> str:
