@@ -332,7 +332,7 @@ def test_import_takes_topics_and_compression(run: Run, make_bag: Make, tmp_path:
         (["x.bag", "-o", "y.bag"], 1, "neither a ROS 2 bag's folder"),
         (["cut.mcap"], 1, "rosbags cannot read it"),
         (["empty.db3"], 1, "rosbags cannot read it"),
-        (["x.mcap", "-o", "y.bag", "--topics", "/c"], 1, "there is no topic c in x.mcap"),
+        (["x.mcap", "-o", "y.bag", "--topics", "/c"], 1, "there is no topic /c in x.mcap"),
     ],
 )
 def test_what_cannot_be_imported_leaves_nothing(

@@ -9,7 +9,7 @@ import sys
 from pyros1.cli.bag_edit import add_compression
 from pyros1.cli.bag_export_files import whole_or_nothing
 from pyros1.cli.bag_files import different
-from pyros1.cli.common import CommandError, Invocation
+from pyros1.cli.common import CommandError, Invocation, did_you_mean
 from pyros1.cli.progress import Progress
 
 
@@ -34,10 +34,13 @@ def import_(invocation: Invocation) -> None:
     source = os.path.normpath(args[0])
     target = options.output or os.path.splitext(source)[0] + ".bag"
     different(source, target)
-    patterns = [word.lstrip("/") for text in options.topics for word in text.split(",") if word]
+    patterns = [word for text in options.topics for word in text.split(",") if word]
+    there: list[str] = []
 
     def wanted(topic: str) -> bool:
-        return not patterns or any(fnmatch.fnmatchcase(topic.lstrip("/"), pattern) for pattern in patterns)
+        there.append(topic)
+        name = topic.lstrip("/")
+        return not patterns or any(fnmatch.fnmatchcase(name, pattern.lstrip("/")) for pattern in patterns)
 
     from pyros1.bag.export.from_ros2 import import_bag  # noqa: PLC0415 - `bag import -h` needs no rosbags
 
@@ -47,7 +50,8 @@ def import_(invocation: Invocation) -> None:
     ):
         done = import_bag(source, part, compression=options.compression, wanted=wanted, progress=progress)
         if patterns and not done.topics:
-            raise CommandError(f"there is no topic {' '.join(patterns)} in {source}")
+            hint = did_you_mean(patterns[0], there)
+            raise CommandError(f"there is no topic {' '.join(patterns)} in {source}{hint}")
     for topic, reason in done.skipped.items():
         print(f"WARNING: {topic} is left out: {reason}", file=sys.stderr)
     if not options.quiet:

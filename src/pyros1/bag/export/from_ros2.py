@@ -79,7 +79,8 @@ def import_bag(
         raise
     except AnyReaderError as error:
         hint = "; MCAP files with messages of ROS 1 are not supported" if "Profile" in str(error) else ""
-        raise BagError(str(path), f"rosbags cannot read it: {error}{hint}") from error
+        reason = " ".join(str(error).split())  # one of YAML has several lines
+        raise BagError(str(path), f"rosbags cannot read it: {reason}{hint}") from error
     except Exception as error:  # rosbags lets through whatever its parts raise: of SQLite, zstd, lz4, struct, dict
         raise BagError(str(path), f"rosbags cannot read it: {type(error).__name__}: {error}") from error
 
