@@ -169,7 +169,9 @@ def test_split(run: Run, make_bag: Make, tmp_path: Path) -> None:
     make_bag()
     assert run("split", "x.bag", "--duration", "0.4")[1].split() == ["x_0.bag", "x_1.bag", "x_2.bag"]
     assert [len(values(tmp_path / f"x_{i}.bag")) for i in range(3)] == [40, 40, 20]
-    assert run("split", "x.bag", "--count", "30", "--repeat-latched")[0] == 0
+    code, out, err = run("split", "x.bag", "--count", "30", "--repeat-latched")
+    assert (code, out) == (1, "") and "x_0.bag already exists; --force replaces" in err
+    assert run("split", "x.bag", "--count", "30", "--repeat-latched", "--force")[0] == 0
     assert values(tmp_path / "x_1.bag")[:3] == [28, 30, 31]
     with pyros1.bag.open("x_1.bag") as bag:
         assert bag.start == next(iter(bag.messages("/b"))).time - Duration(0, 10_000_000)

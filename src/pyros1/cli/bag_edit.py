@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
 import sys
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
 from optparse import OptionParser
 
 from pyros1.bag import edit
@@ -117,7 +118,7 @@ def merge(invocation: Invocation) -> None:
     target, *sources = args
     for source in sources:
         different(source, target)
-    with ExitStack() as stack:
+    with contextlib.ExitStack() as stack:
         bags = [stack.enter_context(BagReader(source)) for source in sources]
         first = min(bags, key=lambda bag: bag.start or sys.maxsize)
         choice = choice_of(options, first)
@@ -139,6 +140,7 @@ def split(invocation: Invocation) -> None:
     parser.add_option("--count", type="int", metavar="N", help="begin another file after N messages")
     parser.add_option("--repeat-latched", action="store_true", help="begin every file with the latched messages so far")
     parser.add_option("--output-dir", metavar="DIR", help="write to directory DIR")
+    parser.add_option("-f", "--force", action="store_true", help="replace files of these names")
     add_choice(parser)
     add_compression(parser, "none")
     options, args = parser.parse_args(invocation.args)
@@ -152,13 +154,16 @@ def split(invocation: Invocation) -> None:
     stem, extension = os.path.splitext(args[0])
     if options.output_dir is not None:
         stem = os.path.join(options.output_dir, os.path.basename(stem))
+    extension = extension or ".bag"
+    if not options.force:  # they may be the recorder's own splits
+        _refuse_parts(stem, extension)
     with BagReader(args[0]) as bag, interruptible("the files so far are whole"):
         choice = choice_of(options, bag)
         warn_of_strangers(choice, [bag])
         with Progress(args[0], content_size(bag)) as progress:
             paths = edit.split(
                 choice.messages(bag),
-                lambda number: f"{stem}_{number}{extension or '.bag'}",
+                lambda number: f"{stem}_{number}{extension}",
                 size=None if options.size is None else int(options.size * (1 << 20)),
                 duration=None if duration is None else int(duration * NS),
                 count=options.count,
@@ -171,6 +176,16 @@ def split(invocation: Invocation) -> None:
         print("\n".join(paths))
     else:
         print(f"{args[0]}: there are no such messages; nothing was written", file=sys.stderr)
+
+
+def _refuse_parts(stem: str, extension: str) -> None:
+    folder, name = os.path.split(stem)
+    part = re.compile(re.escape(name) + r"_\d+" + re.escape(extension))
+    there: list[str] = []
+    with contextlib.suppress(OSError):  # of a folder that is not there the writer says so
+        there = sorted(filter(part.fullmatch, os.listdir(folder or ".")))
+    if there:
+        raise CommandError(f"{os.path.join(folder, there[0])} already exists; --force replaces such files")
 
 
 def _seconds(parser: OptionParser, text: str) -> float:
