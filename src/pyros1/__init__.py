@@ -40,9 +40,6 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used: small commands need none of them."""
-    home = _HOMES.get(name)
-    if home is None:
-        raise AttributeError(f"module 'pyros1' has no attribute {name!r}")
-    import importlib  # noqa: PLC0415
+    from pyros1.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return getattr(importlib.import_module(home), name)
+    return load(__name__, _HOMES, name)

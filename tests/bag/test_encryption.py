@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -46,18 +47,9 @@ def gpg(monkeypatch: pytest.MonkeyPatch) -> Gpg:
 
 
 @pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: Any, tmp_path: Path, gpg: Gpg) -> Run:
+def run(monkeypatch: pytest.MonkeyPatch, call_main: Any, tmp_path: Path, gpg: Gpg) -> Run:
     monkeypatch.chdir(tmp_path)
-
-    def call(*words: object) -> tuple[int, str, str]:
-        try:
-            code = command.main([str(word) for word in words])
-        except SystemExit as end:
-            code = int(end.code or 0)
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
+    return partial(call_main, command.main)
 
 
 @pytest.mark.parametrize("size", [0, 1, 15, 16, 17, 1000])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 import pyros1.bag
 from pyros1.bag import BagWriter
+from pyros1.bag.migration import Migrator, rule_text
 from pyros1.cli import bag as command
 from pyros1.msgs import from_definition
 
@@ -19,18 +21,9 @@ OLD = from_definition("std_msgs/Int32", "int16 value")
 
 
 @pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: Any, tmp_path: Path) -> Callable[..., tuple[int, str, str]]:
+def run(monkeypatch: pytest.MonkeyPatch, call_main: Any, tmp_path: Path) -> Callable[..., tuple[int, str, str]]:
     monkeypatch.chdir(tmp_path)
-
-    def call(*words: str) -> tuple[int, str, str]:
-        try:
-            code = command.main(list(words))
-        except SystemExit as end:
-            code = int(end.code or 0)
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
+    return partial(call_main, command.main)
 
 
 @pytest.fixture
@@ -87,6 +80,17 @@ def test_a_rule_that_fails(run: Any, old_bag: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "new.bag").exists()
     code, _, err = run("fix", "old.bag", "new.bag", "old.bag")
     assert (code, "the rules cannot be used" in err) == (1, True), "a bag in the place of rules"
+
+
+def test_a_definition_cannot_break_out_of_its_rule(tmp_path: Path) -> None:
+    hostile = '# """; raise SystemExit(7) #\n# \\" \\n "\nint32 value\n'
+    old, new = from_definition("p/A", hostile), from_definition("p/A", "int64 value\n")
+    rules = tmp_path / "rules.bmr"
+    rules.write_text(rule_text(old, new))
+    migrator = Migrator(lambda name: new)
+    migrator.read_rules(str(rules))
+    assert [cls._full_text.strip() for cls, _ in migrator.missing(old, new)] == [old._full_text.strip()]
+    assert [(rule.old_class._md5sum, rule.valid) for rule in migrator._rules.values()] == [(old._md5sum, False)]
 
 
 def test_force_leaves_what_it_cannot_migrate(run: Any, old_bag: Path) -> None:

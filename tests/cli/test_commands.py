@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import pytest
@@ -23,20 +24,11 @@ from pyros1.msgs import load_message
 
 
 @pytest.fixture
-def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Callable[..., tuple[int, str, str]]:
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any) -> Any:
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
-
-    def call(*words: str) -> tuple[int, str, str]:
-        try:
-            code = entry(["pyros1", *words])
-        except SystemExit as end:
-            code = int(end.code or 0)
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
+    return partial(call_main, entry, "pyros1")
 
 
 def test_every_command_has_a_module_and_a_stock_name() -> None:
@@ -239,6 +231,16 @@ def test_pub_takes_the_lines_of_its_topic_from_an_export(run: Any, make_node: An
     assert [got.get(timeout=10).data for _ in range(2)] == ["one", "three"]
     code, _, error = run("topic", "pub", "-f", str(file), "/nobody", "std_msgs/String")
     assert code != 0 and "no line is of /nobody; there are: /other, /said" in error
+
+
+def test_listings_are_lists_in_json(run: Any, make_node: Callable[..., Any], tmp_path: Any) -> None:
+    make_node("talker", rosout=False)
+    assert json.loads(run("node", "machine", "--json")[1]) == ["localhost"]
+    assert json.loads(run("node", "machine", "localhost", "--json")[1]) == ["/talker"]
+    file = tmp_path / "x.launch"
+    file.write_text('<launch><node pkg="p" type="t" name="n"/></launch>')
+    assert json.loads(run("launch", "--nodes", str(file), "--json")[1]) == ["/n"]
+    assert json.loads(run("launch", "--files", str(file), "--json")[1]) == [str(file)]
 
 
 def test_misspelt_commands_and_types_get_a_hint(run: Any) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -28,20 +29,12 @@ RULE, THIN = "=" * 69, "-" * 69
 
 
 @pytest.fixture
-def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Run:
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any) -> Run:
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
     monkeypatch.setattr(diagnostic, "_moment", lambda message: "MOMENT")  # it depends on where the test runs
-
-    def call(*words: str) -> tuple[int, str, str]:
-        try:
-            code = diagnostic.main(list(words))
-        except SystemExit as end:
-            code = int(end.code or 0)
-        return (code, *capsys.readouterr())
-
-    return call
+    return partial(call_main, diagnostic.main)
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -71,19 +72,11 @@ DESCRIPTION = ConfigDescription(
 
 
 @pytest.fixture
-def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Run:
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any) -> Run:
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
-
-    def call(*words: str) -> tuple[int, str, str]:
-        try:
-            code = dynparam.main(list(words))
-        except SystemExit as end:
-            code = int(end.code or 0)
-        return (code, *capsys.readouterr())
-
-    return call
+    return partial(call_main, dynparam.main)
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,19 +18,11 @@ Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Run:
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any) -> Run:
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
-
-    def call(*words: str) -> tuple[int, str, str]:
-        try:
-            code = log.main(list(words))
-        except SystemExit as end:
-            code = int(end.code or 0)
-        return (code, *capsys.readouterr())
-
-    return call
+    return partial(call_main, log.main)
 
 
 def test_levels_are_listed_read_and_set_l176(run: Run, make_node: Callable[..., Any]) -> None:

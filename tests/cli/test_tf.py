@@ -8,6 +8,7 @@ import subprocess
 import sys
 import xml.dom.minidom
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,21 +29,12 @@ Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any, tmp_path: Path) -> Run:
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any, tmp_path: Path) -> Run:
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
     monkeypatch.chdir(tmp_path)
-
-    def call(*words: str) -> tuple[int, str, str]:
-        try:
-            code = entry(["pyros1", "tf", *words])
-        except SystemExit as end:
-            code = int(end.code or 0)
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
+    return partial(call_main, entry, "pyros1", "tf")
 
 
 @pytest.fixture

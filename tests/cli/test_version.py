@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,21 +17,13 @@ Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Run:
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call_main: Any) -> Run:
     for name, text in {"one": "<version>1.2.3</version>", "two": "<!-- <version>9</version> -->"}.items():
         (tmp_path / name).mkdir()
         (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name>{text}</package>")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     monkeypatch.setenv("ROS_DISTRO", "noetic")
-
-    def call(*words: str) -> tuple[int, str, str]:
-        try:
-            code = version.main(list(words))
-        except SystemExit as end:
-            code = int(end.code or 0)
-        return (code, *capsys.readouterr())
-
-    return call
+    return partial(call_main, version.main)
 
 
 def test_versions_l180(run: Run) -> None:

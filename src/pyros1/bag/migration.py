@@ -190,6 +190,12 @@ def _nested(old: Class, new: Class) -> list[tuple[str, str]]:
     return [(a.partition("[")[0], b.partition("[")[0]) for a, b in pairs if "/" in a]
 
 
+def _quoted(text: str) -> str:
+    """Return a text as a Python string of several lines; nothing that a bag holds may become part of the program."""
+    inner = text.replace("\\", "\\\\").replace("\r", "\\r").replace('"""', '\\"\\"\\"')
+    return f'"""\n{inner}\n"""'
+
+
 def rule_text(old: Class, new: Class, order: int = 0) -> str:
     """Return the text of a rule to be finished by hand: fields of the same name and type are copied."""
     known = dict(zip(old.__slots__, old._slot_types, strict=True))
@@ -212,9 +218,9 @@ def rule_text(old: Class, new: Class, order: int = 0) -> str:
     parts = [
         f"class {class_name}(MessageUpdateRule):",
         f'    old_type = "{old._type}"',
-        f'    old_full_text = """\n{old._full_text}\n"""',
+        f"    old_full_text = {_quoted(old._full_text)}",
         f'    new_type = "{new._type}"',
-        f'    new_full_text = """\n{new._full_text}\n"""',
+        f"    new_full_text = {_quoted(new._full_text)}",
         f"    order = {order}",
         "    migrated_types = []",
         "    valid = False  # set this to True when update() is right",

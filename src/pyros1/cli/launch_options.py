@@ -57,6 +57,7 @@ def _add_queries(parser: OptionParser) -> None:
     add("-o", "--output-file", metavar="FILE", dest="output_file", help="with --check: write JUnit results to FILE")
     _flag(parser, "--use-test-depends", "test_depends", "with --check: a package's <test_depend> will do")
     _flag(parser, "--ignore-unset-args", "ignore_unset_args", "with --check: <arg>s need no value")
+    _flag(parser, "--json", "json", "with --nodes and --files: print a JSON list")
     for option, about in {
         "--deps": "as the first word: print the packages that files need. -v: which file needs what; -w: what "
         "package.xml lacks",

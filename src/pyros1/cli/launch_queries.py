@@ -57,7 +57,7 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
 
 def _text(plan: Plan, options: Values) -> str:
     if options.file_list and not options.dump_params:
-        return "\n".join(absolute_files(plan.files))
+        return _names(absolute_files(plan.files), options)
     if options.dump_params or options.ros_args:
         from pyros1.launch import report  # noqa: PLC0415 - one of many questions
 
@@ -66,7 +66,15 @@ def _text(plan: Plan, options: Values) -> str:
         from pyros1.launch import drawing  # noqa: PLC0415 - one of many questions
 
         return drawing.dot(plan) if options.graph else drawing.tree(plan)
-    return "\n".join(node.full_name for node in [*plan.nodes, *plan.tests])
+    return _names([node.full_name for node in [*plan.nodes, *plan.tests]], options)
+
+
+def _names(names: list[str], options: Values) -> str:
+    if not options.json:
+        return "\n".join(names)
+    import json  # noqa: PLC0415 - few ask for it
+
+    return json.dumps(names, ensure_ascii=False)
 
 
 class _NoNodeError(LaunchError, LookupError):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import sys
+from collections.abc import Iterable
 from typing import Any
 
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, print_json, run
@@ -177,7 +178,8 @@ def _connection_text(connection: Connection, graph: Graph, state: SystemState) -
 def machine(invocation: Invocation) -> None:
     """``node machine [host]`` (L74)."""
     parser = invocation.parser("machine [machine-name]")
-    args = parser.parse_args(invocation.args)[1]
+    invocation.add_json(parser, "print a JSON list: machines, or the nodes of one")
+    options, args = parser.parse_args(invocation.args)
     if len(args) > 1:
         parser.error("please enter only one machine name")
     graph = invocation.graph
@@ -187,13 +189,20 @@ def machine(invocation: Invocation) -> None:
         if uri:
             hosts[name] = parse_uri(uri)[0]
     if not args:
-        print("\n".join(sorted(set(hosts.values()))))
+        _print_names(set(hosts.values()), options.json)
         return
     wanted = _addresses(args[0])
     if not wanted:
         raise CommandError(f"cannot resolve machine name [{args[0]}] to address")
     here = {host for host in set(hosts.values()) if host == args[0] or _addresses(host) & wanted}
-    print("\n".join(sorted(name for name, host in hosts.items() if host in here)))
+    _print_names((name for name, host in hosts.items() if host in here), options.json)
+
+
+def _print_names(names: Iterable[str], json: bool) -> None:
+    if json:
+        print_json(sorted(names))
+    else:
+        print("\n".join(sorted(names)))
 
 
 def _addresses(host: str) -> set[str]:

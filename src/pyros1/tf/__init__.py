@@ -48,19 +48,23 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Buffer": "buffer",
-    "BufferClient": "buffer_client",
-    "BufferServer": "buffer_server",
-    "StaticTransformBroadcaster": "broadcaster",
-    "TransformBroadcaster": "broadcaster",
-    "TransformListener": "listener",
+    "Buffer": "pyros1.tf.buffer",
+    "BufferClient": "pyros1.tf.buffer_client",
+    "BufferServer": "pyros1.tf.buffer_server",
+    "ConnectivityException": "pyros1.tf.errors",
+    "ExtrapolationException": "pyros1.tf.errors",
+    "InvalidArgumentException": "pyros1.tf.errors",
+    "LookupException": "pyros1.tf.errors",
+    "StaticTransformBroadcaster": "pyros1.tf.broadcaster",
+    "TimeoutException": "pyros1.tf.errors",
+    "TransformBroadcaster": "pyros1.tf.broadcaster",
+    "TransformException": "pyros1.tf.errors",
+    "TransformListener": "pyros1.tf.listener",
 }
 
 
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used: a static publisher needs no buffer."""
-    if name not in __all__:
-        raise AttributeError(f"module 'pyros1.tf' has no attribute {name!r}")
-    import importlib  # noqa: PLC0415
+    from pyros1.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return getattr(importlib.import_module(f"pyros1.tf.{_HOMES.get(name, 'errors')}"), name)
+    return load(__name__, _HOMES, name)
