@@ -222,6 +222,62 @@ def test_a_publisher_that_left_is_not_tried_again(make_node: Any, fake_node: Any
     assert not subscription._connectors
 
 
+class Unregistered:
+    """A publisher's node, whose listener the subscriber has connected to when the master is told that it has gone."""
+
+    def __init__(self, fake: Any, subscriber: Any) -> None:
+        self.fake = fake
+        self._told = threading.Semaphore(0)
+        subscription = subscriber._subscription
+        update = subscription.update_publishers
+
+        def watch(uris: list[str], complete: bool = True) -> None:
+            update(uris, complete)
+            self._told.release()
+
+        self.sock, header = fake.accept()
+        self.topic = header["topic"]
+        subscription.update_publishers = watch
+        fake.master.unregister_publisher(self.topic, fake.uri)
+        assert self._told.acquire(timeout=5)
+
+    def publish_again(self) -> None:
+        self.fake.publish(self.topic)
+        assert self._told.acquire(timeout=5)
+
+
+def test_a_connection_that_was_begun_goes_on_when_the_publisher_is_replaced(
+    make_node: Any, fake_node: Any, collect: Any
+) -> None:
+    """It may be the new publisher that took it, and what that publishes at once must not be lost."""
+    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    fake.publish("/t")
+    replaced = Unregistered(fake, listener.subscribe("t", Float64, got))
+    fields = {"callerid": "/fake", "topic": "/t", "type": "std_msgs/Float64", "md5sum": Float64._md5sum}
+    replaced.sock.sendall(encode_header({**fields, "message_definition": "float64 data\n"}) + frame(1))
+    got.wait()
+    replaced.publish_again()
+    replaced.sock.sendall(frame(2))
+    assert got.wait(2) and got.data == [1, 2] and requests(fake) == 1
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_what_a_replaced_publisher_refused_is_tried_with_the_new_one(
+    make_node: Any, fake_node: Any, collect: Any, before: bool
+) -> None:
+    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    fake.publish("/t")
+    replaced = Unregistered(fake, listener.subscribe("t", Float64, got))
+    if before:
+        replaced.publish_again()
+    replaced.sock.sendall(encode_header({"error": "it is of another type"}))
+    if not before:
+        assert replaced.sock.recv(1) == b"", "it has closed the connection"
+        replaced.publish_again()
+    fake.accept_subscriber().sendall(frame(1))
+    got.wait()
+
+
 def test_unreachable_publishers_delay_no_other(
     make_node: Any, fake_node: Any, collect: Any, free_port: int, transport: str
 ) -> None:

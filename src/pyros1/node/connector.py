@@ -9,8 +9,9 @@ States::
 
 * *refused*: the publisher answered with an error, or its type is not ours. Asking again would get the same answer, so
   we rest until the master announces the publishers anew.
-* *ended*: the master no longer lists the publisher: nothing is tried any more; a link that is up stays until the
-  publisher closes it, so that its last messages are not lost.
+* *ended*: the master no longer lists the publisher: nothing new is tried. What is under way goes on: its node may have
+  taken us already, for a publisher that is not announced yet. A link that is up stays until the publisher closes it, so
+  that its last messages are not lost.
 
 Every step has a deadline. A publisher that cannot be reached delays no other.
 """
@@ -53,37 +54,40 @@ class Connector:
         self._subscription = subscription
         self._context = subscription.context
         self._rest = FIRST_REST
-        self._refused = False
         self._ended = False
+        self._again = False  # announced anew while an attempt was under way, whose answer may be that of the old one
         self._attempt = 0  # answers to older attempts are ignored
+        self._under_way = False
         self._timer: TimerHandle | None = None
-        self._resting = False  # the timer is for the next attempt
         self._sock: socket.socket | None = None
         self._unsent = b""  # of our greeting
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is linked and nothing is under way."""
-        return not self.linked and (self._ended or self._refused)
+        """Whether nothing is linked, nothing is under way, and nothing will be tried."""
+        return self._ended and not (self.linked or self._under_way)
 
     def announced(self) -> None:
         """The master lists the publisher, again or for the first time."""
+        self._again = self._again or self._ended
         self._ended = False
-        if self._attempt == 0 or self._refused or self._resting:
-            self._refused = False
+        if not (self.linked or self._under_way):
             self._rest = FIRST_REST
-            self._cancel_timer()
             self._start()
 
     def vanished(self) -> None:
         """The master no longer lists the publisher."""
         self._ended = True
-        if not self.linked:
-            self.stop()
+        if not self._under_way:
+            self._cancel_timer()
 
     def stop(self) -> None:
         """Give up what is under way."""
         self._ended = True
+        self._give_up()
+
+    def _give_up(self) -> None:
+        self._under_way = False
         self._attempt += 1
         self._cancel_timer()
         self._close_socket()
@@ -103,6 +107,7 @@ class Connector:
         if self._ended:
             return
         self._attempt += 1
+        self._again = False
         local = find_local_context(self.uri)
         if local is not None:
             publication = local.publications.get(self._subscription.topic)
@@ -115,6 +120,7 @@ class Connector:
                 self._refuse(f"publisher {self.uri} of {publication.topic} refused the connection: {refusal}")
             return
         attempt = self._attempt
+        self._under_way = True
         self._context.rpc.call(
             self.uri,
             "requestTopic",
@@ -201,23 +207,24 @@ class Connector:
         self._cancel_timer()
         self._context.loop.unregister(sock)
         self._sock = None
+        self._under_way = False
         self.linked = True
         self._rest = FIRST_REST
         self._subscription.link(self, InLink(sock, self.uri, header, reader.rest))
 
     def _refuse(self, reason: str) -> None:
-        self._refused = True
-        self._attempt += 1
-        self._cancel_timer()
-        self._close_socket()
-        self._context.log.error("%s", reason)
+        if not self._ended:
+            self._context.log.error("%s", reason)
+        if self._again or self._ended:
+            self._retry()
+        else:
+            self._give_up()
 
     def _retry(self) -> None:
-        self._attempt += 1
-        self._close_socket()
-        self._cancel_timer()
-        if not self._ended and not self._context.stopping.is_set():
-            self._resting = True
+        self._give_up()
+        if self._ended:
+            self._subscription.forget(self)
+        elif not self._context.stopping.is_set():
             self._timer = self._context.loop.call_later(self._rest, self._start)
             self._rest = min(2 * self._rest, LONGEST_REST)
 
@@ -225,7 +232,6 @@ class Connector:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        self._resting = False
 
     def _close_socket(self) -> None:
         sock, self._sock = self._sock, None

@@ -130,8 +130,12 @@ class Subscription:
         if complete:
             for uri in [uri for uri in self._connectors if uri not in uris]:
                 self._connectors[uri].vanished()
-                if not self._connectors[uri].linked:
-                    del self._connectors[uri]
+                self.forget(self._connectors[uri])
+
+    def forget(self, connector: Connector) -> None:
+        """Drop a connector that has nothing to do any more. On the loop."""
+        if connector.idle and self._connectors.get(connector.uri) is connector:
+            del self._connectors[connector.uri]
 
     def link(self, connector: Connector, link: InLink) -> None:
         """A connector has reached its publisher. On the loop."""
@@ -180,8 +184,7 @@ class Subscription:
         if connector is None or self._closed:
             return
         connector.lost(reason)
-        if connector.idle:
-            del self._connectors[uri]
+        self.forget(connector)
 
     def _changed(self) -> None:
         for callback in tuple(self.on_change):
