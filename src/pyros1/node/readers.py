@@ -93,11 +93,15 @@ class Readers:
         with self._lock:
             if self._waiting or self._closed:
                 return
-            self._waiting += 1
             self._started += 1
             thread = threading.Thread(target=self._work, name=f"{self._name}:reader{self._started}", daemon=True)
+            self._waiting += 1
             self._threads.add(thread)
-            thread.start()
+            try:
+                thread.start()
+            except RuntimeError:  # the system has no more threads; who is busy now will wait afterwards
+                self._leave(thread)
+                raise
 
     def _work(self) -> None:
         wait = self._poller.wait
@@ -105,13 +109,17 @@ class Readers:
             fd = wait(-1 if self._waiting <= SPARE else REST)
             with self._lock:
                 if fd is None and self._waiting > SPARE:
-                    break
+                    self._leave(threading.current_thread())  # under the same lock, or all would leave at once
+                    return
                 if fd is None or self._closed:
                     continue
                 self._waiting -= 1
                 alone = not self._waiting
-            if alone:
-                self._keep_one_waiting()
+            try:
+                if alone:
+                    self._keep_one_waiting()
+            except RuntimeError as error:
+                self._on_error(error)
             try:
                 self._run(fd)
             except BaseException as error:  # noqa: BLE001  a fault of ours; the other subscriptions must go on
@@ -120,10 +128,14 @@ class Readers:
                 with self._lock:
                     self._waiting += 1
         with self._lock:
-            self._waiting -= 1
-            self._threads.discard(threading.current_thread())
-            if self._closed and not self._threads:
-                self._poller.close()
+            self._leave(threading.current_thread())
+
+    def _leave(self, thread: threading.Thread) -> None:
+        """The thread does not wait any more. With the lock."""
+        self._waiting -= 1
+        self._threads.discard(thread)
+        if self._closed and not self._threads:
+            self._poller.close()
 
     def _run(self, fd: int) -> None:
         if fd != BELL:
