@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pyros1.bag
-from pyros1.bag import BagWriter
+from pyros1.bag import BagError, BagWriter
 from pyros1.msgs import Message, from_definition
 from pyros1.timing import Duration, Time
 
@@ -97,7 +97,26 @@ def test_arrays_of_some_time_or_none(make_bag: Make) -> None:
             "data": (str(columns["data"].dtype), 0),
         }
         assert "message_definition" not in repr(bag.connections)
-        assert [len(values) for values in bag.arrays("/nope", ["data"]).values()] == [0, 0]
+
+
+def test_a_topic_that_is_not_there_is_named(make_bag: Make, tmp_path: Path) -> None:
+    """Iterating yields nothing, as stock's read_messages does; a table without rows would be taken for the answer."""
+    with BagWriter(tmp_path / "odd.bag") as writer:
+        writer.add_connection("/odometry", header_of(from_definition("test_msgs/Sample", SAMPLE)))
+        writer.add_connection("/undefined", {"type": b"no/Where", "md5sum": b"*", "message_definition": b"Gone x"})
+    hint = r"\(did you mean '/odometry'\?\)$"
+    with pyros1.bag.open(tmp_path / "odd.bag") as bag:
+        for ask in (bag.arrays, bag.columns):
+            for name in ("/odometri", "odometri"):
+                with pytest.raises(BagError, match=rf"odd\.bag: there is no topic {name} {hint}"):
+                    ask(name, ["speed"])
+            with pytest.raises(BagError, match=r"odd\.bag: the type of /undefined: "):
+                ask("/undefined")
+        assert list(bag.arrays("odometry", ["speed"])) == ["time", "speed"], "its topic is there, without messages"
+        assert list(bag.messages("/odometri")) == []
+    BagWriter(tmp_path / "empty.bag").close()
+    with pyros1.bag.open(tmp_path / "empty.bag") as bag, pytest.raises(BagError, match="/x; the bag has no topics"):
+        bag.arrays("/x")
 
 
 def test_progress_counts_the_bags_time(make_bag: Make) -> None:

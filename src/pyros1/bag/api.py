@@ -14,6 +14,7 @@ from pyros1.bag.reader import BagReader, RawMessage
 from pyros1.bag.records import Connection
 from pyros1.errors import MessageError
 from pyros1.msgs import AnyMsg, DefinitionCache, Message
+from pyros1.suggest import did_you_mean
 from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
@@ -114,7 +115,8 @@ class Bag:
         """Yield messages by time. Only the chunks that hold some of the wanted time are read.
 
         Args:
-            topics: one topic or several; None means all. A leading ``/`` does not matter.
+            topics: one topic or several; None means all. A leading ``/`` does not matter. Those that are not in the bag
+                yield nothing, as with rosbag.Bag.read_messages; `topics` of this class has those that are.
             start: only from this time on.
             end: only until this time.
             raw: give `AnyMsg` instead of decoding.
@@ -187,9 +189,10 @@ class Bag:
             ``time`` itself is named ``time_``.
 
         Raises:
-            BagError: as for :meth:`messages`.
+            BagError: there is no such topic; and as for :meth:`messages`.
             AttributeError: there is no such field.
         """
+        cls = self._class_of(topic)
         times: list[float] = []
         columns: dict[str, list[Any]] | None = None if fields is None else {path: [] for path in fields}
         for item in self.messages(topic, start, end, progress=progress):
@@ -199,7 +202,7 @@ class Bag:
             for path, values in columns.items():
                 values.append(_value(item.message, path))
         if columns is None:
-            columns = {path: [] for path in self._fields_of(topic)}
+            columns = {path: [] for path in _leaves(cls())}
         own = {_OWN_TIME if path == "time" else path: values for path, values in columns.items()}
         return {"time": times, **own}
 
@@ -225,14 +228,12 @@ class Bag:
             numbers has a row per message if all are of the same length; else they are objects, too.
 
         Raises:
-            BagError: as for :meth:`messages`.
+            BagError: as for :meth:`columns`.
             AttributeError: there is no such field.
         """
         columns = self.columns(topic, fields, start, end, progress=progress)
         cls = self._class_of(topic)
-        types = (
-            {name: _type_of(cls, "time" if name == _OWN_TIME else name) for name in columns} if cls is not None else {}
-        )
+        types = {name: _type_of(cls, "time" if name == _OWN_TIME else name) for name in columns}
         types["time"] = "float64"
         return {name: column(values, types.get(name, "")) for name, values in columns.items()}
 
@@ -276,13 +277,18 @@ class Bag:
             return None
         return self.reader.ids([topics] if isinstance(topics, str) else topics)
 
-    def _class_of(self, topic: str) -> type[Message] | None:
-        ids = sorted(self._ids(topic) or ())
-        return self.message_class(self.reader.connections[ids[0]]) if ids else None
-
-    def _fields_of(self, topic: str) -> Iterator[str]:
-        cls = self._class_of(topic)
-        return iter(()) if cls is None else _leaves(cls())
+    def _class_of(self, topic: str) -> type[Message]:
+        """The class of a topic's messages; raises BagError if the topic, or its definition, is not there."""
+        ids = self.reader.ids([topic])
+        if not ids:
+            known = self.topics
+            hint = did_you_mean(f"/{topic.lstrip('/')}", known) or ("" if known else "; the bag has no topics")
+            raise BagError(self.path, f"there is no topic {topic}{hint}")
+        connection = self.reader.connections[min(ids)]
+        try:
+            return self.message_class(connection)
+        except MessageError as error:
+            raise BagError(self.path, f"the type of {connection.topic}: {error}") from error
 
     def _nanoseconds(self, when: When) -> int | None:
         if when is None:
