@@ -111,6 +111,10 @@ def test_what_is_not_understood_is_refused(run: Run) -> None:
     assert "'[' is not a regular expression" in run("--filter", "[")[2]
     code, _, err = run("-l", "eror")
     assert code == 2 and "did you mean 'error'?" in err
+    for level in ("9", "4", "-1", "1.0", ""):
+        code, out, err = run(f"--level={level}")
+        assert (code, out) == (2, "")
+        assert f"there is no level {level!r}; there are 0 ok, 1 warn, 2 error, 3 stale\n" in err
     assert run("word")[0] == 2 and run("-h")[0] == 0
 
 

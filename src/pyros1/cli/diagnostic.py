@@ -94,11 +94,14 @@ def _options(invocation: Invocation) -> argparse.Namespace:
 def _level(text: str) -> int:
     from argparse import ArgumentTypeError  # noqa: PLC0415 - as above
 
-    try:
-        return LEVELS.index(text.lower()) if text.lower() in LEVELS else int(text)
-    except ValueError:
-        hint = did_you_mean(text.lower(), LEVELS)
-        raise ArgumentTypeError(f"{text!r} is neither a number nor one of {', '.join(LEVELS)}{hint}") from None
+    word = text.lower()
+    if word in LEVELS:
+        return LEVELS.index(word)
+    numbers = {str(number): number for number in range(len(LEVELS))}
+    if word not in numbers:
+        levels = ", ".join(f"{number} {name}" for number, name in enumerate(LEVELS))
+        raise ArgumentTypeError(f"there is no level {text!r}{did_you_mean(word, LEVELS)}; there are {levels}")
+    return numbers[word]
 
 
 def _say_if_unpublished(invocation: Invocation, topic: str) -> None:
