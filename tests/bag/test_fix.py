@@ -93,6 +93,43 @@ def test_a_definition_cannot_break_out_of_its_rule(tmp_path: Path) -> None:
     assert [(rule.old_class._md5sum, rule.valid) for rule in migrator._rules.values()] == [(old._md5sum, False)]
 
 
+def test_fields_named_by_reserved_words_are_migrated(run: Any, tmp_path: Path) -> None:
+    """Attributes have an underscore then (G10), in rules as everywhere: the rule needs nothing but the new field."""
+    nested = "\n" + "=" * 80 + "\nMSG: p/Part\nint32 in\n"
+    same = "float64 from\nstring lambda\np/Part None\np/Part[] self\n"
+    old = from_definition("p/A", f"{same}int16 class{nested}")
+    new = from_definition("p/A", f"{same}int32 def{nested}")
+    rules = tmp_path / "rules.bmr"
+    text = rule_text(old, new)
+    line = "# the old message has no int32 def_: new_msg.def_ = ..."
+    assert line in text and "# the new message has no field class_" in text
+    rules.write_text(text.replace(line, "new_msg.def_ = old_msg.class_ * 2").replace("valid = False", "valid = True"))
+    migrator = Migrator(lambda name: new)
+    migrator.read_rules(str(rules))
+    assert migrator.missing(old, new) == []
+    part = old().None_.__class__
+    message: Any = old(from_=0.5, lambda_="l", None_=part(in_=3), self_=[part(in_=4), part(in_=5)], class_=21)
+    done: Any = migrator.convert(message, new)
+    found = (done.from_, done.lambda_, done.None_.in_, [each.in_ for each in done.self_], done.def_)
+    assert (type(done), found) == (new, (0.5, "l", 3, [4, 5], 42))
+
+
+def test_a_rule_for_a_definition_that_is_not_text(run: Any, tmp_path: Path) -> None:
+    """Comments of old definitions are in any encoding; a NUL may be among them."""
+    definition = b"int16 data  # 5 \xb0C, \xc2\xb0C, \0 end\nstring more"
+    text = definition.decode("utf-8", "surrogateescape")
+    old = from_definition("std_msgs/Int16", text)
+    with BagWriter(tmp_path / "old.bag") as writer:
+        header = {"type": b"std_msgs/Int16", "md5sum": old._md5sum.encode(), "message_definition": definition}
+        writer.write(writer.add_connection("/a", header), 5, old._encode(old(data=7)))
+    assert run("check", "old.bag", "-g", "rules.bmr")[0] == 0
+    rules = tmp_path / "rules.bmr"
+    rules.write_text(rules.read_text(encoding="utf-8").replace("valid = False", "valid = True"), encoding="utf-8")
+    assert run("fix", "old.bag", "new.bag", "rules.bmr") == (0, "Bag migrated successfully.\n", "")
+    with pyros1.bag.open("new.bag") as bag:
+        assert [item.message.data for item in bag.messages()] == [7]
+
+
 def test_force_leaves_what_it_cannot_migrate(run: Any, old_bag: Path) -> None:
     assert run("fix", "--force", "old.bag", "new.bag")[0] == 0
     with pyros1.bag.open("new.bag") as bag:

@@ -6,6 +6,7 @@ A rule file (.bmr) is a Python program that the user names: it is executed, as s
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
@@ -193,6 +194,8 @@ def _nested(old: Class, new: Class) -> list[tuple[str, str]]:
 def _quoted(text: str) -> str:
     """Return a text as a Python string of several lines; nothing that a bag holds may become part of the program."""
     inner = text.replace("\\", "\\\\").replace("\r", "\\r").replace('"""', '\\"\\"\\"')
+    # No program may hold these: NUL, and the surrogates that stand for bytes which are not UTF-8, as in old comments.
+    inner = re.sub("[\0\ud800-\udfff]", lambda found: f"\\u{ord(found[0]):04x}", inner)
     return f'"""\n{inner}\n"""'
 
 
