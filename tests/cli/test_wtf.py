@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import signal
+import re
 import socket
 import subprocess
 import sys
@@ -105,6 +105,18 @@ def fake_node(
         thread.join()
 
 
+@contextmanager
+def node_process(code: str, environ: dict[str, str]) -> Iterator[None]:
+    """A node in a process of its own, which says when it is ready and is killed afterwards."""
+    command = [sys.executable, "-c", code]
+    with subprocess.Popen(command, env={**environ, "PYTHONPATH": str(SOURCE)}, stdout=subprocess.PIPE) as child:
+        try:
+            assert child.stdout is not None and child.stdout.readline() == b"ready\n"
+            yield
+        finally:
+            child.kill()
+
+
 def test_a_healthy_system_has_no_findings_l178(
     shell: pytest.MonkeyPatch, make_node: MakeNode, capsys: Any, master: Master
 ) -> None:
@@ -133,11 +145,8 @@ def test_a_node_with_a_host_name_that_only_it_knows(
 
 
 def test_a_node_that_was_killed(findings: Callable[..., Found], environ: dict[str, str]) -> None:
-    command = [sys.executable, "-c", NODE]
-    with subprocess.Popen(command, env={**environ, "PYTHONPATH": str(SOURCE)}, stdout=subprocess.PIPE) as child:
-        assert child.stdout is not None and child.stdout.readline() == b"ready\n"
+    with node_process(NODE, environ):
         assert "dead-node" not in findings()
-        child.send_signal(signal.SIGKILL)
     found = findings()
     assert found["dead-node"]["items"][0].startswith("/victim (http://localhost:")
     assert "pyros1 node cleanup" in found["dead-node"]["cure"]
@@ -288,6 +297,19 @@ def test_a_clock_that_is_wrong(findings: Callable[..., Found], client: MasterCli
         client.register_publisher("/t", "std_msgs/String", uri)
         found = findings()["clock-skew"]
     assert "clock of [127.0.0.1] is" in found["text"] and "behind" in found["text"] and "chrony" in found["cure"]
+
+
+# A machine whose clock is wrong is a program for which it is.
+SLOW = "import time; right = time.time; time.time = lambda: right() - 3600"
+
+
+def test_the_wrong_clock_of_a_node_of_ours(findings: Callable[..., Found], environ: dict[str, str]) -> None:
+    with node_process(SLOW + NODE, environ):
+        found = findings()["clock-skew"]
+    assert found["severity"] == "error"
+    assert re.search(r"clock of \[\S+\] is (3599|3600|3601) s behind this machine's", found["text"])
+    with node_process(NODE, environ):
+        assert "clock-skew" not in findings()
 
 
 def test_several_masters(findings: Callable[..., Found], shell: pytest.MonkeyPatch, master: Master) -> None:

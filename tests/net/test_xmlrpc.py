@@ -17,6 +17,7 @@ from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_client import XmlRpcClient
 from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer, unknown_method
 from pyros1.wire.http import HttpLimits, build_request, build_response
+from pyros1.wire.http_head import date_field
 from pyros1.wire.xmlrpc import dumps_call, dumps_response
 
 LIMITS = ServerLimits(
@@ -186,6 +187,26 @@ def test_pipelined_requests_are_answered_in_order(server: XmlRpcServer) -> None:
     assert places == sorted(places)
 
 
+def test_every_answer_has_a_date_and_it_is_made_once_per_second(
+    server: XmlRpcServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+    clock = iter([784111777.0, 784111777.2, 784111777.999, 784111778.0])
+
+    def field(second: int) -> bytes:
+        made.append(second)
+        return date_field(second)
+
+    monkeypatch.setattr("pyros1.net.xmlrpc_server.time", lambda: next(clock))
+    monkeypatch.setattr("pyros1.net.xmlrpc_server.date_field", field)
+    calls = b"".join(build_request("h", "/", dumps_call("echo", [i])) for i in range(2))
+    got = raw(server, calls + b"GET / HTTP/1.1\r\n\r\n" + b"nonsense\r\n\r\n")
+    assert [head.split(b" ", 2)[1] for head in got.split(b"HTTP/1.1")[1:]] == [b"200", b"200", b"501", b"400"]
+    dates = [line for line in got.splitlines() if line.startswith(b"Date")]
+    assert dates == [b"Date: Sun, 06 Nov 1994 08:49:37 GMT"] * 3 + [b"Date: Sun, 06 Nov 1994 08:49:38 GMT"]
+    assert made == [784111777, 784111778]
+
+
 def test_large_answers_to_a_slow_reader_do_not_hold_up_others(server: XmlRpcServer, client: XmlRpcClient) -> None:
     text = "x" * 1_000_000
     request = build_request("h", "/", dumps_call("echo", [text]))
@@ -193,7 +214,7 @@ def test_large_answers_to_a_slow_reader_do_not_hold_up_others(server: XmlRpcServ
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
         slow.sendall(request)
         assert client.call("echo", 1) == [1]
-        wanted = len(build_response(200, dumps_response([text])))
+        wanted = len(build_response(200, dumps_response([text]), date=date_field(0)))
         got = 0
         while got < wanted:
             got += len(slow.recv(1 << 20))

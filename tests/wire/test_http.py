@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from email.utils import formatdate
 from itertools import pairwise
 
 import pytest
@@ -19,6 +20,7 @@ from pyros1.wire.http import (
     build_request,
     build_response,
 )
+from pyros1.wire.http_head import date_field, split_head
 
 CHUNKED = b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n3;x=y\r\nabc\r\n2\r\nde\r\n0\r\nTrailer: a\r\n\r\n"
 
@@ -64,6 +66,23 @@ def test_responses_come_out_whole_however_they_are_cut(body: bytes, places: list
                 found.append(response)
         assert [(response.status, response.body) for response in found] == [(200, body)]
         assert not parser.in_message
+
+
+@given(st.integers(0, 4_102_444_800))  # to the year 2100
+def test_dates_are_those_of_http(seconds: int) -> None:
+    assert date_field(seconds) == f"Date: {formatdate(seconds, usegmt=True)}\r\n".encode()
+
+
+@pytest.mark.parametrize(("status", "keep"), [(200, True), (200, False), (404, True)])
+def test_a_date_stands_in_the_head(status: int, keep: bool) -> None:
+    parser = ResponseParser()
+    for second in range(3):  # heads that differ in it
+        data = build_response(status, b"abc", keep_alive=keep, date=date_field(second))
+        head = split_head(data.split(b"\r\n\r\n")[0].decode())[1]
+        assert head["date"] == formatdate(second, usegmt=True) and head["content-length"] == "3"
+        parser.feed(data)
+        response = parser.next_message()
+        assert response is not None and (response.status, response.body, response.keep_alive) == (status, b"abc", keep)
 
 
 @given(st.binary(max_size=300) | st.binary(max_size=60).map(lambda data: b"POST / HTTP/1.1\r\n" + data + b"\r\n\r\n"))

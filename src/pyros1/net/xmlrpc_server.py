@@ -4,6 +4,8 @@ Each connection is served in turns: read, answer every whole request in it, writ
 nothing more is read from that peer. Bounds on sizes, on connections and on time hold for every peer; when there are
 too many connections the one that has been quiet longest makes room, so newcomers are always served. (HTTP clients
 transparently open a kept-alive connection again.)
+
+Each answer says when it was made, by the clock of this machine: that is how others find out that it is wrong.
 """
 
 from __future__ import annotations
@@ -11,12 +13,13 @@ from __future__ import annotations
 import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from time import monotonic
+from time import monotonic, time
 from typing import TYPE_CHECKING, Any, Final
 
 from pyros1.errors import Error, XmlRpcFault
 from pyros1.net.loop import READ, WRITE
 from pyros1.wire.http import HttpError, HttpLimits, Request, RequestParser, build_response
+from pyros1.wire.http_head import date_field
 from pyros1.wire.xmlrpc import dumps_fault, dumps_response, loads_call
 
 if TYPE_CHECKING:
@@ -139,7 +142,7 @@ class _Connection:
                 self._write(self.server.answer(request))
         except HttpError as error:
             self.closing = True
-            self._write(build_response(error.status, str(error).encode(), keep_alive=False, content_type=_TEXT))
+            self._write(self.server.refusal(error.status, str(error), keep_alive=False))
         if not self.server.account(self, self.parser.buffered):
             self.close()
 
@@ -217,6 +220,8 @@ class XmlRpcServer:
         self._buffered = 0
         self._sweeper: TimerHandle | None = None
         self._closed = False
+        self._dated = -1
+        self._date_field = b""
         self.scratch = memoryview(bytearray(_RECEIVE))  # for all connections: it is emptied before the next is read
         family = socket.AF_INET6 if ":" in bind_host else socket.AF_INET
         self._listener = socket.create_server((bind_host, port), family=family, backlog=128)
@@ -249,11 +254,20 @@ class XmlRpcServer:
     def answer(self, request: Request) -> bytes:
         """The whole HTTP answer to a request."""
         if request.method != "POST":
-            text = f"Unsupported method ({request.method!r})".encode()
-            return build_response(501, text, keep_alive=request.keep_alive, content_type=_TEXT)
+            return self.refusal(501, f"Unsupported method ({request.method!r})", keep_alive=request.keep_alive)
         if request.path not in _PATHS:
-            return build_response(404, b"No such page", keep_alive=request.keep_alive, content_type=_TEXT)
-        return build_response(200, self._call(request.body), keep_alive=request.keep_alive)
+            return self.refusal(404, "No such page", keep_alive=request.keep_alive)
+        return build_response(200, self._call(request.body), keep_alive=request.keep_alive, date=self._date())
+
+    def refusal(self, status: int, text: str, *, keep_alive: bool) -> bytes:
+        """The whole HTTP answer to what is not a call."""
+        return build_response(status, text.encode(), keep_alive=keep_alive, content_type=_TEXT, date=self._date())
+
+    def _date(self) -> bytes:
+        now = int(time())
+        if now != self._dated:
+            self._dated, self._date_field = now, date_field(now)
+        return self._date_field
 
     def _call(self, body: bytes) -> bytes:
         try:

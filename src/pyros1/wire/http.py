@@ -388,17 +388,19 @@ def build_request(host: str, path: str, body: bytes) -> bytes:
 
 _USUAL: Final = (
     b"HTTP/1.1 200 OK\r\nServer: pyros1\r\nContent-Type: text/xml\r\n"
-    b"Content-Length: %d\r\nConnection: keep-alive\r\n\r\n"
+    b"Content-Length: %d\r\n%bConnection: keep-alive\r\n\r\n"
 )
 
 
-def build_response(status: int, body: bytes, *, keep_alive: bool = True, content_type: str = "text/xml") -> bytes:
-    """An answer, saying whether the connection stays open."""
+def build_response(
+    status: int, body: bytes, *, keep_alive: bool = True, content_type: str = "text/xml", date: bytes = b""
+) -> bytes:
+    """An answer, saying whether the connection stays open; ``date`` is the line of `date_field`, or nothing."""
     # Whether it stays open is said in both cases: HTTP/1.0 and 1.1 clients assume different things when it is not.
     if status == 200 and keep_alive and content_type == "text/xml":
-        return _USUAL % len(body) + body
+        return _USUAL % (len(body), date) + body
     connection = "keep-alive" if keep_alive else "close"
     return (
         f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nServer: pyros1\r\nContent-Type: {content_type}\r\n"
-        f"Content-Length: {len(body)}\r\nConnection: {connection}\r\n\r\n"
+        f"Content-Length: {len(body)}\r\n{date.decode()}Connection: {connection}\r\n\r\n"
     ).encode("latin-1") + body

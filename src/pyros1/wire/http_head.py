@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from time import gmtime
 from typing import Final
 
 from pyros1.errors import ProtocolError
 
+# Names, for strftime's are those of the user's language.
+_DAYS: Final = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
+_MONTHS: Final = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _FIELDS: Final = re.compile(r"^([!#-'*+.^_`|~\w-]+):(.*)$", re.ASCII | re.MULTILINE)
 
 
@@ -48,3 +52,14 @@ def keep_alive(minor: str, headers: dict[str, str]) -> bool:
     if minor == "1":
         return "close" not in connection
     return "keep-alive" in connection
+
+
+def date_field(seconds: int) -> bytes:
+    """The line of a head that says when a message was made (RFC 9110, 5.6.7 and 6.6.1).
+
+    Args:
+        seconds: since 1970.
+    """
+    year, month, day, hour, minute, second, weekday, *_ = gmtime(seconds)
+    date = f"{_DAYS[weekday]}, {day:02} {_MONTHS[month - 1]} {year:04} {hour:02}:{minute:02}:{second:02} GMT"
+    return f"Date: {date}\r\n".encode()
