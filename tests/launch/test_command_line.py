@@ -13,7 +13,7 @@ from pyros1.launch.command_line import locate, node_environment, node_words
 from pyros1.launch.plan import NodePlan
 from pyros1.msgs.packages import OWN_PACKAGES, PackageIndex
 
-OWN = OWN_PACKAGES / "minimal_nodes" / "scripts" / "minimal_publisher"
+OWN = Path(OWN_PACKAGES) / "minimal_nodes" / "scripts" / "minimal_publisher"
 
 
 def test_a_foreign_node_is_run_as_it_is() -> None:

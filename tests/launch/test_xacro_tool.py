@@ -24,7 +24,7 @@ def main():
 
 
 def test_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    own = str(OWN_PACKAGES / "xacro")
+    own = os.path.join(OWN_PACKAGES, "xacro")
     run = [sys.executable, "-m", "pyros1.launch.xacro_tool"]
     assert xacro_words([f"{own}/xacro", "a", "b"]) == [*run, "a", "b"]
     assert xacro_words([f"{own}/xacro.py"]) == run

@@ -10,7 +10,7 @@ from pyros1.msgs.factory import make_message_class
 from pyros1.msgs.library import SHIPPED, Library
 
 LIBRARY = Library({}, installs=[])
-FILES = sorted(path for path in SHIPPED.rglob("*") if path.is_file())
+FILES = sorted(path for path in Path(SHIPPED).rglob("*") if path.is_file())
 
 # Sums that the generated classes of ROS distributions carry.
 KNOWN = """

@@ -9,6 +9,7 @@ import pytest
 
 from pyros1.errors import PackageNotFoundError
 from pyros1.msgs.packages import PackageIndex
+from pyros1.packaging.crawl import all_packages
 
 
 def make_package(folder: Path, name: str | None = None) -> Path:
@@ -67,8 +68,41 @@ def test_g28_earlier_root_wins_and_a_root_may_be_a_package(tmp_path: Path) -> No
 
 def test_of_one_name_the_first_in_the_order_of_folders_counts(tmp_path: Path) -> None:
     first = make_package(tmp_path / "ws/backup/p")
-    make_package(tmp_path / "ws/p")
+    make_package(tmp_path / "ws/src/p")
     assert index(tmp_path, "ws").paths()["p"] == index(tmp_path, "ws").find("p") == first
+
+
+def test_of_one_name_the_one_directly_in_the_folder_counts(tmp_path: Path) -> None:
+    """Both for who asks for one package, and so does not look at all others, and for who asks for all."""
+    make_package(tmp_path / "ws/backup/p")
+    direct = make_package(tmp_path / "ws/p")
+    make_package(tmp_path / "ws/backup/q")
+    make_package(tmp_path / "ws/another", name="q")
+    roots = [(str(tmp_path / "ws"), 5)]
+    environ = {"ROS_PACKAGE_PATH": str(tmp_path / "ws"), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    for name, folder in (("p", direct), ("q", tmp_path / "ws/another")):
+        assert index(tmp_path, "ws").paths()[name] == index(tmp_path, "ws").find(name) == folder
+        assert next(found.folder for found in all_packages(environ, roots=roots) if found.name == name) == str(folder)
+
+
+def test_a_package_directly_in_a_folder_is_found_without_a_look_at_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wanted = make_package(tmp_path / "ws/p")
+    make_package(tmp_path / "ws/other/q")
+    packages = index(tmp_path, "ws")
+    monkeypatch.setattr("os.scandir", lambda folder: pytest.fail(f"{folder} is read"))
+    assert packages.find("p") == wanted
+
+
+@pytest.mark.parametrize("mark", ["CATKIN_IGNORE", "package.xml", "p/CATKIN_IGNORE"])
+def test_a_package_that_a_crawl_passes_over_is_not_found_directly_either(tmp_path: Path, mark: str) -> None:
+    make_package(tmp_path / "ws/p")
+    (tmp_path / "ws" / mark).write_text("")
+    packages = index(tmp_path, "ws")
+    assert "p" not in packages.paths()
+    with pytest.raises(PackageNotFoundError):
+        packages.find("p")
 
 
 def test_links_that_lead_back_end(tmp_path: Path) -> None:

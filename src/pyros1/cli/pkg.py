@@ -149,7 +149,7 @@ def list_duplicates(request: Request) -> None:
     """``pkg list-duplicates``: names that several packages have, each with its folders, the one that counts first."""
     folders: dict[str, list[str]] = {}
     for found in known_to(request.stock):
-        if not found.folder.startswith(str(OWN_PACKAGES)):  # these stand in where there are no others
+        if not found.folder.startswith(OWN_PACKAGES):  # these stand in where there are no others
             folders.setdefault(found.name, []).append(found.folder)
     for name, places in sorted(folders.items()):
         if len(places) > 1:

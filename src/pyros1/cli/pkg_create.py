@@ -92,7 +92,7 @@ def _parser(program: str, stock: bool) -> argparse.ArgumentParser:
 
 def _warn(package: NewPackage, known: dict[str, str]) -> None:
     """Say what may surprise: names of packages that are not here, and one that is here twice."""
-    types = {path.name for path in SHIPPED.iterdir()}
+    types = set(os.listdir(SHIPPED))
     for name in package.depends:
         if name not in known and name not in types:
             hint = did_you_mean(name, {*known, *types})

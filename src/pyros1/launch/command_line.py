@@ -46,7 +46,7 @@ def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
 
 def is_own(executable: Path) -> bool:
     """Whether the file is in one of pyros1's own packages."""
-    return OWN_PACKAGES in executable.resolve().parents
+    return str(executable.resolve()).startswith(OWN_PACKAGES + os.sep)
 
 
 def executable_words(executable: Path) -> list[str]:

@@ -98,5 +98,5 @@ def _in_package(package: str, file: str, resources: Resources) -> str | None:
 def _own_file(name: str) -> str | None:
     if os.path.dirname(name):
         return None
-    found = sorted(path for path in OWN_PACKAGES.glob(f"*/launch/{re.sub(r'[*?[]', '', name)}") if path.is_file())
-    return str(found[0]) if found else None
+    files = (os.path.join(OWN_PACKAGES, package, "launch", name) for package in sorted(os.listdir(OWN_PACKAGES)))
+    return next(filter(os.path.isfile, files), None)

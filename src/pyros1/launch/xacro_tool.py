@@ -30,7 +30,7 @@ def xacro_words(words: list[str]) -> list[str]:
         return words
     folder = os.path.dirname(words[0])
     if folder:
-        ours = os.path.realpath(folder) == os.path.realpath(OWN_PACKAGES / "xacro")
+        ours = os.path.realpath(folder) == os.path.realpath(os.path.join(OWN_PACKAGES, "xacro"))
     else:
         found = importlib.util.find_spec("xacro")
         ours = (found is not None and found.origin is not None) or shutil.which(words[0]) is None

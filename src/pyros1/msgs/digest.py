@@ -123,6 +123,10 @@ def _is_separator(line: str) -> bool:
 
 
 def _md5(text: str) -> str:
-    import hashlib  # noqa: PLC0415  loads OpenSSL: commands that make no class need not pay
+    data = text.encode("utf-8", "surrogateescape")
+    try:  # hashlib loads OpenSSL, which every node would wait for when it starts
+        from _md5 import md5  # type: ignore[import-not-found]  # noqa: PLC0415
+    except ImportError:
+        from hashlib import md5  # noqa: PLC0415
 
-    return hashlib.md5(text.encode("utf-8", "surrogateescape"), usedforsecurity=False).hexdigest()
+    return str(md5(data, usedforsecurity=False).hexdigest())

@@ -6,8 +6,8 @@ folder has ``msg``, ``srv`` and ``action``; the messages of an action need no .m
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
 
 from pyros1.errors import DefinitionError, PackageNotFoundError, UnknownTypeError
 from pyros1.msgs.digest import Digests
@@ -21,7 +21,7 @@ from pyros1.msgs.spec import (
     parse_service,
 )
 
-SHIPPED = Path(__file__).resolve().parent / "definitions"
+SHIPPED = os.path.join(os.path.dirname(os.path.realpath(__file__)), "definitions")
 """Folder of the definitions that are part of pyros1."""
 
 _ACTION_PARTS = ("ActionGoal", "ActionResult", "ActionFeedback", "Action", "Goal", "Result", "Feedback")
@@ -37,12 +37,16 @@ class Library:
     """
 
     def __init__(
-        self, environ: Mapping[str, str], *, installs: Sequence[Path] | None = None, shipped: Path = SHIPPED
+        self,
+        environ: Mapping[str, str],
+        *,
+        installs: Sequence[str | os.PathLike[str]] | None = None,
+        shipped: str | os.PathLike[str] = SHIPPED,
     ) -> None:
-        self._installs = list(share_folders(environ) if installs is None else installs)
-        self._shipped = shipped
+        roots = share_folders(environ) if installs is None else installs
+        self._roots = [os.fspath(root) for root in (*roots, shipped)]
         self._packages = PackageIndex(environ, installs=installs)
-        self._folders: dict[str, list[Path]] = {}
+        self._folders: dict[str, list[str]] = {}
         self._messages: dict[str, MessageSpec] = {}
         self._services: dict[str, ServiceSpec] = {}
         self.digests = Digests(self.message)
@@ -66,40 +70,39 @@ class Library:
             path = self._find(name, "srv")
             if path is None:
                 raise UnknownTypeError(self._not_found(name, "service"))
-            spec = self._services[name] = parse_service(name, _read(path), str(path))
+            spec = self._services[name] = parse_service(name, _read(path), path)
         return spec
 
     def has_package(self, package: str) -> bool:
         """Tell whether there are definitions of that package."""
-        return any((folder / kind).is_dir() for folder in self.folders(package) for kind in ("msg", "srv", "action"))
+        return any(map(_has_definitions, self.folders(package)))
 
     def messages(self, package: str) -> list[str]:
         """Return the short names of a package's messages, sorted, those of its actions included."""
-        names = {path.stem for path in self._files(package, "msg")}
-        for path in self._files(package, "action"):
-            names.update(path.stem + part for part in _ACTION_PARTS)
+        names = set(self._names(package, "msg"))
+        for action in self._names(package, "action"):
+            names.update(action + part for part in _ACTION_PARTS)
         return sorted(names)
 
     def services(self, package: str) -> list[str]:
         """Return the short names of a package's services, sorted."""
-        return sorted({path.stem for path in self._files(package, "srv")})
+        return sorted(set(self._names(package, "srv")))
 
     def packages(self) -> list[str]:
         """Return the names of all packages that have definitions, sorted."""
         found: dict[str, None] = dict.fromkeys(self._packages.paths())
-        for root in (*self._installs, self._shipped):
-            for kind in ("msg", "srv", "action"):
-                found.update(dict.fromkeys(path.parent.name for path in root.glob(f"*/{kind}")))
+        for root in self._roots:
+            found.update(dict.fromkeys(name for name in _listed(root) if _has_definitions(os.path.join(root, name))))
         return sorted(name for name in found if self.has_package(name))
 
-    def folders(self, package: str) -> list[Path]:
+    def folders(self, package: str) -> list[str]:
         """Return the folders that may hold definitions of a package, the first to be asked first."""
         folders = self._folders.get(package)
         if folders is None:
             # Debian installs some message packages without a package.xml, so these folders count by their name.
-            folders = [root / package for root in (*self._installs, self._shipped) if (root / package).is_dir()]
+            folders = [folder for root in self._roots if os.path.isdir(folder := os.path.join(root, package))]
             try:
-                found = self._packages.find(package)
+                found = self._packages.find_folder(package)
             except PackageNotFoundError:
                 pass
             else:
@@ -110,29 +113,31 @@ class Library:
     def _load_message(self, name: str) -> MessageSpec:
         path = self._find(name, "msg")
         if path is not None:
-            return parse_message(name, _read(path), str(path))
+            return parse_message(name, _read(path), path)
         for part in _ACTION_PARTS:
             action = name.removesuffix(part)
             if action == name:
                 continue
             path = self._find(action, "action")
             if path is not None:
-                return parse_message(name, action_messages(action, _read(path), str(path))[name], str(path))
+                return parse_message(name, action_messages(action, _read(path), path)[name], path)
         raise UnknownTypeError(self._not_found(name, "message"))
 
-    def _find(self, name: str, kind: str) -> Path | None:
+    def _find(self, name: str, kind: str) -> str | None:
         if not is_type_name(name):
             return None
         package, _, short = name.partition("/")
         for folder in self.folders(package):
-            path = folder / kind / f"{short}.{kind}"
-            if path.is_file():
+            path = os.path.join(folder, kind, f"{short}.{kind}")
+            if os.path.isfile(path):
                 return path
         return None
 
-    def _files(self, package: str, kind: str) -> Iterator[Path]:
+    def _names(self, package: str, kind: str) -> Iterator[str]:
         for folder in self.folders(package):
-            yield from (folder / kind).glob(f"*.{kind}")
+            for name in _listed(os.path.join(folder, kind)):
+                if name.endswith("." + kind):
+                    yield name.removesuffix("." + kind)
 
     def _not_found(self, name: str, what: str) -> str:
         if not is_type_name(name):
@@ -148,12 +153,25 @@ class Library:
         return f"{what} type [{name}] is unknown{hint or f'; package [{package}] has ' + ', '.join(known)}"
 
 
-def _read(path: Path) -> str:
+def _has_definitions(folder: str) -> bool:
+    return any(os.path.isdir(os.path.join(folder, kind)) for kind in ("msg", "srv", "action"))
+
+
+def _listed(folder: str) -> list[str]:
+    """Return the names in a folder that are not hidden; none if it cannot be read."""
+    try:
+        return [name for name in os.listdir(folder) if name[0] != "."]
+    except OSError:
+        return []
+
+
+def _read(path: str) -> str:
     """Return the text of a definition file, line ends as ``\\n``."""
     try:
-        data = path.read_bytes()
+        with open(path, "rb") as file:
+            data = file.read()
     except OSError as error:
-        raise DefinitionError(f"cannot be read: {error.strerror}", str(path)) from error
+        raise DefinitionError(f"cannot be read: {error.strerror}", path) from error
     try:
         text = data.decode()
     except UnicodeDecodeError:

@@ -4,9 +4,14 @@ A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (ros
 folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of ``CMAKE_PREFIX_PATH``, stock
 installations found on the machine, the Python packages of this interpreter that declare a ROS package (by a
 ``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that come with pyros1.
-Of several packages of one name below one of these folders the first in the order of the folders' names counts, as
-rospack has it. Nothing is read before a question is asked, and what was found is remembered by the object: have one of
-them and ask it everything.
+Of several packages of one name below one of these folders the one directly in it counts, if its folder has that name,
+else the first in the order of the folders' names. (Stock takes the order in which the file system lists them.) Nothing
+is read before a question is asked, and what was found is remembered by the object: have one of them and ask it
+everything.
+
+Every node looks for the packages of its messages when it starts. So a package that is where one would expect it is
+found without a look at all others, and this module knows paths as strings: `pathlib` is loaded for those who ask for
+its objects.
 """
 
 from __future__ import annotations
@@ -14,12 +19,18 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from pyros1.errors import PackageNotFoundError
 
-OWN_PACKAGES = Path(__file__).resolve().parent.parent / "packages"
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    _Paths = list[Path]
+    _Places = list[tuple[Path, int]]
+
+OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "packages")
 """Folder of the ROS packages that are part of pyros1."""
 
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
@@ -28,28 +39,38 @@ _IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "ro
 MAX_DEPTH = 20
 """How many levels below a folder of ``ROS_PACKAGE_PATH`` packages are looked for."""
 _Names = list[str]
-_Paths = list[Path]
 
 
-def stock_installs() -> list[Path]:
+def stock_installs() -> _Names:
     """Return the ``share`` folders of stock installations: those of ``/opt/ros`` (newest name first), then Debian's."""
-    found = sorted(Path("/opt/ros").glob("*/share"), reverse=True)
-    return [*found, Path("/usr/share")]
+    found = [f"/opt/ros/{name}/share" for name in reversed(_listed("/opt/ros"))]
+    return [*filter(os.path.isdir, found), "/usr/share"]
 
 
-def share_folders(environ: Mapping[str, str]) -> list[Path]:
+def share_folders(environ: Mapping[str, str]) -> _Names:
     """Return the ``share`` folders of the spaces of ``CMAKE_PREFIX_PATH`` and of stock installations, in order."""
-    return list(dict.fromkeys([*(prefix / "share" for prefix in _prefixes(environ)), *stock_installs()]))
+    return list(dict.fromkeys([*(os.path.join(prefix, "share") for prefix in _prefixes(environ)), *stock_installs()]))
 
 
-def _prefixes(environ: Mapping[str, str]) -> _Paths:
-    return [Path(part) for part in environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if part]
+def _prefixes(environ: Mapping[str, str]) -> _Names:
+    return _plain(environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
 
 
-def _python_folders() -> _Paths:
+def _plain(folders: Iterable[str]) -> _Names:
+    """Return the names of folders without needless slashes and dots, those that are not empty."""
+    return [re.sub(r"/(\.?/)+", "/", folder).rstrip("/") or "/" for folder in folders if folder]
+
+
+def _python_folders() -> _Names:
     """Where Python's installers put packages, and the data files that belong to them."""
-    libraries = [Path(part) for part in sys.path if os.path.basename(part) in ("site-packages", "dist-packages")]
-    return [Path(sys.prefix, "share"), *libraries]
+    libraries = [part for part in sys.path if os.path.basename(part) in ("site-packages", "dist-packages")]
+    return [os.path.join(sys.prefix, "share"), *libraries]
+
+
+def _paths(folders: Iterable[str]) -> list[Path]:
+    from pathlib import Path  # noqa: PLC0415 - see above
+
+    return list(map(Path, folders))
 
 
 class PackageIndex:
@@ -62,20 +83,25 @@ class PackageIndex:
     """
 
     def __init__(
-        self, environ: Mapping[str, str], *, installs: Sequence[Path] | None = None, own: Path = OWN_PACKAGES
+        self,
+        environ: Mapping[str, str],
+        *,
+        installs: Sequence[str | os.PathLike[str]] | None = None,
+        own: str | os.PathLike[str] = OWN_PACKAGES,
     ) -> None:
-        self._roots = [Path(part) for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+        self._roots = _plain(environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
         self._prefixes = _prefixes(environ)
-        found = [*share_folders(environ), *_python_folders()] if installs is None else installs
-        self._flat = list(dict.fromkeys([*found, own]))
-        self._own = own
-        self._found: dict[str, Path] = {}
-        self._crawled: dict[Path, dict[str, Path]] = {}
-        self._executables: dict[tuple[str, str], _Paths] = {}
+        flat = [*share_folders(environ), *_python_folders()] if installs is None else installs
+        self._own = os.fspath(own)
+        self._flat = list(dict.fromkeys(os.fspath(folder) for folder in (*flat, self._own)))
+        self._found: dict[str, str] = {}
+        self._crawled: dict[str, dict[str, str]] = {}
+        self._executables: dict[tuple[str, str], _Names] = {}
 
-    def places(self) -> list[tuple[Path, int]]:
+    def places(self) -> _Places:
         """Return the folders searched, in order, each with how many levels deep."""
-        return [*((root, MAX_DEPTH) for root in self._roots), *((share, 1) for share in self._flat)]
+        depths = [MAX_DEPTH] * len(self._roots) + [1] * len(self._flat)
+        return list(zip(_paths([*self._roots, *self._flat]), depths, strict=True))
 
     def find(self, name: str) -> Path:
         """Return the folder of the package.
@@ -83,29 +109,34 @@ class PackageIndex:
         Raises:
             PackageNotFoundError: it is in none of the places; the text names them.
         """
-        path = self._found.get(name)
-        if path is None:
-            path = self._search(name)
-            if path is None:
-                places = ", ".join(dict.fromkeys(str(place) for place, _ in self.places()))
+        return _paths([self.find_folder(name)])[0]
+
+    def find_folder(self, name: str) -> str:
+        """Return the path of the package's folder; raises as `find`."""
+        folder = self._found.get(name)
+        if folder is None:
+            folder = self._search(name)
+            if folder is None:
+                places = ", ".join(dict.fromkeys([*self._roots, *self._flat]))
                 raise PackageNotFoundError(
                     f"package [{name}] not found (searched: {places}); is ROS_PACKAGE_PATH set as it should be?"
                 )
-            self._found[name] = path
-        return path
+            self._found[name] = folder
+        return folder
 
     def paths(self) -> dict[str, Path]:
         """Return every package's folder by name; where a name occurs twice, the place searched first wins."""
-        result: dict[str, Path] = {}
+        result: dict[str, str] = {}
         for root in self._roots:
-            for name, path in self._crawl(root).items():
-                result.setdefault(name, path)
+            for name, folder in self._crawl(root).items():
+                result.setdefault(name, folder)
         for share in self._flat:
-            for folder in _subfolders(share):
-                name_found = _package_name(folder)
+            for base in _listed(share):
+                folder = os.path.join(share, base)
+                name_found = _package_name(folder) if base[0] != "." else None
                 if name_found is not None:
                     result.setdefault(name_found, folder)
-        return result
+        return dict(zip(result, _paths(result.values()), strict=True))
 
     def find_resource(self, package: str, filename: str) -> _Paths:
         """Return the files of that name in a package.
@@ -120,11 +151,11 @@ class PackageIndex:
         Raises:
             PackageNotFoundError: there is no such package.
         """
-        folder = self.find(package)
+        folder = self.find_folder(package)
         if os.path.dirname(filename):
-            path = folder / filename
-            return [path] if path.is_file() else []
-        return _unique(path for path in _walk(folder, filename) if path.is_file())
+            path = os.path.join(folder, filename)
+            return _paths([path] if os.path.isfile(path) else [])
+        return _paths(_unique(filter(os.path.isfile, _walk(folder, filename))))
 
     def find_executable(self, package: str, name: str) -> _Paths:
         """Return the executables of that name: first in ``lib/<package>`` of an install prefix, then in the package.
@@ -136,32 +167,40 @@ class PackageIndex:
         Raises:
             PackageNotFoundError: there is no such package.
         """
-        folder = self.find(package)
+        folder = self.find_folder(package)
         known = self._executables.get((package, name))
-        if known and all(path.is_file() for path in known):
-            return list(known)
+        if known and all(map(os.path.isfile, known)):
+            return _paths(known)
         found = self._executables_in(folder, package, name)
         # Debian installs some packages without their programs, which are in packages of their own.
-        spare = self._own / package
+        spare = os.path.join(self._own, package)
         if not found and spare != folder and _package_name(spare) == package:
             found = self._executables_in(spare, package, name)
         self._executables[package, name] = found
-        return list(found)
+        return _paths(found)
 
-    def _executables_in(self, folder: Path, package: str, name: str) -> _Paths:
-        own = self._own in folder.parents
+    def _is_own(self, folder: str) -> bool:
+        return folder.startswith(self._own + os.sep)
+
+    def _libraries(self, folder: str, package: str) -> _Names:
+        """Return the folders ``lib/<package>`` in which a package may have programs."""
         prefixes = list(self._prefixes)
-        if folder.parent.name == "share":
-            prefixes.append(folder.parent.parent)
-        candidates = [prefix / "lib" / package / name for prefix in prefixes]
+        share = os.path.dirname(folder)
+        if os.path.basename(share) == "share":
+            prefixes.append(os.path.dirname(share))
+        return [os.path.join(prefix, "lib", package) for prefix in prefixes]
+
+    def _executables_in(self, folder: str, package: str, name: str) -> _Names:
+        own = self._is_own(folder)
+        candidates = [os.path.join(library, name) for library in self._libraries(folder, package)]
         if os.path.dirname(name):
-            candidates.append(folder / name)
+            candidates.append(os.path.join(folder, name))
         else:
             candidates.extend(_walk(folder, name))
             if own and not name.endswith(".py"):
                 candidates.extend(_walk(folder, name + ".py"))
         # Installers may drop the executable bit of a package's data files; ours are started through their interpreter.
-        return _unique(path for path in candidates if path.is_file() and (own or os.access(path, os.X_OK)))
+        return _unique(path for path in candidates if os.path.isfile(path) and (own or os.access(path, os.X_OK)))
 
     def executables(self, package: str) -> _Names:
         """Return the names of everything in a package that can be started, sorted.
@@ -172,37 +211,40 @@ class PackageIndex:
         Raises:
             PackageNotFoundError: there is no such package.
         """
-        folder = self.find(package)
-        prefixes = [*self._prefixes, *([folder.parent.parent] if folder.parent.name == "share" else [])]
+        folder = self.find_folder(package)
+        own = self._is_own(folder)
         names: set[str] = set()
-        for place in [*(prefix / "lib" / package for prefix in prefixes), folder]:
+        for place in [*self._libraries(folder, package), folder]:
             for base, folders, files in os.walk(place):
                 folders[:] = [name for name in folders if name[0] != "."]
                 names.update(name for name in files if os.access(os.path.join(base, name), os.X_OK))
-        if self._own in folder.parents:
-            names.update(path.stem for path in folder.rglob("*.py"))
+                if own:
+                    names.update(name[:-3] for name in files if name.endswith(".py"))
         return sorted(names)
 
-    def _search(self, name: str) -> Path | None:
+    def _search(self, name: str) -> str | None:
         if not name or "/" in name or name.startswith("."):
             return None
         for root in self._roots:
+            if is_direct(root, name):
+                return os.path.join(root, name)
             below = self._crawl(root).get(name)
             if below is not None:
                 return below
         for share in self._flat:
-            if _package_name(share / name) == name:
-                return share / name
+            folder = os.path.join(share, name)
+            if _package_name(folder) == name:
+                return folder
         return None
 
-    def _crawl(self, root: Path) -> dict[str, Path]:
+    def _crawl(self, root: str) -> dict[str, str]:
         found = self._crawled.get(root)
         if found is None:
             found = {}
             for folder in _packages_below(root):
                 name = _package_name(folder)
-                if name is not None:
-                    found.setdefault(name, folder)
+                if name is not None and (name not in found or folder == os.path.join(root, name)):
+                    found[name] = folder
             self._crawled[root] = found  # when it is complete: other threads may ask, too
         return found
 
@@ -211,35 +253,44 @@ class PackageIndex:
         return sorted(self.paths())
 
 
-def _package_name(folder: Path) -> str | None:
+def is_direct(root: str, name: str) -> bool:
+    """Tell whether a folder of ``ROS_PACKAGE_PATH`` has the package of that name directly in it, under its name."""
+    folder = os.path.join(root, name)
+    if _package_name(folder) != name or os.path.exists(os.path.join(folder, "CATKIN_IGNORE")):
+        return False
+    return not any(os.path.exists(os.path.join(root, mark)) for mark in (*_IGNORE_MARKS, "package.xml", "manifest.xml"))
+
+
+def _package_name(folder: str) -> str | None:
     """Return the name of the package that ``folder`` is, None if it is none."""
     try:
-        text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
+        with open(os.path.join(folder, "package.xml"), encoding="utf-8", errors="replace") as file:
+            text = file.read()
     except OSError:
-        return folder.name if (folder / "manifest.xml").is_file() else None
+        return os.path.basename(folder) if os.path.isfile(os.path.join(folder, "manifest.xml")) else None
     match = _NAME_TAG.search(_COMMENT.sub("", text))
-    return match[1] if match else folder.name
+    return match[1] if match else os.path.basename(folder)
 
 
 def package_of(file: Path) -> tuple[Path, str]:
     """Return folder and name of the package that a file belongs to, or of its own folder if that is in no package."""
     path = file.resolve()
     for folder in path.parents:
-        name = _package_name(folder)
+        name = _package_name(str(folder))
         if name is not None:
             return folder, name
     return path.parent, path.parent.name
 
 
-def _subfolders(folder: Path) -> list[Path]:
+def _listed(folder: str) -> _Names:
+    """Return the names in a folder, sorted; none if it cannot be read."""
     try:
-        with os.scandir(folder) as entries:
-            return sorted(Path(entry.path) for entry in entries if entry.name[0] != "." and entry.is_dir())
+        return sorted(os.listdir(folder))
     except OSError:
         return []
 
 
-def _packages_below(root: Path, depth: int = 0, above: tuple[tuple[int, int], ...] = ()) -> Iterator[Path]:
+def _packages_below(root: str, depth: int = 0, above: tuple[tuple[int, int], ...] = ()) -> Iterator[str]:
     """Yield package folders in order; packages do not nest, marked folders and links that lead back are passed over.
 
     ``above`` has device and inode of the folders on the way.
@@ -260,20 +311,19 @@ def _packages_below(root: Path, depth: int = 0, above: tuple[tuple[int, int], ..
         return
     if depth >= MAX_DEPTH or not _IGNORE_MARKS.isdisjoint(names):
         return
-    for name in sorted(names):
-        if name[0] != "." and entries[name].is_dir():
-            yield from _packages_below(root / name, depth + 1, (*above, here))
+    for name in sorted(name for name, entry in entries.items() if name[0] != "." and entry.is_dir()):
+        yield from _packages_below(os.path.join(root, name), depth + 1, (*above, here))
 
 
-def _walk(folder: Path, filename: str) -> Iterator[Path]:
+def _walk(folder: str, filename: str) -> Iterator[str]:
     for base, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if name[0] != ".")
         if filename in files:
-            yield Path(base, filename)
+            yield os.path.join(base, filename)
 
 
-def _unique(paths: Iterator[Path]) -> list[Path]:
-    result: dict[Path, Path] = {}
+def _unique(paths: Iterable[str]) -> _Names:
+    result: dict[str, str] = {}
     for path in paths:
-        result.setdefault(path.resolve(), path)
+        result.setdefault(os.path.realpath(path), path)
     return list(result.values())

@@ -63,6 +63,8 @@ def cache_folder(environ: Mapping[str, str]) -> Path:
 def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[Found]:
     """Return all packages in the order in which they are found; of several with one name the first counts.
 
+    Below one root that is the one directly in it, in a folder of its name, as for `PackageIndex`.
+
     Args:
         environ: environment variables, for where to look and where to remember.
         roots: the folders to look in, and how many levels deep; None means those of this machine.
@@ -72,7 +74,9 @@ def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | N
     crawl = Crawl(_load(file))
     found: dict[str, Found] = {}
     for root, depth in roots:
-        for package in crawl.packages(root, depth):
+        below = list(crawl.packages(root, depth))
+        direct = {package.name for package in below if _is_direct(package, root)}
+        for package in sorted(below, key=lambda package: package.name in direct and not _is_direct(package, root)):
             found.setdefault(package.folder, package)
     if crawl.changed:
         _save(file, crawl.trusted())
@@ -94,9 +98,17 @@ def find_quickly(environ: Mapping[str, str], name: str) -> Found | None:
     roots = places(environ)
     records = _load(_record_file(environ, roots))
     try:
-        return next((found for root, depth in roots for found in _recorded(records, root, depth, name)), None)
+        for root, depth in roots:
+            found = list(_recorded(records, root, depth, name))
+            if found:
+                return next((package for package in found if _is_direct(package, root)), found[0])
     except (LookupError, OSError):
-        return None
+        pass
+    return None
+
+
+def _is_direct(package: Found, root: str) -> bool:
+    return package.folder == f"{root.rstrip('/')}/{package.name}"
 
 
 def _recorded(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[Found]:
