@@ -84,8 +84,8 @@ def _parser(invocation: Invocation) -> OptionParser:
         choices=list(FORMATS),
         metavar="F",
         help="csv: a table per topic, as `topic echo -b -p` prints it; jsonl: a line of JSON per message; "
-        "images: image files; video: a video per topic; mcap: an MCAP file with ROS 2 messages; ros2: a ROS 2 bag. "
-        "Not needed if the output's name says it",
+        "images: image files; video: a video per topic; mcap: an MCAP file with ROS 2 messages, or with --ros1; "
+        "ros2: a ROS 2 bag. Not needed if the output's name says it",
     )
     parser.add_option(
         "-o", "--output", metavar="OUT", help="file or folder to write; - prints CSV of one topic, and JSON"
@@ -104,6 +104,11 @@ def _parser(invocation: Invocation) -> OptionParser:
         metavar="D",
         help=f"ros2, mcap: the ROS 2 distribution whose types are used (default {_DISTRIBUTION})",
     )
+    parser.add_option(
+        "--ros1",
+        action="store_true",
+        help="mcap: leave messages as they are, of ROS 1, instead of making them of ROS 2; `bag import` takes both",
+    )
     return parser
 
 
@@ -117,6 +122,8 @@ def _format(parser: OptionParser, options: Values) -> str:
         parser.error(f"--format {kind} and an output named {output} do not go together")
     if output == _STDOUT and kind not in ("csv", "jsonl"):
         parser.error(f"--format {kind} needs a file or folder as output")
+    if options.ros1 and kind != "mcap":
+        parser.error(f"--ros1 goes with --format mcap, not {kind}")
     return kind
 
 
@@ -137,6 +144,10 @@ def _writer(kind: str, part: str, topics: list[str], options: Values) -> Any:
         from pyros1.bag.export.video import VideoWriter  # noqa: PLC0415
 
         return VideoWriter(_video_path(part, topics))
+    if options.ros1:
+        from pyros1.bag.export.mcap_writer import Ros1McapWriter  # noqa: PLC0415
+
+        return Ros1McapWriter(part)
     from pyros1.bag.export.ros2 import McapWriter, Ros2Writer  # noqa: PLC0415
     from pyros1.bag.export.schemas import distributions  # noqa: PLC0415
 

@@ -16,7 +16,9 @@ from pyros1.cli.progress import Progress
 def import_(invocation: Invocation) -> None:
     """``bag import SOURCE -o OUT.bag``."""
     parser = invocation.parser("import [options] SOURCE")
-    parser.description = "Make a bag of a ROS 2 bag: its folder, or an .mcap or .db3 file."
+    parser.description = (
+        "Make a bag of a ROS 2 bag: its folder, or an .mcap or .db3 file; or of an .mcap file with messages of ROS 1."
+    )
     parser.add_option("-o", "--output", metavar="OUT", help="the bag to write; without it SOURCE.bag")
     parser.add_option("-f", "--force", action="store_true", help="replace the bag if it is there")
     parser.add_option("-q", "--quiet", action="store_true", help="suppress noncritical messages")
@@ -30,7 +32,7 @@ def import_(invocation: Invocation) -> None:
     add_compression(parser, "none")
     options, args = parser.parse_args(invocation.args)
     if len(args) != 1:
-        parser.error("You must specify one ROS 2 bag.")
+        parser.error("You must specify one ROS 2 bag or MCAP file.")
     source = os.path.normpath(args[0])
     target = options.output or os.path.splitext(source)[0] + ".bag"
     different(source, target)
@@ -42,7 +44,7 @@ def import_(invocation: Invocation) -> None:
         name = topic.lstrip("/")
         return not patterns or any(fnmatch.fnmatchcase(name, pattern.lstrip("/")) for pattern in patterns)
 
-    from pyros1.bag.export.from_ros2 import import_bag  # noqa: PLC0415 - `bag import -h` needs no rosbags
+    from pyros1.bag.export.imports import import_bag  # noqa: PLC0415 - `bag import -h` needs none of it
 
     with (
         whole_or_nothing(target, folder=False, force=bool(options.force)) as part,

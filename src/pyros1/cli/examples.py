@@ -120,9 +120,10 @@ EXAMPLES: dict[str, dict[str, str]] = {
         "%prog run.bag --format images -o frames": "image files, named by their stamps",
         "%prog run.bag -o camera.mp4 --topics /camera/image_raw --from 10 --to 20": "a video",
         "%prog a.bag b.bag -o run.mcap": "two bags for Foxglove",
+        "%prog run.bag -o run.mcap --ros1": "the messages unchanged, as `mcap convert` does",
         "%prog run.bag --format ros2": "for `ros2 bag play run_ros2`",
     },
-    "bag import": {"%prog run.mcap -o run.bag": "for ROS 1", "%prog rosbag2_folder": "into rosbag2_folder.bag"},
+    "bag import": {"%prog run.mcap -o run.bag": "of ROS 1 or ROS 2", "%prog rosbag2_folder": "into rosbag2_folder.bag"},
     "bag compress": {"%prog --lz4 *.bag": "in place, with backups"},
     "bag fix": {"%prog old.bag new.bag rules.bmr": "with rules made by `check -g rules.bmr`"},
 }

@@ -1,10 +1,10 @@
-"""Bags from ROS 2 bags and MCAP files, through the rosbags library."""
+"""Bags from ROS 2 bags and MCAP files with messages of ROS 2, through the rosbags library."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from rosbags.highlevel import AnyReader, AnyReaderError
@@ -15,6 +15,7 @@ from rosbags.typesys.store import Typestore
 
 from pyros1.bag.container import BagWriter
 from pyros1.bag.errors import BagError
+from pyros1.bag.export.imports import Imported
 from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, used_types
 from pyros1.bag.records import RECORD_OVERHEAD
 from pyros1.errors import MessageError, UnknownTypeError
@@ -23,52 +24,15 @@ from pyros1.msgs import from_definition, load_message
 _TRANSIENT_LOCAL = 1
 
 
-@dataclass
-class Imported:
-    """What was imported.
-
-    Attributes:
-        messages: written.
-        topics: how many.
-        skipped: topic -> why ROS 1 has no place for it.
-    """
-
-    messages: int = 0
-    topics: int = 0
-    skipped: dict[str, str] = field(default_factory=dict)
-
-
-def import_bag(
-    source: str | os.PathLike[str],
+def import_ros2(
+    path: Path,
     target: str | os.PathLike[str],
     *,
-    compression: str = "none",
-    wanted: Callable[[str], bool] = lambda topic: True,
-    progress: Callable[[int], object] | None = None,
+    compression: str,
+    wanted: Callable[[str], bool],
+    progress: Callable[[int], object] | None,
 ) -> Imported:
-    """Make a bag of a ROS 2 bag.
-
-    Types that are known here get their ROS 1 definition and md5 sum; fields that differ are matched by name and type.
-    Other types are defined as the source says.
-
-    Args:
-        source: a folder with ``metadata.yaml``, an ``.mcap`` or a ``.db3`` file.
-        target: the new bag; replaced if it exists.
-        compression: ``none``, ``bz2`` or ``lz4``.
-        wanted: says whether a topic is.
-        progress: called with the number of bytes of messages done.
-
-    Raises:
-        BagError: the source cannot be read, or holds what cannot be converted.
-        OSError: a file cannot be opened or written.
-    """
-    path = Path(source)
-    if not path.exists():
-        raise FileNotFoundError(2, "No such file or directory", str(path))
-    if path.is_dir() and not (path / "metadata.yaml").exists():
-        raise BagError(str(path), "the folder holds no metadata.yaml, so that it is no ROS 2 bag")
-    if path.is_file() and path.suffix not in (".mcap", ".db3"):
-        raise BagError(str(path), "this is neither a ROS 2 bag's folder nor an .mcap or .db3 file")
+    """Make a bag of a ROS 2 bag; arguments and errors as of :func:`pyros1.bag.export.imports.import_bag`."""
     try:
         with (
             AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader,
@@ -78,9 +42,8 @@ def import_bag(
     except (BagError, OSError):
         raise
     except AnyReaderError as error:
-        hint = "; MCAP files with messages of ROS 1 are not supported" if "Profile" in str(error) else ""
         reason = " ".join(str(error).split())  # one of YAML has several lines
-        raise BagError(str(path), f"rosbags cannot read it: {reason}{hint}") from error
+        raise BagError(str(path), f"rosbags cannot read it: {reason}") from error
     except Exception as error:  # rosbags lets through whatever its parts raise: of SQLite, zstd, lz4, struct, dict
         raise BagError(str(path), f"rosbags cannot read it: {type(error).__name__}: {error}") from error
 

@@ -1,4 +1,4 @@
-"""ROS 2 bags and MCAP files from messages of ROS 1 bags, through the rosbags library."""
+"""ROS 2 bags, and MCAP files with messages of ROS 2, from ROS 1 bags, through the rosbags library."""
 
 from __future__ import annotations
 

@@ -1,0 +1,99 @@
+"""Bags from MCAP files with messages of ROS 1, as the MCAP tools and Foxglove write them: copied as they are."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+
+from pyros1.bag.container import BagWriter
+from pyros1.bag.errors import BagError
+from pyros1.bag.export.imports import Imported
+from pyros1.bag.export.mcap import ROS1_ENCODING, ROS1_SCHEMA, Channel
+from pyros1.bag.export.mcap_reader import McapReader
+from pyros1.errors import MessageError
+from pyros1.msgs import from_definition
+
+_MD5SUM = re.compile(r"[0-9a-f]{32}|\*")
+_LATCHING = {"true": "1", "false": "0"}
+"""What MCAP's profile says -> what connection headers say; other writers keep the latter."""
+_NOT_FROM_METADATA = ("type", "md5sum", "message_definition")
+
+
+def import_ros1(
+    reader: McapReader,
+    target: str | os.PathLike[str],
+    *,
+    compression: str,
+    wanted: Callable[[str], bool],
+    progress: Callable[[int], object] | None,
+) -> Imported:
+    """Make a bag of an MCAP file; arguments and errors as of :func:`pyros1.bag.export.imports.import_bag`."""
+    with BagWriter(target, compression) as writer:
+        done = _Import(reader, writer, wanted)
+        for channel, time, data in reader.messages():
+            number = done.number(channel)
+            if number is None:
+                continue
+            writer.write(number, time, data)
+            if progress is not None:
+                progress(reader.position)
+        for channel in reader.channels.values():
+            done.number(channel)  # those without messages, too
+        result = done.result
+        result.messages, result.topics = writer.messages, len({each.topic for each in writer.connections.values()})
+        if result.skipped and not result.topics:
+            topic, reason = next(iter(result.skipped.items()))
+            raise BagError(reader.path, f"there are no messages of ROS 1 that could be imported: {topic}: {reason}")
+    return result
+
+
+class _Import:
+    def __init__(self, reader: McapReader, writer: BagWriter, wanted: Callable[[str], bool]) -> None:
+        self.result = Imported()
+        self._reader = reader
+        self._writer = writer
+        self._wanted = wanted
+        self._numbers: dict[int, int | None] = {}
+
+    def number(self, channel: Channel) -> int | None:
+        """Return a channel's number in the bag; None if it is left out."""
+        if channel.id not in self._numbers:
+            self._numbers[channel.id] = self._add(channel) if self._wanted(channel.topic) else None
+        return self._numbers[channel.id]
+
+    def _add(self, channel: Channel) -> int | None:
+        try:
+            header = self._header(channel)
+        except _NotRos1 as error:
+            self.result.skipped[channel.topic] = str(error)
+            return None
+        return self._writer.add_connection(channel.topic, header)
+
+    def _header(self, channel: Channel) -> dict[str, bytes]:
+        if channel.encoding != ROS1_ENCODING:
+            raise _NotRos1(f"its messages are encoded as {channel.encoding!r}, not {ROS1_ENCODING!r}")
+        schema = self._reader.schemas.get(channel.schema)
+        if schema is None:
+            raise _NotRos1("there is no definition of its type")
+        if schema.encoding != ROS1_SCHEMA:
+            raise _NotRos1(f"the definition of {schema.name} is encoded as {schema.encoding!r}, not {ROS1_SCHEMA!r}")
+        md5sum = channel.metadata.get("md5sum", "")
+        if not _MD5SUM.fullmatch(md5sum):
+            try:
+                md5sum = from_definition(schema.name, schema.data.decode("utf-8", "surrogateescape"))._md5sum
+            except MessageError as error:
+                raise _NotRos1(f"the definition of its type is wrong: {error}") from None
+        texts = {"type": schema.name, "md5sum": md5sum}
+        fields = {name: text.encode("utf-8", "surrogateescape") for name, text in texts.items()}
+        fields["message_definition"] = schema.data
+        for name, text in channel.metadata.items():
+            if name in _NOT_FROM_METADATA or not name.isidentifier() or not name.isascii():
+                continue
+            value = _LATCHING.get(text.lower(), text) if name == "latching" else text
+            fields[name] = value.encode("utf-8", "surrogateescape")
+        return fields
+
+
+class _NotRos1(Exception):
+    """A channel that is not of ROS 1."""

@@ -1,0 +1,187 @@
+"""The records of MCAP files (https://mcap.dev/spec): bytes to values and back. Pure.
+
+A file is ``magic, records, magic``, a record ``u8 op, u64 length, content``. Lengths come from a file that may be
+damaged, so each is checked against what is there before it is used.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
+
+from pyros1.bag.records import U32, U64, RecordError
+
+MAGIC = b"\x89MCAP0\r\n"
+
+OP_HEADER = 0x01
+OP_FOOTER = 0x02
+OP_SCHEMA = 0x03
+OP_CHANNEL = 0x04
+OP_MESSAGE = 0x05
+OP_CHUNK = 0x06
+OP_MESSAGE_INDEX = 0x07
+OP_CHUNK_INDEX = 0x08
+OP_STATISTICS = 0x0B
+OP_SUMMARY_OFFSET = 0x0E
+OP_DATA_END = 0x0F
+
+ROS1_ENCODING = "ros1"
+"""Encoding of messages."""
+ROS1_SCHEMA = "ros1msg"
+"""Encoding of definitions; and ``ros1`` is the name of the profile, too."""
+
+U16 = struct.Struct("<H")
+HEAD = struct.Struct("<BQ")
+"""What a record begins with: op and length."""
+MESSAGE = struct.Struct("<HIQQ")
+"""What a message's content begins with: channel, sequence, when it was recorded, when it was published."""
+
+Buffer = bytes | bytearray | memoryview
+
+
+class Schema(NamedTuple):
+    """A type of messages.
+
+    Attributes:
+        id: its number in the file, not 0.
+        name: of the type.
+        encoding: of its definition.
+        data: the definition.
+    """
+
+    id: int
+    name: str
+    encoding: str
+    data: bytes
+
+
+class Channel(NamedTuple):
+    """A stream of messages on a topic.
+
+    Attributes:
+        id: its number in the file.
+        schema: number of the type; 0 for none.
+        topic: its topic.
+        encoding: of its messages.
+        metadata: more about it.
+    """
+
+    id: int
+    schema: int
+    topic: str
+    encoding: str
+    metadata: Mapping[str, str]
+
+
+class Cursor:
+    """Takes fields out of a record, one after the other.
+
+    Args:
+        data: the record's content.
+    """
+
+    def __init__(self, data: Buffer) -> None:
+        self._data = memoryview(data)
+        self._at = 0
+
+    def __bool__(self) -> bool:
+        return self._at < len(self._data)
+
+    def take(self, size: int) -> memoryview:
+        """Take some bytes.
+
+        Raises:
+            RecordError: so many are not there; and so below.
+        """
+        begin, end = self._at, self._at + size
+        if end > len(self._data):
+            raise RecordError("a field of the record runs past its end")
+        self._at = end
+        return self._data[begin:end]
+
+    def number(self, form: struct.Struct) -> int:
+        """Take a number."""
+        value: int = form.unpack(self.take(form.size))[0]
+        return value
+
+    def block(self) -> memoryview:
+        """Take bytes that have their length in front."""
+        return self.take(self.number(U32))
+
+    def text(self) -> str:
+        """Take a text; bytes that are not UTF-8 survive as surrogate escapes."""
+        return bytes(self.block()).decode("utf-8", "surrogateescape")
+
+    def mapping(self) -> dict[str, str]:
+        """Take a map of texts."""
+        inner = Cursor(self.block())
+        found = {}
+        while inner:
+            name = inner.text()
+            found[name] = inner.text()
+        return found
+
+
+def parse_schema(content: Buffer) -> Schema:
+    """Return the type of a record; raises RecordError, and so below."""
+    cursor = Cursor(content)
+    return Schema(cursor.number(U16), cursor.text(), cursor.text(), bytes(cursor.block()))
+
+
+def parse_channel(content: Buffer) -> Channel:
+    """Return the channel of a record."""
+    cursor = Cursor(content)
+    return Channel(cursor.number(U16), cursor.number(U16), cursor.text(), cursor.text(), cursor.mapping())
+
+
+def walk(content: Buffer) -> Iterator[tuple[int, memoryview]]:
+    """Yield op and content of the records of a chunk, uncompressed."""
+    cursor = Cursor(content)
+    while cursor:
+        op, size = HEAD.unpack(cursor.take(HEAD.size))
+        yield op, cursor.take(size)
+
+
+def pack_text(text: str) -> bytes:
+    """Return a text's bytes. What stands for bytes that are not UTF-8 becomes a question mark: MCAP has texts only."""
+    return pack_block(text.encode("utf-8", "replace"))
+
+
+def pack_block(data: bytes) -> bytes:
+    """Return bytes with their length in front."""
+    return U32.pack(len(data)) + data
+
+
+def pack_map(pairs: Iterable[bytes]) -> bytes:
+    """Return the bytes of a map or an array, whose elements are packed already."""
+    return pack_block(b"".join(pairs))
+
+
+def pack_record(op: int, *parts: bytes) -> bytes:
+    """Return a record's bytes."""
+    return b"".join((HEAD.pack(op, sum(map(len, parts))), *parts))
+
+
+def pack_schema(schema: Schema) -> bytes:
+    """Return the record of a type."""
+    texts = (pack_text(schema.name), pack_text(schema.encoding))
+    return pack_record(OP_SCHEMA, U16.pack(schema.id), *texts, pack_block(schema.data))
+
+
+def pack_channel(channel: Channel) -> bytes:
+    """Return the record of a channel."""
+    numbers = U16.pack(channel.id) + U16.pack(channel.schema)
+    texts = (pack_text(channel.topic), pack_text(channel.encoding))
+    metadata = pack_map(pack_text(name) + pack_text(value) for name, value in channel.metadata.items())
+    return pack_record(OP_CHANNEL, numbers, *texts, metadata)
+
+
+def pack_header(profile: str, library: str) -> bytes:
+    """Return the record that a file begins with."""
+    return pack_record(OP_HEADER, pack_text(profile), pack_text(library))
+
+
+def pack_offset(op: int, start: int, size: int) -> bytes:
+    """Return the record that says where those of one op are at the end of the file."""
+    return pack_record(OP_SUMMARY_OFFSET, bytes([op]), U64.pack(start), U64.pack(size))

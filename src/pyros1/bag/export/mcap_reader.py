@@ -1,0 +1,216 @@
+"""Reads MCAP files (https://mcap.dev/spec) from their beginning to the end of their data; needs no index.
+
+Why not the rosbags library's reader: it takes files of ROS 2 only.
+"""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from types import TracebackType
+from typing import Any
+
+from pyros1.bag.codecs import MAX_CHUNK
+from pyros1.bag.errors import BagError, NotABagError
+from pyros1.bag.export.mcap import (
+    HEAD,
+    MAGIC,
+    MESSAGE,
+    OP_CHANNEL,
+    OP_CHUNK,
+    OP_DATA_END,
+    OP_FOOTER,
+    OP_HEADER,
+    OP_MESSAGE,
+    OP_SCHEMA,
+    Channel,
+    Cursor,
+    Schema,
+    parse_channel,
+    parse_schema,
+    walk,
+)
+from pyros1.bag.records import U32, U64, RecordError
+
+_HINT = "; `mcap recover` of the MCAP tools makes a file of what is whole"
+
+Found = tuple[Channel, int, memoryview]
+"""A message: its channel, when it was recorded in nanoseconds, its bytes."""
+
+
+class McapReader:
+    """An MCAP file that is open for reading.
+
+    Args:
+        path: the file.
+
+    Attributes:
+        profile: what the messages are said to be, for example ``ros1``; may be empty.
+        schemas: types found so far, by number.
+        channels: channels found so far, by number.
+        position: how far it is read, in bytes.
+
+    Raises:
+        NotABagError: it is something else.
+        BagError: it is cut off or damaged.
+        OSError: it cannot be opened.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = os.fspath(path)
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self.position = 0
+        self._file = open(self.path, "rb")  # noqa: SIM115 - closed by close()
+        try:
+            self._size = os.fstat(self._file.fileno()).st_size
+            self.profile = self._begin()
+        except BaseException:
+            self.close()
+            raise
+
+    def messages(self) -> Iterator[Found]:
+        """Yield the messages in the file's order. Their bytes are good until the next one is asked for.
+
+        Raises:
+            BagError: the file is cut off or damaged, or compressed in a way that cannot be read.
+        """
+        while True:
+            offset = self.position
+            op, content = self._next()
+            if op in (OP_DATA_END, OP_FOOTER):
+                return
+            try:
+                if op == OP_CHUNK:
+                    for inner, part in walk(self._unpacked(content)):
+                        if inner == OP_CHUNK:
+                            raise RecordError("there is a chunk in a chunk")
+                        found = self._take(inner, part)
+                        if found is not None:
+                            yield found
+                    continue
+                found = self._take(op, content)
+            except RecordError as error:
+                raise BagError(self.path, f"{error}{_HINT}", offset) from None
+            if found is not None:
+                yield found
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def __enter__(self) -> McapReader:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _begin(self) -> str:
+        if self._size == 0:
+            raise NotABagError(self.path, "the file is empty")
+        begin = self._file.read(len(MAGIC))
+        if begin != MAGIC:
+            raise NotABagError(self.path, "this is no MCAP file: it begins with something else")
+        self.position = len(MAGIC)
+        op, content = self._next()
+        try:
+            if op != OP_HEADER:
+                raise RecordError("the file has no header")
+            return Cursor(content).text()
+        except RecordError as error:
+            raise BagError(self.path, str(error), len(MAGIC)) from None
+
+    def _next(self) -> tuple[int, memoryview]:
+        """The next record; without its content if nobody asks for that."""
+        offset = self.position
+        head = self._file.read(HEAD.size)
+        if len(head) < HEAD.size:
+            raise BagError(self.path, f"the file is cut off{_HINT}", offset)
+        op, size = HEAD.unpack(head)
+        following = offset + HEAD.size + size
+        if op == 0 or following > self._size:
+            what = "there is no record" if op == 0 else "the record runs past the end of the file"
+            raise BagError(self.path, f"{what}: the file is cut off or damaged{_HINT}", offset)
+        self.position = following
+        if op not in (OP_HEADER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK):
+            self._file.seek(following)  # for example an attachment, which may be large
+            return op, memoryview(b"")
+        if size > MAX_CHUNK:
+            raise BagError(self.path, f"the record claims to have {size} bytes{_HINT}", offset)
+        content = self._file.read(size)
+        if len(content) < size:
+            raise BagError(self.path, f"the file became shorter while it was read{_HINT}", offset)
+        return op, memoryview(content)
+
+    def _take(self, op: int, content: memoryview) -> Found | None:
+        if op == OP_MESSAGE:
+            if len(content) < MESSAGE.size:
+                raise RecordError("a message's record is too short")
+            number, _, time, _ = MESSAGE.unpack_from(content)
+            channel = self.channels.get(number)
+            if channel is None:
+                raise RecordError(f"there is a message of channel {number}, which is not defined before")
+            return channel, time, content[MESSAGE.size :]
+        if op == OP_SCHEMA:
+            schema = parse_schema(content)
+            if self.schemas.setdefault(schema.id, schema) != schema:
+                raise RecordError(f"type {schema.id} is defined twice, and differently")
+        elif op == OP_CHANNEL:
+            channel = parse_channel(content)
+            if self.channels.setdefault(channel.id, channel) != channel:
+                raise RecordError(f"channel {channel.id} is defined twice, and differently")
+        return None
+
+    def _unpacked(self, content: memoryview) -> memoryview:
+        """A chunk's content."""
+        cursor = Cursor(content)
+        cursor.take(16)  # when its messages begin and end
+        size, checksum = cursor.number(U64), cursor.number(U32)
+        compression = cursor.text()
+        stored = cursor.take(cursor.number(U64))
+        if size > MAX_CHUNK:
+            raise RecordError(f"the chunk claims to hold {size} bytes")
+        unpacked = stored if not compression else memoryview(self._decompress(compression, stored, size))
+        if len(unpacked) != size:
+            raise RecordError(f"the chunk does not hold the {size} bytes that it should")
+        if checksum and zlib.crc32(unpacked) != checksum:
+            raise RecordError("the chunk is damaged: its checksum is another")
+        return unpacked
+
+    def _decompress(self, compression: str, stored: memoryview, size: int) -> bytes:
+        """At most a byte more than `size`: a damaged chunk cannot fill the memory."""
+        make = self._decompressor(compression)
+        left: Any = stored
+        parts: list[bytes] = []
+        total = 0
+        try:
+            while left and total <= size:  # there may be several frames
+                unpacker = make()
+                parts.append(unpacker.decompress(left, size + 1 - total))
+                total += len(parts[-1])
+                left = unpacker.unused_data if unpacker.eof else b""
+        except Exception as error:  # each module has errors of its own
+            raise RecordError(f"the chunk's {compression} data are damaged: {error}") from error
+        return parts[0] if len(parts) == 1 else b"".join(parts)
+
+    def _decompressor(self, compression: str) -> Callable[[], Any]:
+        if compression == "lz4":
+            return _module(self.path, compression, "lz4.frame").LZ4FrameDecompressor  # type: ignore[no-any-return]
+        if compression == "zstd":
+            return _module(self.path, compression, "compression.zstd", "backports.zstd").ZstdDecompressor  # type: ignore[no-any-return]
+        raise RecordError(f"the chunk's compression {compression[:20]!r} is unknown; there are lz4 and zstd")
+
+
+def _module(path: str, compression: str, *names: str) -> Any:
+    """The first of some modules that is there; the last is what one can install."""
+    for name in names:
+        try:
+            return import_module(name)
+        except ImportError:
+            continue
+    package = names[-1].removesuffix(".frame")
+    raise BagError(path, f"it is compressed with {compression}; to read that: pip install {package}")

@@ -1,0 +1,218 @@
+"""Writes MCAP files (https://mcap.dev/spec) with messages of ROS 1 as they are: the profile ``ros1``.
+
+Why not the rosbags library's writer: it writes ROS 2's profile only.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+
+import pyros1
+from pyros1.bag.errors import BagError
+from pyros1.bag.export.mcap import (
+    HEAD,
+    MAGIC,
+    MESSAGE,
+    OP_CHANNEL,
+    OP_CHUNK,
+    OP_CHUNK_INDEX,
+    OP_DATA_END,
+    OP_FOOTER,
+    OP_MESSAGE,
+    OP_MESSAGE_INDEX,
+    OP_SCHEMA,
+    OP_STATISTICS,
+    ROS1_ENCODING,
+    ROS1_SCHEMA,
+    U16,
+    Channel,
+    Schema,
+    pack_channel,
+    pack_header,
+    pack_map,
+    pack_offset,
+    pack_record,
+    pack_schema,
+    pack_text,
+)
+from pyros1.bag.reader import RawMessage
+from pyros1.bag.records import U32, U64, Connection
+
+CHUNK_THRESHOLD = 1 << 20
+"""Bytes beyond which a chunk is closed."""
+
+_MOST = (1 << 16) - 1
+"""Numbers of channels and types have 16 bits."""
+_PROFILE = "ros1"
+_LATCHING = {"1": "true", "0": "false"}
+_NOT_IN_METADATA = ("type", "message_definition")
+_CHUNK = struct.Struct("<QQQI")
+_COUNT = struct.Struct("<HQ")
+_COUNTS = struct.Struct("<QHIIIIQQ")
+_ENTRY = struct.Struct("<QQ")
+_QQQQ = struct.Struct("<QQQQ")
+
+
+class _Times:
+    """The earliest and latest of some times; zeros while there are none."""
+
+    def __init__(self) -> None:
+        self.first = self.last = self.count = 0
+
+    def add(self, time: int) -> None:
+        self.first = min(self.first, time) if self.count else time
+        self.last = max(self.last, time)
+        self.count += 1
+
+
+class Ros1McapWriter:
+    """A new MCAP file with messages as bags have them.
+
+    Args:
+        path: the file; replaced if it exists.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = os.fspath(path)
+        self._schemas: dict[tuple[str, bytes], Schema] = {}
+        self._channels: dict[tuple[str, tuple[tuple[str, bytes], ...]], Channel] = {}
+        self._numbers: dict[int, int] = {}
+        self._sources: list[Connection] = []  # keeps them alive, so that their ids stay theirs
+        self._sent: dict[int, int] = {}
+        self._times = _Times()
+        self._chunk_indexes: list[bytes] = []
+        self._content = bytearray()
+        self._chunk_times = _Times()
+        self._index: dict[int, list[tuple[int, int]]] = {}
+        self._position = 0
+        self._file = open(self.path, "wb")  # noqa: SIM115 - closed by close() and abort()
+        self._put(MAGIC + pack_header(_PROFILE, f"pyros1 {pyros1.__version__}"))
+
+    def write_raw(self, stored: RawMessage) -> None:
+        """Write a message.
+
+        Raises:
+            BagError: there are more connections than such a file can hold.
+            OSError: the disk is full, ...
+        """
+        connection = stored.connection
+        number = self._numbers.get(id(connection))
+        if number is None:
+            number = self._numbers[id(connection)] = self._add(connection)
+            self._sources.append(connection)
+        time, sequence, content = stored.time, self._sent[number], self._content
+        self._index.setdefault(number, []).append((time, len(content)))
+        content += HEAD.pack(OP_MESSAGE, MESSAGE.size + len(stored.data))
+        content += MESSAGE.pack(number, sequence & 0xFFFFFFFF, time, time)
+        content += stored.data
+        self._sent[number] = sequence + 1
+        self._times.add(time)
+        self._chunk_times.add(time)
+        if len(content) > CHUNK_THRESHOLD:
+            self._flush()
+
+    def close(self) -> None:
+        """Write what is left, and the summary.
+
+        Raises:
+            OSError: the disk is full, ...
+        """
+        try:
+            self._flush()
+            self._put(pack_record(OP_DATA_END, U32.pack(0)))
+            self._put(self._summary())
+        finally:
+            self._file.close()
+
+    def abort(self) -> None:
+        """Close the file as it is."""
+        self._file.close()
+
+    def _add(self, connection: Connection) -> int:
+        """A connection's channel; connections that nothing distinguishes have one."""
+        definition = connection.header["message_definition"]
+        known = (connection.type, definition)
+        key = (connection.topic, tuple(connection.header.items()))
+        if key in self._channels:
+            return self._channels[key].id
+        if max(len(self._channels), len(self._schemas)) >= _MOST:
+            raise BagError(self.path, f"an MCAP file holds at most {_MOST} connections and types")
+        if known not in self._schemas:
+            schema = Schema(len(self._schemas) + 1, connection.type, ROS1_SCHEMA, definition)
+            self._schemas[known] = schema
+            self._content += pack_schema(schema)
+        metadata = {name: connection.text(name) for name in connection.header if name not in _NOT_IN_METADATA}
+        if metadata.get("topic") == connection.topic:
+            del metadata["topic"]
+        if "latching" in metadata:
+            metadata["latching"] = _LATCHING.get(metadata["latching"], metadata["latching"])
+        number = len(self._channels)
+        channel = Channel(number, self._schemas[known].id, connection.topic, ROS1_ENCODING, metadata)
+        self._channels[key] = channel
+        self._content += pack_channel(channel)
+        self._sent[number] = 0
+        return number
+
+    def _flush(self) -> None:
+        """Close the open chunk."""
+        content, index, times = self._content, self._index, self._chunk_times
+        if not content:
+            return
+        self._content, self._index, self._chunk_times = bytearray(), {}, _Times()
+        start, size = self._position, len(content)
+        fields = _CHUNK.pack(times.first, times.last, size, zlib.crc32(content)) + pack_text("") + U64.pack(size)
+        self._put(HEAD.pack(OP_CHUNK, len(fields) + size) + fields)
+        self._put(content)
+        end = self._position
+        places = []
+        for number, entries in index.items():
+            places.append(_COUNT.pack(number, self._position))
+            found = pack_map(_ENTRY.pack(*entry) for entry in sorted(entries))
+            self._put(pack_record(OP_MESSAGE_INDEX, U16.pack(number), found))
+        self._chunk_indexes.append(
+            pack_record(
+                OP_CHUNK_INDEX,
+                _QQQQ.pack(times.first, times.last, start, end - start),
+                pack_map(places),
+                U64.pack(self._position - end),
+                pack_text(""),
+                U64.pack(size) + U64.pack(size),
+            )
+        )
+
+    def _summary(self) -> bytes:
+        """What the file ends with."""
+        counts = _COUNTS.pack(
+            self._times.count,
+            len(self._schemas),
+            len(self._channels),
+            0,
+            0,
+            len(self._chunk_indexes),
+            self._times.first,
+            self._times.last,
+        )
+        groups = {
+            OP_SCHEMA: b"".join(map(pack_schema, self._schemas.values())),
+            OP_CHANNEL: b"".join(map(pack_channel, self._channels.values())),
+            OP_STATISTICS: pack_record(OP_STATISTICS, counts, pack_map(_COUNT.pack(*n) for n in self._sent.items())),
+            OP_CHUNK_INDEX: b"".join(self._chunk_indexes),
+        }
+        summary, offsets = bytearray(), bytearray()
+        for op, records in groups.items():
+            if records:
+                offsets += pack_offset(op, self._position + len(summary), len(records))
+                summary += records
+        offsets_start = self._position + len(summary)
+        footer = HEAD.pack(OP_FOOTER, 20) + U64.pack(self._position) + U64.pack(offsets_start)
+        summary += offsets + footer
+        return bytes(summary) + U32.pack(zlib.crc32(summary)) + MAGIC
+
+    def _put(self, data: bytes | bytearray) -> None:
+        self._file.write(data)
+        self._position += len(data)
