@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,6 +19,7 @@ from pyros1.launch.console import Console
 from pyros1.launch.plan import MachinePlan, NodePlan
 from pyros1.launch.process import Process, ProcessSpec
 from pyros1.launch.remote import SSH_VARIABLE, Machine, make_machine, ssh_words
+from pyros1.launch.remote_process import RemoteProcess
 from pyros1.launch.supervisor import Supervisor
 from pyros1.launch.warden import group_exists
 
@@ -109,6 +111,24 @@ def test_a_node_gets_its_words_and_its_end_comes_back(
     assert "process has died [pid " in bench.err.getvalue() and "exit code 3" in bench.err.getvalue()
     shown = capsys.readouterr()
     assert (shown.out, shown.err) == ("out\nlast", "err\n")
+
+
+def test_that_it_was_started_is_said_before_what_it_says_and_how_it_ends(capsys: pytest.CaptureFixture[str]) -> None:
+    class Quick:
+        """A machine that is done before whoever gave the order looks again."""
+
+        lost, master_uri, plan = False, "http://me:1/", MachinePlan("robot", "robot.example")
+
+        def send(self, message: dict[str, Any]) -> None:
+            process.heard({"event": "started", "pid": 7})
+            process.heard({"event": "output", "stream": 1, "text": "hello\n"})
+            process.heard({"event": "ended", "code": 3})
+
+    process = RemoteProcess(ProcessSpec("it-1", "/it", ["far/brief"], {}, ""), lambda ended: None)
+    process.attach(Quick(), NodePlan("far", "brief", "it", "/"), "run")  # type: ignore[arg-type]
+    process.start(lambda started: print("started", started.pid))
+    assert capsys.readouterr().out == "started 7\nhello\n"
+    assert (process.alive, process.exit_code, process.spawn_count) == (False, 3, 1)
 
 
 def test_output_goes_to_files_over_there(bench: Bench, tmp_path: Path) -> None:

@@ -15,7 +15,8 @@ import pytest
 
 from pyros1.errors import LaunchError
 from pyros1.launch.console import Console
-from pyros1.launch.process import ProcessSpec
+from pyros1.launch.process import Process, ProcessSpec
+from pyros1.launch.screen import Screen
 from pyros1.launch.supervisor import Supervisor
 
 DEADLINE = 20.0
@@ -190,3 +191,34 @@ def test_what_cannot_be_started_is_said(bench: Bench) -> None:
     assert not bench.supervisor.start(spec)
     assert "cannot start [none-1]: No such file or directory: /no/such/program" in bench.err.getvalue()
     assert bench.supervisor.run().startswith("all processes")
+
+
+@pytest.mark.skipif(not hasattr(os, "waitid"), reason="the system cannot wait without taking the exit code")
+def test_that_it_was_started_is_said_before_what_it_says(bench: Bench) -> None:
+    class Slow(Console):
+        def bold(self, text: str) -> None:
+            if "started with pid" in text:
+                pid = int(text.rsplit("[", 1)[1].rstrip("]"))
+                os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)  # it has said everything
+            super().bold(text)
+
+    screen = Screen(bench.out, bench.err)
+    supervisor = Supervisor(Slow(bench.out, bench.err), screen=screen)
+    counter = bench.folder / "count"
+    code = f"p = {str(counter)!r}; open(p, 'a').write('x'); n = len(open(p).read()); print('life', n)"
+    spec = bench.spec("again-1", code, respawn=True)
+    spec.to_screen = True
+
+    def enough(process: Process) -> None:
+        if process.spawn_count == 3:
+            supervisor.stop("enough")
+
+    supervisor.on_death = enough
+    supervisor.start(spec)
+    assert supervisor.run() == "enough"
+    supervisor.shut_down()
+    screen.close(DEADLINE)
+    said = [line for line in bench.out.getvalue().splitlines() if "started with pid" in line or "life" in line]
+    assert [line.split(" [")[0].split("] ")[-1] for line in said] == [
+        word for life in (1, 2, 3) for word in ("process[again-1]: started with pid", f"life {life}")
+    ]

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -115,7 +115,7 @@ class Process:
         """Start it, or start it again.
 
         Args:
-            announce: called with it at once, before it has had time to say much.
+            announce: called with it at once, before anything that it says is read.
 
         Raises:
             OSError: it cannot be started.
@@ -123,10 +123,11 @@ class Process:
         spec = self.spec
         if self.warden is not None:
             self.warden.expect(spec.words[-1])
-        self._popen = self._spawn()
+        with self._outputs() as (out, err):
+            self._popen = _popen(spec, out, err)
+            announce(self)
         if self.warden is not None:
             self.warden.watch(self._popen.pid)
-        announce(self)
         self._ended = threading.Event()
         self.exit_code = None
         self.spawn_count += 1
@@ -137,22 +138,24 @@ class Process:
         self._watcher.daemon = True
         self._watcher.start()
 
-    def _spawn(self) -> subprocess.Popen[bytes]:
+    @contextlib.contextmanager
+    def _outputs(self) -> Iterator[tuple[int | None, int | None]]:
+        """Yield where its standard output and error go, None for where ours go; a screen reads them afterwards."""
         spec = self.spec
-        if not spec.to_screen and spec.log_base is not None:
-            os.makedirs(os.path.dirname(spec.log_base), exist_ok=True)
-            # A restarted node must not erase what its predecessor said last.
-            mode = "ab" if self.spawn_count else "wb"
-            with contextlib.ExitStack() as files:
+        with contextlib.ExitStack() as files:
+            if not spec.to_screen and spec.log_base is not None:
+                os.makedirs(os.path.dirname(spec.log_base), exist_ok=True)
+                # A restarted node must not erase what its predecessor said last.
+                mode = "ab" if self.spawn_count else "wb"
                 stdout = files.enter_context(open(f"{spec.log_base}-stdout.log", mode))
                 if not spec.errors_to_file:
-                    return _popen(spec, stdout.fileno(), None)
-                stderr = files.enter_context(open(f"{spec.log_base}-stderr.log", mode))
-                return _popen(spec, stdout.fileno(), stderr.fileno())
-        if self.screen is None:
-            return _popen(spec, None, None)
-        with self.screen.opened(spec) as (out, err):
-            return _popen(spec, out, err)
+                    yield stdout.fileno(), None
+                else:
+                    yield stdout.fileno(), files.enter_context(open(f"{spec.log_base}-stderr.log", mode)).fileno()
+            elif self.screen is not None:
+                yield files.enter_context(self.screen.opened(spec))
+            else:
+                yield None, None
 
     def _watch(self, popen: subprocess.Popen[bytes], ended: threading.Event) -> None:
         self.exit_code = popen.wait()

@@ -28,6 +28,7 @@ class RemoteProcess(Process):
         self.machine = machine.plan.name
         self._answer: dict[str, Any] | None = None
         self._answered = threading.Event()
+        self._announce: Callable[[Process], object] = lambda process: None
         self._pid = 0
         self._running = False
 
@@ -63,6 +64,7 @@ class RemoteProcess(Process):
         if node.namespace.strip("/"):
             env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
         self._answer = None
+        self._announce = announce
         self._answered.clear()
         self._ended = threading.Event()
         self._machine.send(
@@ -87,10 +89,6 @@ class RemoteProcess(Process):
         if answer is None or answer.get("event") != "started":
             why = answer.get("why") if answer else "the connection is lost"
             raise OSError(0, str(why), f"machine {self._machine.plan.name}")
-        self.exit_code = None
-        self.spawn_count += 1
-        self.started = time.monotonic()
-        announce(self)
 
     def heard(self, message: dict[str, Any]) -> None:
         """Take what the agent says about it; called by the thread that listens to the machine."""
@@ -103,6 +101,11 @@ class RemoteProcess(Process):
         else:
             self._pid = int(message.get("pid", 0))
             self._running = event == "started"
+            if self._running:  # in this thread: what it says, and its end, come behind
+                self.exit_code = None
+                self.spawn_count += 1
+                self.started = time.monotonic()
+                self._announce(self)
             self._answer = message
             self._answered.set()
 

@@ -36,21 +36,27 @@ class Screen:
 
     @contextlib.contextmanager
     def opened(self, spec: ProcessSpec) -> Iterator[tuple[int, int]]:
-        """Yield file descriptors for a node's standard output and error; they are closed here afterwards."""
-        ends = []
+        """Yield file descriptors for a node's standard output and error; they are closed here afterwards.
+
+        Reading begins then, too: what others write meanwhile comes before anything that the node says.
+        """
+        ends, readers = [], []
         for stream in self._streams:
             reading, writing = os.openpty() if stream.isatty() else os.pipe()
             ends.append(writing)
             arguments = (reading, stream, self.tag(spec.node, stream))
             # A daemon: what a node has left behind may keep its output open for ever.
-            reader = threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
-            reader.start()
-            self._readers.append(reader)
+            readers.append(
+                threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
+            )
         try:
             yield ends[0], ends[1]
         finally:
             for end in ends:
                 os.close(end)
+            for reader in readers:
+                reader.start()
+            self._readers += readers
 
     def tag(self, node: str, stream: TextIO) -> bytes:
         """Return what goes before a node's lines; a node has the same colour in each run."""
