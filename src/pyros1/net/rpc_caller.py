@@ -9,8 +9,7 @@ from __future__ import annotations
 import socket
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.errors import DeadlineError, Error, ProtocolError, UnreachableError
 from pyros1.net.connect import ConnectHandle, connect
@@ -29,8 +28,7 @@ _MAX_QUEUED: Final = 10_000
 _RECEIVE: Final = 64 * 1024
 
 
-@dataclass
-class _Job:
+class _Job(NamedTuple):
     body: bytes
     on_done: OnDone
     timeout_s: float

@@ -12,9 +12,8 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from time import monotonic, time
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.errors import Error, XmlRpcFault
 from pyros1.net.loop import READ, WRITE
@@ -32,8 +31,7 @@ _RECEIVE: Final = 256 * 1024
 _TEXT: Final = "text/plain"
 
 
-@dataclass(frozen=True)
-class ServerLimits:
+class ServerLimits(NamedTuple):
     """What peers may cost.
 
     Attributes:
@@ -44,7 +42,7 @@ class ServerLimits:
         idle_timeout_s: seconds after which a connection without a request is closed.
     """
 
-    http: HttpLimits = field(default_factory=HttpLimits)
+    http: HttpLimits = HttpLimits()
     max_connections: int = 512
     max_buffered: int = 256 * 1024 * 1024
     request_timeout_s: float = 30.0
@@ -211,7 +209,7 @@ class XmlRpcServer:
         bind_host: str,
         advertised_host: str,
         port: int = 0,
-        limits: ServerLimits = ServerLimits(),
+        limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
     ) -> None:
         self.loop = loop
         self.limits = limits

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from pyros1.node.publisher import Publication
 
 
-@dataclass
 class Context:
     """The parts of a node see each other only through this.
 
@@ -36,15 +34,25 @@ class Context:
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
     """
 
-    name: str
-    loop: Loop
-    rpc: RpcCaller
-    log: Log
-    callbacks: CallbackQueue | None
-    environ: Mapping[str, str]
-    uri: str = ""
-    stopping: threading.Event = field(default_factory=threading.Event)
-    publications: dict[str, Publication] = field(default_factory=dict)
+    def __init__(
+        self,
+        name: str,
+        loop: Loop,
+        rpc: RpcCaller,
+        log: Log,
+        callbacks: CallbackQueue | None,
+        environ: Mapping[str, str],
+        stopping: threading.Event,
+    ) -> None:
+        self.name = name
+        self.loop = loop
+        self.rpc = rpc
+        self.log = log
+        self.callbacks = callbacks
+        self.environ = environ
+        self.uri = ""
+        self.stopping = stopping
+        self.publications: dict[str, Publication] = {}
 
     @cached_property
     def readers(self) -> Readers:

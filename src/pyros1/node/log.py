@@ -12,10 +12,8 @@ import re
 import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TextIO
+from typing import NamedTuple, TextIO
 
 from pyros1.timing import Time
 
@@ -30,8 +28,7 @@ _TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
 _MOST_SITES = 10_000
 
 
-@dataclass(frozen=True)
-class Record:
+class Record(NamedTuple):
     """One log message.
 
     Attributes:
@@ -206,6 +203,8 @@ class Log:
 
     def exception(self, text: str, error: BaseException) -> None:
         """Log an error in user code with its traceback."""
+        import traceback  # noqa: PLC0415 - it takes as long to load as much of a node
+
         lines = traceback.format_exception(type(error), error, error.__traceback__)
         self._log(ERROR, f"{text}\n{''.join(lines).rstrip()}", (), None, False)
 

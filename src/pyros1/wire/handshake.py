@@ -13,7 +13,7 @@ Refusals name both sides' types, because the person who reads them has to find t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from pyros1.errors import ConnectionRefusedByPeerError, ProtocolError
 
@@ -24,8 +24,7 @@ class Refusal(Exception):
     """The request cannot be granted; the text goes to the peer as ``error=``."""
 
 
-@dataclass(frozen=True)
-class TopicType:
+class TopicType(NamedTuple):
     """What travels on a topic: type name, md5 sum and full definition text; ``*`` for any."""
 
     name: str
@@ -33,8 +32,7 @@ class TopicType:
     definition: str = ""
 
 
-@dataclass(frozen=True)
-class ServiceType:
+class ServiceType(NamedTuple):
     """What a service takes and gives: type names of service, request and response, and the service's md5 sum."""
 
     name: str
