@@ -190,12 +190,12 @@ def test_pipelined_requests_are_answered_in_order(server: XmlRpcServer) -> None:
 def test_every_answer_has_a_date_and_it_is_made_once_per_second(
     server: XmlRpcServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made: list[int] = []
+    made: list[tuple[int, ...]] = []
     clock = iter([784111777.0, 784111777.2, 784111777.999, 784111778.0])
 
-    def field(second: int) -> bytes:
-        made.append(second)
-        return date_field(second)
+    def field(when: time.struct_time) -> bytes:
+        made.append(when[3:6])
+        return date_field(when)
 
     monkeypatch.setattr("pyros1.net.xmlrpc_server.time", lambda: next(clock))
     monkeypatch.setattr("pyros1.net.xmlrpc_server.date_field", field)
@@ -204,7 +204,7 @@ def test_every_answer_has_a_date_and_it_is_made_once_per_second(
     assert [head.split(b" ", 2)[1] for head in got.split(b"HTTP/1.1")[1:]] == [b"200", b"200", b"501", b"400"]
     dates = [line for line in got.splitlines() if line.startswith(b"Date")]
     assert dates == [b"Date: Sun, 06 Nov 1994 08:49:37 GMT"] * 3 + [b"Date: Sun, 06 Nov 1994 08:49:38 GMT"]
-    assert made == [784111777, 784111778]
+    assert made == [(8, 49, 37), (8, 49, 38)]
 
 
 def test_large_answers_to_a_slow_reader_do_not_hold_up_others(server: XmlRpcServer, client: XmlRpcClient) -> None:
@@ -214,7 +214,7 @@ def test_large_answers_to_a_slow_reader_do_not_hold_up_others(server: XmlRpcServ
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
         slow.sendall(request)
         assert client.call("echo", 1) == [1]
-        wanted = len(build_response(200, dumps_response([text]), date=date_field(0)))
+        wanted = len(build_response(200, dumps_response([text]), date=date_field(time.gmtime(0))))
         got = 0
         while got < wanted:
             got += len(slow.recv(1 << 20))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from email.utils import formatdate
 from itertools import pairwise
+from time import gmtime
 
 import pytest
 from hypothesis import given
@@ -70,14 +71,14 @@ def test_responses_come_out_whole_however_they_are_cut(body: bytes, places: list
 
 @given(st.integers(0, 4_102_444_800))  # to the year 2100
 def test_dates_are_those_of_http(seconds: int) -> None:
-    assert date_field(seconds) == f"Date: {formatdate(seconds, usegmt=True)}\r\n".encode()
+    assert date_field(gmtime(seconds)) == f"Date: {formatdate(seconds, usegmt=True)}\r\n".encode()
 
 
 @pytest.mark.parametrize(("status", "keep"), [(200, True), (200, False), (404, True)])
 def test_a_date_stands_in_the_head(status: int, keep: bool) -> None:
     parser = ResponseParser()
     for second in range(3):  # heads that differ in it
-        data = build_response(status, b"abc", keep_alive=keep, date=date_field(second))
+        data = build_response(status, b"abc", keep_alive=keep, date=date_field(gmtime(second)))
         head = split_head(data.split(b"\r\n\r\n")[0].decode())[1]
         assert head["date"] == formatdate(second, usegmt=True) and head["content-length"] == "3"
         parser.feed(data)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable, Sequence
-from time import monotonic, time
+from time import gmtime, monotonic, time
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.errors import Error, XmlRpcFault
@@ -264,7 +264,7 @@ class XmlRpcServer:
     def _date(self) -> bytes:
         now = int(time())
         if now != self._dated:
-            self._dated, self._date_field = now, date_field(now)
+            self._dated, self._date_field = now, date_field(gmtime(now))
         return self._date_field
 
     def _call(self, body: bytes) -> bytes:

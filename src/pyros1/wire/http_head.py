@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from time import gmtime
+from collections.abc import Sequence
 from typing import Final
 
 from pyros1.errors import ProtocolError
@@ -54,12 +54,12 @@ def keep_alive(minor: str, headers: dict[str, str]) -> bool:
     return "keep-alive" in connection
 
 
-def date_field(seconds: int) -> bytes:
+def date_field(when: Sequence[int]) -> bytes:
     """The line of a head that says when a message was made (RFC 9110, 5.6.7 and 6.6.1).
 
     Args:
-        seconds: since 1970.
+        when: in UTC, as `time.gmtime` gives it: year, month, day, hour, minute, second, weekday.
     """
-    year, month, day, hour, minute, second, weekday, *_ = gmtime(seconds)
+    year, month, day, hour, minute, second, weekday, *_ = when
     date = f"{_DAYS[weekday]}, {day:02} {_MONTHS[month - 1]} {year:04} {hour:02}:{minute:02}:{second:02} GMT"
     return f"Date: {date}\r\n".encode()
