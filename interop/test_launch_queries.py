@@ -227,6 +227,9 @@ def test_packages_of_workspaces_x01_x70(tmp_path: Path) -> None:
         ('<param name="" value="1"/>', "/: 1\n\n", None),
         ('<rosparam command="dump" param="x"/>', "{}\n\n", None),
         ('<env name="A=B" value="c"/>', "{}\n\n", None),
+        ('<arg name="" default="1"/>', "{}\n\n", None),
+        ('<test pkg="p" type="t" name="n" test-name=""/>', "{}\n\n", None),
+        ('<rosparam command="dump" param="x" file=""/>', "{}\n\n", None),
     ],
 )  # fmt: skip
 def test_differences(tmp_path: Path, text: str, theirs: str | None, mine: str | None) -> None:

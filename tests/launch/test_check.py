@@ -90,10 +90,12 @@ def test_missing_parts() -> None:
         NodePlan("robot", "run", "no_machine", machine="arrm", file="f", line=3),
         NodePlan("robot", "runaway", "misspelt", file="f", line=4),
         NodePlan("nope", "nope", "elsewhere", machine="arm"),
+        NodePlan("nope", "nope", "nowhere", machine="leg", file="f", line=5),
     ]
-    plan = Plan(nodes=nodes, machines={"arm": MachinePlan("arm", "192.0.2.1")})
+    plan = Plan(nodes=nodes, machines={"arm": MachinePlan("arm", "192.0.2.1"), "leg": MachinePlan("leg", "")})
     texts = [str(error) for error in missing_parts(plan, Packages(), {"PATH": os.defpath})]
     assert texts[0] == "f:3: node [/no_machine]: unknown machine [arrm] (did you mean 'arm'?)"
+    assert texts.pop(1) == "f:5: node [/nowhere]: machine [leg] has no address: its <machine> tag gives it an empty one"
     assert texts[1] == "f:1: node [/no_package]: package [robt] not found (did you mean 'robot'?)"
     assert texts[2].startswith("f:2: node [/no_type]: Cannot locate node of type [walk] in package [robot]")
     assert "did you mean" not in texts[2]

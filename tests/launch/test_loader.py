@@ -145,6 +145,7 @@ def test_scopes_of_nodes_x61_x62_x65_x67_x68() -> None:
         ('<test pkg="p" type="t" test-name="n" output="log"/>', "cannot have 'output'"), ('<rosparam>5</rosparam>', "'param' attribute must be set"),
         ('<rosparam>a: [1</rosparam>', r"main\.launch:2: error loading <rosparam>"), ('<rosparam command="x"/>', "command must be"),
         ('<param name="a" value="$(foo b)"/>', r"Unknown substitution command \[foo b\]"), ('<param name="a" value="$(arg $(arg b))"/>', "Dollar signs"),
+        ('<param name="" value="1"/>', "has an empty 'name'"), ('<group ns="/"><param name=" " value="1"/></group>', "has an empty 'name'"),
         ('<param name="a" value="$(env NOPE)"/>', "'NOPE' is not set"), ('<param name="a" value="$(find nope)"/>', r"\[nope\] not found"),
     ],
 )  # fmt: skip

@@ -13,11 +13,13 @@ from pyros1.suggest import did_you_mean
 
 
 def unknown_machines(plan: Plan) -> Iterator[LaunchError]:
-    """Yield an error for each node whose machine is not declared."""
+    """Yield an error for each node whose machine is not declared, or has no address."""
     for node in [*plan.nodes, *plan.tests]:
         if node.machine is not None and node.machine not in plan.machines:
             hint = did_you_mean(node.machine, plan.machines)
             yield _error(node, f"unknown machine [{node.machine}]{hint}")
+        elif node.machine is not None and not plan.machines[node.machine].address.strip():
+            yield _error(node, f"machine [{node.machine}] has no address: its <machine> tag gives it an empty one")
 
 
 def check_machines(plan: Plan) -> None:

@@ -29,16 +29,16 @@ def read_machine(element: Element, attribute: Callable[[str], str | None], plan:
         LaunchError: an attribute is missing or wrong, or there is another machine of that name already (X68).
     """
     name, address = attribute("name"), attribute("address")
-    for key, value in (("name", name), ("address", address)):
-        if not value:
-            raise LaunchError(f"<machine> tag is missing required attribute: '{key}'")
+    # An empty address is the matter of who wants to run nodes there: files with such a default are in use.
+    if not name or address is None:
+        raise LaunchError(f"<machine> tag is missing required attribute: '{'address' if name else 'name'}'")
     for key, value in element.attributes.items():
         if key.startswith("ros-") and value:
             raise LaunchError(f"<machine> tag cannot have a '{key}' attribute; use 'env-loader' instead")
     if any(child.tag == "env" for child in element.children):
         raise LaunchError("<machine> tag cannot have an <env> tag in it; use 'env-loader' instead")
     settings = {key: attribute(key) or "" for key in SETTINGS if key in element.attributes}
-    machine = MachinePlan(name or "", address or "", tuple(settings.items()))
+    machine = MachinePlan(name, address, tuple(settings.items()))
     meaning = _meaning(machine)
     if _meaning(plan.machines.setdefault(machine.name, machine)) != meaning:
         raise LaunchError(f"machine [{name}] has already been declared with other attributes")

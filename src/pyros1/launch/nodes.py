@@ -92,7 +92,7 @@ class NodeReader:
         if "/" in name:
             raise LaunchError("node name cannot contain a namespace.")
         if not name:
-            raise LaunchError("name must be non-empty.")
+            raise LaunchError('name must be non-empty. For a name that does not matter write name="$(anon node)".')
         if not is_legal_base_name(name):
             self._plan.warnings.append(
                 f"[{element.place}] illegal <node> name '{name}': this will likely cause problems with other ROS tools"
@@ -100,7 +100,7 @@ class NodeReader:
         if "ns" in element.attributes and not text("ns"):
             raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
         inner = scope.child(text("ns"))
-        if element.attributes.get("clear_params") and flag("clear_params"):
+        if text("clear_params") and flag("clear_params"):  # empty is false, as for groups, and only here
             self._plan.clear_params.append(inner.child(name).namespace)
         self._read_inside(element, inner, name)
         package, kind = text("pkg") or "", text("type") or ""

@@ -38,9 +38,11 @@ class ParamReader:
             private: it stands in a node tag, where all names are private.
         """
         name = attribute(element, scope, "name")
-        if not name or not name.strip():
+        if name is None:
             raise LaunchError("<param> tag is missing required attribute: 'name'")
         name = name.strip()
+        if not name and not private and scope.namespace == "/":  # elsewhere it is the parameter called as the namespace
+            raise LaunchError("<param> tag has an empty 'name': one value cannot take the place of all parameters")
         try:
             value = self._value(element, scope, attribute, name)
         except LaunchError as error:
@@ -84,8 +86,10 @@ class ParamReader:
         file = attribute(element, scope, "file")
         inner = ns_join(attribute(element, scope, "ns") or "", attribute(element, scope, "param") or "")
         name = ns_join(scope.namespace, inner) if inner else scope.namespace
+        subst = attribute(element, scope, "subst_value")
+        substituter = ScopeSubstituter(scope) if subst is not None and convert_bool(subst, "subst_value") else None
         if command == "load":
-            self._load(element, scope, attribute, file, name, needs_dict=not inner)
+            self._load(element, scope, substituter, file, name, needs_dict=not inner)
         elif command in ("dump", "delete"):
             if command == "delete" and file is not None:
                 raise LaunchError("error loading <rosparam> tag: file attribute is not allowed for delete")
@@ -97,7 +101,14 @@ class ParamReader:
             raise LaunchError("error loading <rosparam> tag: command must be 'load', 'dump', or 'delete'")
 
     def _load(
-        self, element: Element, scope: Scope, attribute: Attribute, file: str | None, name: str, *, needs_dict: bool
+        self,
+        element: Element,
+        scope: Scope,
+        substituter: ScopeSubstituter | None,
+        file: str | None,
+        name: str,
+        *,
+        needs_dict: bool,
     ) -> None:
         from pyros1.values import YamlError, load_yaml  # noqa: PLC0415 - many files need no YAML
 
@@ -109,9 +120,8 @@ class ParamReader:
                 text = scope.resources.read_text(file)
             except LaunchError as error:
                 raise LaunchError(f"error loading <rosparam> tag: {error}") from error
-        subst = attribute(element, scope, "subst_value")
-        if subst is not None and convert_bool(subst, "subst_value"):
-            text = substitute(text, ScopeSubstituter(scope))
+        if substituter is not None:
+            text = substitute(text, substituter)
         try:
             value = load_yaml(_dedent(text)) if text.strip() else None
         except YamlError as error:

@@ -125,9 +125,9 @@ class Process:
             self.warden.expect(spec.words[-1])
         with self._outputs() as (out, err):
             self._popen = _popen(spec, out, err)
+            if self.warden is not None:  # first: who was told of it may kill us at once
+                self.warden.watch(self._popen.pid)
             announce(self)
-        if self.warden is not None:
-            self.warden.watch(self._popen.pid)
         self._ended = threading.Event()
         self.exit_code = None
         self.spawn_count += 1
