@@ -1,4 +1,3 @@
-# ruff: noqa: E501 - tables in one line
 """pyros1 core's command line (L06-L13); what it does is tested with the launcher in test_launch.py."""
 
 from __future__ import annotations
@@ -20,4 +19,7 @@ def test_help(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--help"])
     assert caught.value.code == 0
     out = capsys.readouterr().out
-    assert all(flag in out for flag in ("--port", "-v", "--numworkers", "--timeout", "--master-logger-level", "--sigint-timeout"))
+    assert all(
+        flag in out
+        for flag in ("--port", "-v", "--numworkers", "--timeout", "--master-logger-level", "--sigint-timeout")
+    )

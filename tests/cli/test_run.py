@@ -1,4 +1,3 @@
-# ruff: noqa: E501 - tables in one line
 """pyros1 run (L22-L24)."""
 
 from __future__ import annotations
@@ -31,7 +30,9 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def run(*words: str) -> subprocess.CompletedProcess[str]:
     code = "import sys; from pyros1.cli.run import main; sys.exit(main(sys.argv[1:]))"
     env = {**os.environ, "PYTHONPATH": str(SOURCES)}
-    return subprocess.run([sys.executable, "-c", code, *words], env=env, capture_output=True, text=True, timeout=30, check=False)
+    return subprocess.run(
+        [sys.executable, "-c", code, *words], env=env, capture_output=True, text=True, timeout=30, check=False
+    )
 
 
 def test_the_program_replaces_the_command_l22(package: Path) -> None:
@@ -86,8 +87,14 @@ def test_run_and_launch_find_the_same(package: Path, tmp_path: Path, monkeypatch
         command = [sys.executable, "-m", "pyros1", *words]
         return subprocess.run(command, input=given, capture_output=True, text=True, timeout=30, check=True).stdout
 
-    for name, kind, said in (("some_pkg", "hello", "libexec"), ("spaced", "tool", "spaced"), ("declared", "tool", "declared")):
+    for name, kind, said in (
+        ("some_pkg", "hello", "libexec"),
+        ("spaced", "tool", "spaced"),
+        ("declared", "tool", "declared"),
+    ):
         assert pyros1("run", name, kind) == f"{said}\n"
         path = pyros1("run", "--prefix", "echo", name, kind).strip()
-        arguments = pyros1("launch", "--args", "/n", "-", given=f'<launch><node pkg="{name}" type="{kind}" name="n"/></launch>')
+        arguments = pyros1(
+            "launch", "--args", "/n", "-", given=f'<launch><node pkg="{name}" type="{kind}" name="n"/></launch>'
+        )
         assert path in arguments.split()

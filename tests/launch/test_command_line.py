@@ -1,4 +1,3 @@
-
 """Command lines and environments of nodes (X83, X84)."""
 
 from __future__ import annotations
@@ -22,7 +21,9 @@ def test_a_foreign_node_is_run_as_it_is() -> None:
     assert node_words(node, tool) == ["nice", "-n", "5", "/usr/lib/p/t", "x y", "z", "c:=d", "__name:=n"]
     env = node_environment(node, tool, {"HOME": "/h", "ROS_NAMESPACE": "/other"}, "http://m:1/")
     assert env == {"HOME": "/h", "ROS_MASTER_URI": "http://m:1/", "ROS_NAMESPACE": "/a/b", "E": "1"}
-    assert "ROS_NAMESPACE" not in node_environment(NodePlan("p", "t", "n"), tool, {"ROS_NAMESPACE": "/x"}, "http://m:1/")
+    assert "ROS_NAMESPACE" not in node_environment(
+        NodePlan("p", "t", "n"), tool, {"ROS_NAMESPACE": "/x"}, "http://m:1/"
+    )
 
 
 def test_our_own_python_node_runs_in_this_interpreter_and_finds_pyros1() -> None:

@@ -27,7 +27,15 @@ def test_automatic_typing_x74(text: str, value: Any) -> None:
 
 @pytest.mark.parametrize(
     ("text", "kind", "value"),
-    [("1", "str", "1"), ("1", "string", "1"), (" 1", "int", 1), ("1", "double", 1.0), ("1", "bool", True), ("no", "yaml", False), ("F", "str", "F")],
+    [
+        ("1", "str", "1"),
+        ("1", "string", "1"),
+        (" 1", "int", 1),
+        ("1", "double", 1.0),
+        ("1", "bool", True),
+        ("no", "yaml", False),
+        ("F", "str", "F"),
+    ],
 )
 def test_named_types_x41(text: str, kind: str, value: Any) -> None:
     assert convert_value(text, kind) == value

@@ -1,4 +1,3 @@
-# ruff: noqa: E501 - tables and programs in one line
 """XML with line numbers, and hostile XML."""
 
 from __future__ import annotations
@@ -24,7 +23,9 @@ def test_tags_know_their_line_and_attributes_their_order() -> None:
     assert str(node.error("bad")) == "f.launch:2: bad"
 
 
-@pytest.mark.parametrize("text", ["", "<foo/>", "<launch>", "<launch/><launch/>", "<launch><a></launch>", "x", "\0", "<launch a='1' a='2'/>"])
+@pytest.mark.parametrize(
+    "text", ["", "<foo/>", "<launch>", "<launch/><launch/>", "<launch><a></launch>", "x", "\0", "<launch a='1' a='2'/>"]
+)
 def test_bad_xml_x07(text: str) -> None:
     with pytest.raises(LaunchError, match=r"^f\.launch(:\d+)?: Invalid roslaunch XML syntax"):
         parse_document(text, "f.launch")
@@ -43,7 +44,9 @@ def test_other_entities_are_refused() -> None:
     parameter = '<!DOCTYPE l [<!ENTITY % a "x">]><launch/>'
     many = "<!DOCTYPE l [" + "".join(f'<!ENTITY a{i} "x">' for i in range(1000)) + "]><launch/>"
     for text in (bomb, outside, long, parameter, many):
-        with pytest.raises(LaunchError, match=r"^f.launch:1: Invalid roslaunch XML syntax: the entity '\w+' is refused: "):
+        with pytest.raises(
+            LaunchError, match=r"^f.launch:1: Invalid roslaunch XML syntax: the entity '\w+' is refused: "
+        ):
             parse_document(text, "f.launch")
     with pytest.raises(LaunchError, match="deeply"):
         parse_document("<launch>" + "<a>" * 5000, "f.launch")

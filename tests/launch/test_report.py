@@ -25,7 +25,10 @@ def test_dump_params() -> None:
 
 def test_ros_args_l173() -> None:
     args = {"req": ArgPlan("req", None, "needed"), "opt": ArgPlan("opt", "5", None)}
-    assert ros_args(Plan(args=args)) == 'Required Arguments:\n  req: needed\nOptional Arguments:\n  opt (default "5"): undocumented'
+    assert (
+        ros_args(Plan(args=args))
+        == 'Required Arguments:\n  req: needed\nOptional Arguments:\n  opt (default "5"): undocumented'
+    )
     assert ros_args(Plan()) == "No arguments."
 
 

@@ -29,10 +29,14 @@ class Bench:
         self.out, self.err = io.StringIO(), io.StringIO()
         self.supervisor = Supervisor(Console(self.out, self.err), sigint_timeout=0.2, sigterm_timeout=0.2)
 
-    def spec(self, label: str, code: str, *, respawn: bool = False, required: bool = False, delay: float = 0.0) -> ProcessSpec:
+    def spec(
+        self, label: str, code: str, *, respawn: bool = False, required: bool = False, delay: float = 0.0
+    ) -> ProcessSpec:
         words = [sys.executable, "-c", code]
         base = str(self.folder / label)
-        return ProcessSpec(label, f"/{label}", words, dict(os.environ), str(self.folder), base, False, respawn, delay, required)
+        return ProcessSpec(
+            label, f"/{label}", words, dict(os.environ), str(self.folder), base, False, respawn, delay, required
+        )
 
     def log(self, label: str) -> str:
         return (self.folder / f"{label}-stdout.log").read_text()
