@@ -111,11 +111,16 @@ def test_files_with_arguments_and_a_listener(uri: str, tmp_path: Path) -> None:
     parent.spin()
 
 
-def test_a_launch_ends_with_its_last_process(uri: str, tmp_path: Path) -> None:
-    parent = ROSLaunchParent(None, [(str(tmp_path / "scripted" / "a.launch"), ["what:=fail"])])
-    parent.start()
-    parent.spin()
-    parent.shutdown()
+def test_a_launch_ends_with_its_last_process(uri: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    file = str(tmp_path / "scripted" / "a.launch")
+    for verbose in (False, True):
+        parent = ROSLaunchParent(None, [(file, ["what:=fail"])], verbose=verbose, is_rostest=True)
+        parent.start()
+        parent.spin()
+        parent.shutdown()
+        node = "Added node of type [scripted/run] in namespace [/]"
+        told = f"... loading XML file [{file}]\nAdded parameter [/fail_p]\n{node}\n"
+        assert (told in capfd.readouterr().out) is verbose
 
 
 def test_what_cannot_be_started_is_an_error(uri: str, tmp_path: Path) -> None:

@@ -70,27 +70,15 @@ def main(argv: list[str]) -> int:  # noqa: PLR0911 - one way out per kind of run
             return answer(files, arguments, resources, options)
         plan = load_plan(files, arguments, resources)
         if options.verbose:
-            _print_contents(plan)
+            from pyros1.launch.report import contents  # noqa: PLC0415
+
+            print(contents(plan))
         return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
     except WordsError as error:
         parser.error(str(error))
     except Error as error:
         print_exception(error)
         return 1
-
-
-def _print_contents(plan: Plan) -> None:
-    """Print what was read (L162)."""
-    from pyros1.launch.loader import absolute_files  # noqa: PLC0415
-
-    for file in absolute_files(plan.files):
-        print(f"... loading XML file [{file}]")
-    for name in plan.params:
-        print(f"Added parameter [{name}]")
-    for machine in plan.machines:
-        print(f"Added machine [{machine}]")
-    for node in plan.nodes:
-        print(f"Added node of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
 
 
 def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> int:

@@ -37,6 +37,17 @@ def summary(plan: Plan, extra_params: dict[str, Any] | None = None) -> str:
     return "\n".join([*lines, ""])
 
 
+def contents(plan: Plan) -> str:
+    """Return what was read, file by file and thing by thing (``-v``, L162)."""
+    from pyros1.launch.loader import absolute_files  # noqa: PLC0415 - one of many reports
+
+    lines = [f"... loading XML file [{file}]" for file in absolute_files(plan.files)]
+    lines += [f"Added parameter [{name}]" for name in plan.params]
+    lines += [f"Added machine [{machine}]" for machine in plan.machines]
+    lines += [f"Added node of type [{node.package}/{node.type}] in namespace [{node.namespace}]" for node in plan.nodes]
+    return "\n".join(lines)
+
+
 def _short(value: Any) -> str:
     text = value.decode("latin-1") if isinstance(value, bytes) else str(value)
     if len(text) > _LONGEST_VALUE:

@@ -20,10 +20,12 @@ from collections.abc import Iterable, Sequence
 
 from pyros1.errors import LaunchError, MasterUnreachableError, ParameterNotSetError
 from pyros1.launch.check import check_machines
+from pyros1.launch.console import Console
 from pyros1.launch.loader import load_plan
 from pyros1.launch.logs import make_run_folder
 from pyros1.launch.options import Options
 from pyros1.launch.plan import Plan
+from pyros1.launch.report import contents
 from pyros1.launch.scripted import Node, ProcessHandle, ProcessListener, ScriptRun
 from pyros1.launch.words import find_files, parse_arguments
 from pyros1.launch.world import make_resources
@@ -55,10 +57,10 @@ class ROSLaunchParent:
         port: port of a master that is started here.
         local_only: leave out nodes of other machines.
         process_listeners: hear of processes that end.
-        verbose: accepted; nothing more is said.
+        verbose: print what was read.
         force_screen: all output to the screen.
         force_log: all output to log files.
-        is_rostest: accepted; tests are run by ``pyros1 test``.
+        is_rostest: accepted; what roslaunch leaves unsaid then is never said here. ``pyros1 test`` runs tests.
         roslaunch_strs: launch files as texts.
         num_workers: accepted; no workers are needed.
         timeout: seconds nodes have to answer a master started here.
@@ -93,6 +95,7 @@ class ROSLaunchParent:
         self._files = [(file, ()) if isinstance(file, str) else file for file in roslaunch_files]
         self._texts = list(roslaunch_strs or ())
         self._listeners = list(process_listeners or ())
+        self._verbose = verbose
         self._options = Options(
             core=is_core,
             port=port,
@@ -121,7 +124,10 @@ class ROSLaunchParent:
         if self._run is not None:
             raise LaunchError("this launch was started before")
         self._options.keep_running = not auto_terminate
-        self._run = ScriptRun(self._load(), self._options, self._listeners, make_resources())
+        plan = self._load()
+        if self._verbose:
+            Console().line(contents(plan))
+        self._run = ScriptRun(plan, self._options, self._listeners, make_resources())
         self._run.start()
 
     def _load(self) -> Plan:
