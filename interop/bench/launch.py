@@ -3,10 +3,11 @@
     python3 interop/bench/launch.py --side ours|stock [--kinds KIND...] [--nodes N]
 
 Needs pyros1 and defusedxml on PYTHONPATH. The launcher starts its own master and the nodes; the master is asked every
-30 ms who is registered. Nodes of the kind "light" are shell scripts that only register: that measures the launcher
+10 ms who is registered. Nodes of the kind "light" are shell scripts that only register: that measures the launcher
 and its master. Those of the kind "roscpp" are stock relays, those of the kind "python" are pyros1's, whoever launches
-them. Prints a JSON object: seconds by figure. ``... nodes alone`` is what the nodes' own processor time comes to if it
-is spread over all processors: no launcher can be faster than that.
+them; those of the kind "own" are pyros1's or rospy's, as the launcher is. Prints a JSON object: seconds by figure.
+``... nodes alone`` is what the nodes' own processor time comes to if it is spread over all processors: no launcher can
+be faster than that.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ import xmlrpc.client
 from pathlib import Path
 
 STOCK_PYTHON = "/usr/bin/python3"
-KINDS = ("light", "roscpp", "python")
+KINDS = ("light", "roscpp", "python", "own")
 DEADLINE = 120.0
 UP, DOWN, ALONE = "start until all are registered", "Ctrl-C until all have ended", "nodes alone"
 
@@ -57,6 +58,15 @@ with pyros1.Node("bench") as node:
     node.subscribe(sys.argv[1], String, print, queue_size=1)
     node.spin()
 """
+ROSPY = f"""#!{STOCK_PYTHON}
+import sys
+import rospy
+from std_msgs.msg import String
+
+rospy.init_node("bench")
+rospy.Subscriber(sys.argv[1], String, print, queue_size=1)
+rospy.spin()
+"""
 
 
 def launch_file(kind: str, nodes: int) -> str:
@@ -66,12 +76,13 @@ def launch_file(kind: str, nodes: int) -> str:
     return "\n".join(["<launch>", *lines, "</launch>\n"])
 
 
-def make_package(folder: Path) -> None:
-    """A package with the nodes that are not stock's."""
+def make_package(folder: Path, side: str) -> None:
+    """A package with the nodes that are in no other."""
     folder.mkdir()
     (folder / "package.xml").write_text(PACKAGE, encoding="utf-8")
     path = [part for part in os.environ.get("PYTHONPATH", "").split(os.pathsep) if part]
-    for name, text in (("light", LIGHT), ("python", PYTHON.format(python=STOCK_PYTHON, path=path))):
+    python = PYTHON.format(python=STOCK_PYTHON, path=path)
+    for name, text in (("light", LIGHT), ("python", python), ("own", python if side == "ours" else ROSPY)):
         (folder / name).write_text(text, encoding="utf-8")
         (folder / name).chmod(0o755)
 
@@ -107,7 +118,7 @@ def measure(side: str, kind: str, nodes: int, folder: Path) -> dict[str, float]:
         nodes: how many.
         folder: an empty one.
     """
-    make_package(folder / "bench_nodes")
+    make_package(folder / "bench_nodes", side)
     file = folder / "many.launch"
     file.write_text(launch_file(kind, nodes), encoding="utf-8")
     with socket.socket() as probe:
@@ -128,7 +139,7 @@ def measure(side: str, kind: str, nodes: int, folder: Path) -> dict[str, float]:
             while registered(uri) < nodes:
                 if child.poll() is not None or time.monotonic() - began > DEADLINE:
                     raise SystemExit(f"{side}: the {kind} nodes did not come up")
-                time.sleep(0.03)
+                time.sleep(0.01)
             up = time.monotonic()
             used = processor_time(str(folder))
             child.send_signal(signal.SIGINT)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -40,13 +39,17 @@ def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
     Raises:
         LaunchError: it is not.
     """
-    if node.prefix and shutil.which(node.prefix[0], path={**environ, **node.env}.get("PATH")) is None:
+    if not node.prefix:
+        return
+    from shutil import which  # noqa: PLC0415 - it loads every kind of compression
+
+    if which(node.prefix[0], path={**environ, **node.env}.get("PATH")) is None:
         raise LaunchError(f"launch-prefix: there is no program [{node.prefix[0]}] on the PATH")
 
 
 def is_own(executable: Path) -> bool:
     """Whether the file is in one of pyros1's own packages."""
-    return str(executable.resolve()).startswith(OWN_PACKAGES + os.sep)
+    return os.path.realpath(executable).startswith(OWN_PACKAGES + os.sep)
 
 
 def executable_words(executable: Path) -> list[str]:

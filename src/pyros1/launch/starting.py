@@ -5,20 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pyros1.errors import LaunchError
-from pyros1.launch.check import near_executable
 from pyros1.launch.command_line import check_prefix, locate, node_environment, node_words
 from pyros1.launch.console import Console
 from pyros1.launch.logs import ros_home
 from pyros1.launch.options import Options
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan, TestPlan
 from pyros1.launch.process import Process, ProcessSpec
-from pyros1.launch.readiness import Gate
-from pyros1.launch.remote import Machine, make_machine
 from pyros1.launch.resources import PackageFinder
 from pyros1.launch.supervisor import Supervisor
 from pyros1.net.hosts import is_local
+
+if TYPE_CHECKING:
+    from pyros1.launch.readiness import Gate
+    from pyros1.launch.remote import Machine
+
+# What only some launches need is loaded when they do: no node starts before the imports are done.
 
 
 def _place(node: NodePlan) -> str:
@@ -68,6 +72,9 @@ class Starter:
     _machines: dict[str, Machine] = field(default_factory=dict)
     _gate: Gate | None = None
 
+    def __post_init__(self) -> None:
+        self.environ = dict(self.environ)  # os.environ decodes each value each time, for each of many nodes
+
     def connect(self) -> None:
         """Connect to all machines that nodes are to run on, before any node runs.
 
@@ -79,6 +86,10 @@ class Starter:
             machine = self._machine(node)
             if machine is not None:
                 wanted[machine.name] = machine
+        if not wanted:
+            return
+        from pyros1.launch.remote import make_machine  # noqa: PLC0415
+
         for machine in wanted.values():
             stages = (self.options.sigint_timeout, self.options.sigterm_timeout)
             connection = make_machine(machine, self.environ, self.run.master_uri, stages, self.console, self._back)
@@ -99,6 +110,8 @@ class Starter:
             self._start(node, label)
             return
         if self._gate is None:
+            from pyros1.launch.readiness import Gate  # noqa: PLC0415
+
             self._gate = Gate(self.run.master_uri, self.supervisor.do)
         self.supervisor.expected += 1
         needs = ", ".join(map(str, node.wait_for))
@@ -155,7 +168,11 @@ class Starter:
         try:
             spec = self.spec(node, label) if machine is None else self._remote_spec(node, label)
         except LaunchError as error:
-            hint = near_executable(node, self.packages) if machine is None else ""
+            hint = ""
+            if machine is None:
+                from pyros1.launch.check import near_executable  # noqa: PLC0415
+
+                hint = near_executable(node, self.packages)
             self.console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}{hint}{_place(node)}")
             return
         if machine is None:
