@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import bz2
 from typing import Any
 
 from pyros1.bag.records import RecordError
@@ -19,6 +18,8 @@ _LZ4_BLOCKS_OF_1_MB = 6
 def compress(compression: str, data: bytes) -> bytes:
     """Return a chunk's content as it is stored; `compression` is one of `COMPRESSIONS`."""
     if compression == "bz2":
+        import bz2  # noqa: PLC0415 - most bags need none
+
         return bz2.compress(data, _BZ2_FULL_LEVEL)
     if compression == "lz4":
         # Stock's readers refuse frames that have a size, no checksum, or blocks that need the ones before them.
@@ -52,7 +53,12 @@ def decompress(compression: str, data: bytes, size: int, *, partial: bool = Fals
 
 
 def _unpack(compression: str, data: bytes, size: int, partial: bool) -> bytes:
-    unpacker: Any = bz2.BZ2Decompressor() if compression == "bz2" else _lz4().LZ4FrameDecompressor()
+    if compression == "bz2":
+        import bz2  # noqa: PLC0415
+
+        unpacker: Any = bz2.BZ2Decompressor()
+    else:
+        unpacker = _lz4().LZ4FrameDecompressor()
     if not partial:
         try:
             content: bytes = unpacker.decompress(data, size)

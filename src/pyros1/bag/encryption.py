@@ -6,7 +6,6 @@ The cipher comes from the package ``cryptography``; gpg is the system's, with th
 from __future__ import annotations
 
 import os
-import subprocess
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
@@ -129,6 +128,8 @@ def _ciphers() -> Any:
 
 
 def _gpg(*words: str, data: bytes = b"") -> bytes:
+    import subprocess  # noqa: PLC0415 - most bags are not encrypted
+
     try:
         result = subprocess.run(["gpg", "--quiet", *words], input=data, capture_output=True, check=False)
     except FileNotFoundError:

@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from statistics import median
 from typing import Any
 
 from pyros1.bag.reader import BagReader
@@ -147,6 +146,8 @@ def _storage(bag: BagReader) -> dict[str, Storage]:
 
 
 def _frequencies(bag: BagReader, by_topic: dict[str, list[int]]) -> dict[str, float]:
+    from statistics import median  # noqa: PLC0415 - it loads much, and few ask for frequencies
+
     times: dict[int, list[float]] = {number: [] for ids in by_topic.values() for number in ids}
     for number, stamp in bag.times():
         if number in times:

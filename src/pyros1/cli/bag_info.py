@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import json
 import re
 import sys
 from typing import Any
@@ -42,6 +41,8 @@ def info(invocation: Invocation) -> int:
                 continue
             return 1
         if options.json:
+            import json  # noqa: PLC0415
+
             print(json.dumps(_typed(info_values(summary)), ensure_ascii=False))
             continue
         if not options.yaml:
