@@ -10,7 +10,7 @@ import os
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 
@@ -104,10 +104,10 @@ class Recorder:
 
     # Topics -----------------------------------------------------------------------------------------------------------
 
-    def subscribe(self, name: str, *, tcp_nodelay: bool = True) -> None:
-        """Record a topic from now on."""
+    def subscribe(self, name: str, *, transports: Sequence[str] = ("tcp",)) -> None:
+        """Record a topic from now on; ``transports`` as `Node.subscribe` has it."""
         topic = self.topics[name] = Topic(name)
-        topic.subscriber = self._node.subscribe(name, AnyMsg, self._taker(topic), tcp_nodelay=tcp_nodelay)
+        topic.subscriber = self._node.subscribe(name, AnyMsg, self._taker(topic), transports=transports)
 
     def _taker(self, topic: Topic) -> Callable[[AnyMsg], None]:
         """Return the callback of a topic; its calls never overlap."""

@@ -71,7 +71,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
 
     def subscribe(name: str) -> None:
         line.say(f"Subscribing to {name}")
-        recorder.subscribe(name)
+        recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))
 
     with recorder:
         state = RecordLine(recorder)
@@ -129,7 +129,9 @@ def _parser(invocation: Invocation) -> OptionParser:
     add("-j", "--bz2", **flag, help="use BZ2 compression")
     add("--lz4", **flag, help="use LZ4 compression")
     add("--tcpnodelay", **flag, help="Use the TCP_NODELAY transport hint when subscribing to topics (always so here).")
-    add("--udp", **flag, help="Use the UDP transport hint when subscribing to topics (TCP is used all the same).")
+    add(
+        "--udp", **flag, help="Use the UDP transport hint when subscribing to topics; TCP where a publisher has no UDP."
+    )
     add("--repeat-latched", **flag, help="Repeat latched msgs at the start of each new bag file.")
     add("-L", "--min-space", default="1G", metavar="SIZE", help="stop when less than SIZE is free on the disk (Default: %default)")  # noqa: E501  # fmt: skip
     add("--topic", action="append", dest="topics", default=[], metavar="TOPIC", help="a topic to record")

@@ -82,7 +82,7 @@ def open_node(base: str, words: Sequence[str]) -> Node:
 def _relay(arguments: list[str], words: list[str]) -> None:
     source, target = _topics(arguments, 1, 2, "_relay")
     with _node_for(source, "relay", words) as node:
-        lazy, stealth, _ = (_flag(node, name) for name in ("lazy", "stealth", "unreliable"))
+        lazy, stealth = (_flag(node, name) for name in ("lazy", "stealth"))
         monitor = str(node.params.get("~monitor_topic", target))
         rate = _number(node, "monitor_rate", 1.0)
         relay, _output = _make_relay(node, source, target)
@@ -120,7 +120,7 @@ def _throttle(arguments: list[str], words: list[str]) -> None:
     most, *window = [_positive(text, name) for text, name in zip(arguments[2:], numbers, strict=False)]
     source, target = _topics([arguments[1], *arguments[2 + len(numbers) :]], 1, 2, "_throttle")
     with _node_for(source, "throttle", words) as node:
-        lazy, wall, _ = (_flag(node, name) for name in ("lazy", "wall_clock", "unreliable"))
+        lazy, wall = (_flag(node, name) for name in ("lazy", "wall_clock"))
         latch = _flag(node, "force_latch") if "~force_latch" in node.params else None
         now = time.time_ns if wall else lambda: node.now().to_nsec()
 
@@ -188,8 +188,9 @@ def _make_relay(
     from pyros1.topic_tools.output import Output  # noqa: PLC0415
     from pyros1.topic_tools.relay import Relay  # noqa: PLC0415
 
+    transports = ("udp", "tcp") if _flag(node, "unreliable") else ("tcp",)
     output = Output(node, target, latch)
-    return Relay(node, source, output, gate), output
+    return Relay(node, source, output, gate, transports), output
 
 
 # Arguments and parameters ---------------------------------------------------------------------------------------------

@@ -33,6 +33,7 @@ from pyros1.wire.header import HeaderReader, encode_header
 
 if TYPE_CHECKING:
     from pyros1.net.loop import TimerHandle
+    from pyros1.node.datagrams import DatagramInLink
     from pyros1.node.subscription import Subscription
 
 STEP_TIMEOUT = 10.0
@@ -60,6 +61,7 @@ class Connector:
         self._under_way = False
         self._timer: TimerHandle | None = None
         self._sock: socket.socket | None = None
+        self._datagrams: DatagramInLink | None = None  # offered, or the link
         self._unsent = b""  # of our greeting
 
     @property
@@ -78,6 +80,8 @@ class Connector:
     def vanished(self) -> None:
         """The master no longer lists the publisher."""
         self._ended = True
+        if self.linked and self._datagrams is not None:
+            self._close_datagrams()  # no publisher says that it has gone
         if not self._under_way:
             self._cancel_timer()
 
@@ -91,6 +95,7 @@ class Connector:
         self._attempt += 1
         self._cancel_timer()
         self._close_socket()
+        self._close_datagrams()
 
     def lost(self, reason: str | None) -> None:
         """The link broke: try again soon, if the master still lists the publisher."""
@@ -124,10 +129,28 @@ class Connector:
         self._context.rpc.call(
             self.uri,
             "requestTopic",
-            (self._context.name, self._subscription.topic, [["TCPROS"]]),
+            (self._context.name, self._subscription.topic, self._protocols()),
             lambda value, error: self._asked(attempt, value, error),
             timeout=STEP_TIMEOUT,
         )
+
+    def _protocols(self) -> list[list[Any]]:
+        """Return what is asked for, in the order of preference (T62)."""
+        hints, address = self._subscription.hints, self._context.address
+        protocols: list[list[Any]] = []
+        for transport in hints.transports:
+            if transport == "tcp":
+                protocols.append(["TCPROS"])
+            elif address is not None:
+                from pyros1.node.datagrams import DatagramInLink  # noqa: PLC0415 - few nodes need it
+
+                try:
+                    self._datagrams = DatagramInLink(self._subscription, self.uri, address, hints.max_datagram_size)
+                except OSError as error:
+                    self._context.log.error("no socket for datagrams of %s: %s", self._subscription.topic, error)
+                else:
+                    protocols.append(self._datagrams.offer())
+        return protocols
 
     def _asked(self, attempt: int, value: Any, error: Exception | None) -> None:
         if attempt != self._attempt:
@@ -136,10 +159,34 @@ class Connector:
             self._retry()
             return
         match value:
+            case [1, str(), ["UDPROS", *_] as answer] if self._datagrams is not None:
+                self._receive_datagrams(self._datagrams, answer)
+            case [0, str(reason), _] if "tcp" not in self._subscription.hints.transports:
+                self._refuse(f"{self.uri} does not send {self._subscription.topic} in datagrams: {reason}")
             case [1, str(), ["TCPROS", str(host), int(port), *_]] if 0 < port < 65536:
+                self._close_datagrams()
                 connect(self._context.loop, host, port, STEP_TIMEOUT, lambda s, e: self._connected(attempt, s, e))
             case _:  # not a publisher (yet, or any more), or nonsense
                 self._retry()
+
+    def _receive_datagrams(self, link: DatagramInLink, answer: list[Any]) -> None:
+        from pyros1.node.datagrams import read_answer  # noqa: PLC0415
+
+        subscription = self._subscription
+        try:
+            found = read_answer(answer)
+            if found is None:
+                self._retry()
+                return
+            check_publisher_answer(found[0], subscription.topic, subscription.type, self.uri)
+        except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
+            self._refuse(str(refusal))
+            return
+        self._under_way = False
+        self.linked = True
+        self._rest = FIRST_REST
+        link.begin(*found)
+        subscription.add_local(link)
 
     def _connected(self, attempt: int, sock: socket.socket | None, error: Exception | None) -> None:
         if attempt != self._attempt:
@@ -232,6 +279,11 @@ class Connector:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+
+    def _close_datagrams(self) -> None:
+        datagrams, self._datagrams = self._datagrams, None
+        if datagrams is not None:
+            datagrams.close()
 
     def _close_socket(self) -> None:
         sock, self._sock = self._sock, None

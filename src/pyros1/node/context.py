@@ -13,6 +13,7 @@ from pyros1.net.loop import Loop, LoopThread
 from pyros1.node.readers import Readers
 
 if TYPE_CHECKING:
+    from pyros1.net.hosts import LocalAddress
     from pyros1.net.rpc_caller import RpcCaller
     from pyros1.node.callbacks import CallbackQueue
     from pyros1.node.log import Log
@@ -30,6 +31,7 @@ class Context:
         callbacks: where a node made for `spin` queues its callbacks; None when they run in the reader threads.
         environ: environment variables.
         uri: its slave API's address, once there is one.
+        address: where it listens and how it is reached, once that is known.
         stopping: set when the node begins to shut down; every wait ends then.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
     """
@@ -51,6 +53,7 @@ class Context:
         self.callbacks = callbacks
         self.environ = environ
         self.uri = ""
+        self.address: LocalAddress | None = None
         self.stopping = stopping
         self.publications: dict[str, Publication] = {}
 

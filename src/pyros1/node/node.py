@@ -35,6 +35,7 @@ from pyros1.node.service_server import ServiceServer
 from pyros1.node.services import Services
 from pyros1.node.slave import SlaveApi
 from pyros1.node.subscriber import Subscriber
+from pyros1.node.subscription import Hints
 from pyros1.node.topics import Topics
 from pyros1.node.values import private_parameter
 from pyros1.timing import Time
@@ -129,6 +130,7 @@ class Node:
         loop = self._context.loop
         address = host_from_environment(environ, self.arguments.special)
         self._host = address.advertised
+        self._context.address = address
         self._life.watch(handle_signals)
         for warning in address.warnings:
             self.log.warn("%s", warning)
@@ -223,6 +225,8 @@ class Node:
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
         arrays: str | None = None,
+        transports: Sequence[str] = ("tcp",),
+        max_datagram_size: int = 1500,
     ) -> Subscriber[_M]:
         """Subscribe to a topic.
 
@@ -235,17 +239,22 @@ class Node:
             tcp_nodelay: ask publishers to send small messages at once.
             arrays: what numeric arrays are made of: None for bytes (uint8) and tuples; "memoryview" or "numpy" for
                 read-only arrays of the field's type that refer to the received bytes, without a copy.
+            transports: what to ask publishers for, in the order of preference: "tcp" (TCPROS), "udp" (UDPROS: what is
+                lost on the way is lost, and nothing waits for it; see https://wiki.ros.org/ROS/UDPROS). rospy's
+                publishers have "tcp" only. The first subscriber of a topic in a node decides.
+            max_datagram_size: bytes of the largest datagram, for "udp".
 
         Raises:
+            ValueError: a transport or size that there is not.
             NodeError: this node subscribes to the topic with another type already.
             ImportError: "numpy" is asked for and not installed.
         """
         message_class: Any = load_message(type) if isinstance(type, str) else type
         if queue_size is not None and queue_size < 1:
             raise ValueError(f"queue_size must be at least 1, or None, not {queue_size}")
-        return self._topics.subscribe(
-            self.resolve(topic), message_class, callback, queue_size, tcp_nodelay, arrays=arrays
-        )
+        hints = Hints(tcp_nodelay, tuple(transports), max_datagram_size)
+        hints.check()
+        return self._topics.subscribe(self.resolve(topic), message_class, callback, queue_size, hints, arrays=arrays)
 
     def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
         """Wait for one message.

@@ -25,6 +25,7 @@ from pyros1.wire.outqueue import Frame
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
+    from pyros1.node.datagrams import DatagramLink
     from pyros1.node.subscription import Subscription
 
 _M = TypeVar("_M")
@@ -92,6 +93,7 @@ class Publication:
         self._local: tuple[LocalLink, ...] = ()  # and those that take messages
         self.handles = 0
         self.on_change: list[Callable[[], None]] = []
+        self._connections = itertools.count(1)  # of datagrams
         self._seq = itertools.count(1)  # from 1, as rospy (T22)
         self._latched: dict[object, Frame] = {}  # by publisher: each has its own, as in roscpp
         self._lock = threading.Lock()
@@ -169,6 +171,27 @@ class Publication:
         greeting = encode_header(answer)
         link_class = WaitingLink if self.queue_size is None else SubscriberLink
         self._add(link_class(self.context.loop, sock, header, greeting, self.queue_size, self._remove))
+
+    def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> DatagramLink:
+        """Take a subscriber that wants datagrams. On the loop.
+
+        Args:
+            header: its connection header.
+            place: its host and port.
+            size: bytes of the largest datagram.
+
+        Raises:
+            Refusal: it wants another type, or cannot be reached.
+        """
+        from pyros1.node.datagrams import DatagramLink  # noqa: PLC0415 - few nodes need it
+
+        answer = self._answer(header)
+        number = next(self._connections)
+        link = DatagramLink(self.context.loop, header, answer, place, size, number, self._remove)
+        if not link.connected:
+            raise Refusal(f"no datagrams can be sent to {place[0]}:{place[1]}")
+        self._add(link)
+        return link
 
     def connect_local(self, subscription: Subscription, uri: str, header: dict[str, str]) -> LocalLink:
         """Link a subscription of the same process, without a socket.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error, XmlRpcFault
 from pyros1.net.hosts import parse_uri
+from pyros1.wire.handshake import Refusal
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -163,7 +164,26 @@ class SlaveApi:
             if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
                 host, port = self._tcpros()
                 return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
+            if isinstance(protocol, list) and protocol and protocol[0] == "UDPROS":
+                answer = self._request_datagrams(topic, protocol)
+                if answer is not None:
+                    return answer
         return [0, "no supported protocol implementations", []]
+
+    def _request_datagrams(self, topic: str, offer: Triple) -> Triple | None:
+        """Link a subscriber that has offered a socket for datagrams (T58, T59)."""
+        from pyros1.node.datagrams import read_offer  # noqa: PLC0415 - few nodes need it
+
+        publication = self._context.publications[topic]
+        try:
+            wanted = read_offer(offer)
+            if wanted is None:
+                return None
+            link = publication.accept_datagrams(*wanted)
+        except (Refusal, Error) as refusal:
+            self._context.log.warn("refused datagrams for %s: %s", topic, refusal)
+            return [0, str(refusal), 0]
+        return [1, "", link.answer(self._tcpros()[0])]
 
     def _shutdown(self, reason: Any = "") -> Triple:
         if not isinstance(reason, str):

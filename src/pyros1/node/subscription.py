@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pyros1.errors import MessageError, NodeError
 from pyros1.msgs.large import layout
@@ -16,13 +16,38 @@ from pyros1.node.connector import Connector
 from pyros1.node.inlink import LARGE, InLink
 from pyros1.node.publisher import topic_type
 from pyros1.node.reader import Item, Reader, Source
+from pyros1.wire.datagram import DEFAULT_SIZE, LARGEST_SIZE, SMALLEST_SIZE
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
+    from pyros1.node.datagrams import DatagramInLink
     from pyros1.node.local import LocalLink
     from pyros1.node.publisher import Publication
     from pyros1.node.subscriber import Subscriber
+
+
+class Hints(NamedTuple):
+    """How a subscriber wants to be linked to publishers (roscpp's TransportHints, C11).
+
+    Attributes:
+        tcp_nodelay: ask publishers to send small messages at once.
+        transports: "tcp" and "udp", in the order of preference.
+        max_datagram_size: in bytes, for "udp".
+    """
+
+    tcp_nodelay: bool = True
+    transports: tuple[str, ...] = ("tcp",)
+    max_datagram_size: int = DEFAULT_SIZE
+
+    def check(self) -> None:
+        """Raise ValueError for a transport or size that there is not."""
+        if not self.transports or not set(self.transports) <= {"tcp", "udp"}:
+            raise ValueError(f"transports must be 'tcp', 'udp' or both, not {self.transports!r}")
+        if not SMALLEST_SIZE <= self.max_datagram_size <= LARGEST_SIZE:
+            raise ValueError(
+                f"max_datagram_size must be {SMALLEST_SIZE} to {LARGEST_SIZE}, not {self.max_datagram_size}"
+            )
 
 
 class Subscription:
@@ -32,19 +57,19 @@ class Subscription:
         context: the node.
         topic: full name.
         message_class: of the first subscriber; AnyMsg takes every type.
-        tcp_nodelay: ask publishers to send small messages at once.
+        hints: how to be linked to publishers.
     """
 
-    def __init__(self, context: Context, topic: str, message_class: type[Any], tcp_nodelay: bool) -> None:
+    def __init__(self, context: Context, topic: str, message_class: type[Any], hints: Hints) -> None:
         self.context = context
         self.topic = topic
         self.type = topic_type(message_class)
         self.subscribers: tuple[Subscriber[Any], ...] = ()
         self.on_change: list[Callable[[], None]] = []
-        self._tcp_nodelay = tcp_nodelay
+        self.hints = hints
         self._connectors: dict[str, Connector] = {}  # loop only
         self._in_links: tuple[InLink, ...] = ()
-        self._local_links: tuple[LocalLink, ...] = ()
+        self._local_links: tuple[LocalLink | DatagramInLink, ...] = ()
         self._latched: dict[int, tuple[Source, Item]] = {}  # as delivered
         self._arrived_latched: dict[int, tuple[Source, Item]] = {}  # in a node that spins: as arrived
         self._lock = threading.Lock()
@@ -111,7 +136,7 @@ class Subscription:
 
     def request_header(self) -> dict[str, str]:
         """Return the connection header to greet publishers with."""
-        return subscriber_header(self.context.name, self.topic, self.type, self._tcp_nodelay)
+        return subscriber_header(self.context.name, self.topic, self.type, self.hints.tcp_nodelay)
 
     def update_publishers(self, uris: list[str], complete: bool = True) -> None:
         """Take the master's list of publishers. On the loop.
@@ -155,13 +180,17 @@ class Subscription:
         """
         link = publication.connect_local(self, connector.uri, self.request_header())
         connector.linked = True
+        self.add_local(link)
+
+    def add_local(self, link: LocalLink | DatagramInLink) -> None:
+        """Take a link that hands over its messages itself. On the loop."""
         with self._lock:
             if link.connected:  # not so if the publisher ended meanwhile, on its own thread
                 self._local_links = (*self._local_links, link)
         self._changed()
 
-    def local_closed(self, link: LocalLink) -> None:
-        """A local publisher has ended its link. Any thread."""
+    def local_closed(self, link: LocalLink | DatagramInLink) -> None:
+        """A link that hands over its messages itself has ended. Any thread."""
         with self._lock:
             self._local_links = tuple(other for other in self._local_links if other is not link)
         self.reader.submit(lambda: self._forget(link))
@@ -191,7 +220,7 @@ class Subscription:
             callback()
 
     @property
-    def links(self) -> tuple[InLink | LocalLink, ...]:
+    def links(self) -> tuple[InLink | LocalLink | DatagramInLink, ...]:
         """The links that are up."""
         return self._in_links + self._local_links
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.errors import NodeError, WaitTimeoutError
 from pyros1.node.publisher import FAREWELL, Publication, Publisher
 from pyros1.node.subscriber import Subscriber, array_view
-from pyros1.node.subscription import Subscription
+from pyros1.node.subscription import Hints, Subscription
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -96,13 +96,14 @@ class Topics:
         message_class: Any,
         callback: Callable[[Any], object],
         queue_size: int | None = None,
-        tcp_nodelay: bool = True,
+        hints: Hints = Hints(),  # noqa: B008 - immutable
         direct: bool = False,
         arrays: str | None = None,
     ) -> Subscriber[Any]:
         """Subscribe to a topic; see ``Node.subscribe``.
 
         Args:
+            hints: how to be linked to publishers.
             direct: call from the reader thread even in a node that spins.
             arrays: see `array_view`.
         """
@@ -113,7 +114,7 @@ class Topics:
             subscription = self.subscriptions.get(name)
             new = subscription is None
             if subscription is None:
-                subscription = Subscription(context, name, message_class, tcp_nodelay)
+                subscription = Subscription(context, name, message_class, hints)
                 self.subscriptions = {**self.subscriptions, name: subscription}
             subscriber = Subscriber(subscription, message_class, callback, queue_size, self._unsubscribe, direct, view)
             try:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from pyros1.errors import Error, NodeError
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
+from pyros1.node.subscriber import Subscriber
 from pyros1.topic_tools.output import QUEUE_SIZE, Output
 
 Gate = Callable[[AnyMsg], bool]
@@ -22,30 +23,42 @@ class Relay:
         source: topic to subscribe to.
         output: where to.
         gate: what decides on each message; None: all pass.
+        transports: what publishers are asked for, as `Node.subscribe` has it.
 
     Raises:
         NodeError: both topics are the same.
     """
 
-    def __init__(self, node: Node, source: str, output: Output, gate: Gate | None = None) -> None:
+    def __init__(
+        self,
+        node: Node,
+        source: str,
+        output: Output,
+        gate: Gate | None = None,
+        transports: Sequence[str] = ("tcp",),
+    ) -> None:
         self.source = node.resolve(source)
         if self.source == output.topic:
             raise NodeError(f"{self.source} would be forwarded to itself")
         self._node = node
         self._output = output
         self._gate = gate
+        self._transports = transports
         self._unheard = threading.Event()  # the last message that came had no subscriber, or the node ends
         node.on_shutdown(self._unheard.set)
 
     def run(self) -> None:
         """Forward until the node shuts down."""
-        self._node.subscribe(self.source, AnyMsg, self._receive, queue_size=QUEUE_SIZE)
+        self._subscribe(self._receive)
         self._node.spin()
+
+    def _subscribe(self, callback: Callable[[AnyMsg], None]) -> Subscriber[AnyMsg]:
+        return self._node.subscribe(self.source, AnyMsg, callback, queue_size=QUEUE_SIZE, transports=self._transports)
 
     def run_lazy(self) -> None:
         """Forward until the node shuts down; stay subscribed only while the output has subscribers."""
         while self._node.ok():
-            with self._node.subscribe(self.source, AnyMsg, self._receive_heard, queue_size=QUEUE_SIZE):
+            with self._subscribe(self._receive_heard):
                 self._unheard.wait()
             self._unheard.clear()
             self._output.wait_until_heard()
@@ -62,7 +75,7 @@ class Relay:
         wanted = True
         while self._node.ok():
             if wanted and subscriber is None:
-                subscriber = self._node.subscribe(self.source, AnyMsg, self._receive, queue_size=QUEUE_SIZE)
+                subscriber = self._subscribe(self._receive)
             elif not wanted and subscriber is not None:
                 subscriber.unregister()
                 subscriber = None

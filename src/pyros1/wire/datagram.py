@@ -1,0 +1,89 @@
+"""UDPROS: frames in datagrams (https://wiki.ros.org/ROS/UDPROS; T57-T62). Pure.
+
+A datagram is the connection's number, an operation, the message's number (it wraps) and a block's, then a part of the
+frame. The first one has the operation DATA0 and tells how many blocks there are; the others are DATAN with their index.
+Nothing is repeated: a message of which a block is lost, or out of order, is lost.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+
+DATA0, DATAN = 0, 1
+DEFAULT_SIZE = 1500
+"""Bytes of the largest datagram, unless the subscriber asks for another size."""
+SMALLEST_SIZE, LARGEST_SIZE = 64, 65507
+MOST_BLOCKS = 0xFFFF
+MOST_BYTES = 1 << 30
+"""Of a message that is taken from a peer."""
+_HEAD = struct.Struct("<IBBH")
+_SIZE = struct.Struct("<I")
+
+
+def split(frame: bytes, connection: int, message: int, size: int) -> Iterator[bytes]:
+    """Yield the datagrams of a frame.
+
+    Args:
+        frame: the body's length, and the body, as TCPROS has it.
+        connection: its number, which the publisher has given it.
+        message: counts the messages; the lowest 8 bits are used.
+        size: bytes of the largest datagram.
+
+    Raises:
+        ValueError: the frame would need more than MOST_BLOCKS blocks.
+    """
+    room = size - _HEAD.size
+    blocks = -(-len(frame) // room)
+    if blocks > MOST_BLOCKS:
+        raise ValueError(f"{len(frame)} bytes are too many for datagrams of {size}")
+    for index in range(blocks):
+        kind, block = (DATAN, index) if index else (DATA0, blocks)
+        yield _HEAD.pack(connection, kind, message & 0xFF, block) + frame[index * room : (index + 1) * room]
+
+
+class Assembler:
+    """Makes message bodies of one connection's datagrams.
+
+    Args:
+        connection: the connection's number; what has another one is ignored.
+
+    Attributes:
+        lost: messages that were begun and not completed.
+    """
+
+    def __init__(self, connection: int) -> None:
+        self.lost = 0
+        self._connection = connection
+        self._message = 0
+        self._blocks = 0  # of the message that is on its way; 0: none is
+        self._parts: list[bytes] = []
+
+    def feed(self, datagram: bytes) -> bytes | None:
+        """Take a datagram; return a message's body if it is complete, else None."""
+        if len(datagram) < _HEAD.size:
+            return None
+        connection, kind, message, block = _HEAD.unpack_from(datagram)
+        if connection != self._connection or kind not in (DATA0, DATAN):
+            return None
+        if kind == DATA0:
+            self._drop()
+            self._message = message
+            self._blocks = block if block * len(datagram) <= MOST_BYTES else 0
+        elif message != self._message or block != len(self._parts):
+            self._drop()
+        if self._blocks:
+            self._parts.append(datagram[_HEAD.size :])
+        return self._body() if self._blocks and len(self._parts) == self._blocks else None
+
+    def _body(self) -> bytes | None:
+        frame = b"".join(self._parts)
+        self._parts, self._blocks = [], 0
+        if len(frame) >= _SIZE.size and _SIZE.unpack_from(frame)[0] == len(frame) - _SIZE.size:
+            return frame[_SIZE.size :]
+        self.lost += 1
+        return None
+
+    def _drop(self) -> None:
+        self.lost += bool(self._parts)
+        self._parts, self._blocks = [], 0
