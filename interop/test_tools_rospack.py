@@ -189,7 +189,7 @@ ODD = {
     "folder_c/package.xml": CATKIN.format(1, "c", "<run_depend>std_msgs</run_depend><!-- <metapackage/> -->"),
     "all/package.xml": CATKIN.format(2, "all", "<exec_depend>a</exec_depend><export><metapackage/></export>"),
     "deep/x/y/dup/package.xml": CATKIN.format(1, "dup", ""),
-    "dup/package.xml": CATKIN.format(1, "dup", ""),
+    "../more/dup/package.xml": CATKIN.format(1, "dup", ""),  # below one folder stock takes any of them
     "ignored/package.xml": CATKIN.format(1, "ignored", ""),
     "ignored/CATKIN_IGNORE": "",
     "a/nested/package.xml": CATKIN.format(1, "nested", ""),
@@ -247,7 +247,7 @@ def odd(environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         file = tmp_path / "src" / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path / 'src'}:{tmp_path / 'more'}")
     return dict(os.environ)
 
 
