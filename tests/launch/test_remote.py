@@ -131,6 +131,34 @@ def test_that_it_was_started_is_said_before_what_it_says_and_how_it_ends(capsys:
     assert (process.alive, process.exit_code, process.spawn_count) == (False, 3, 1)
 
 
+def test_a_start_that_is_confirmed_too_late_is_undone(monkeypatch: pytest.MonkeyPatch, environ: dict[str, str]) -> None:
+    """It was told that it could not be started."""
+    monkeypatch.setattr("pyros1.launch.remote_process.ANSWER_TIME", 0.01)
+    said, out, err = [], io.StringIO(), io.StringIO()
+    started: list[RemoteProcess] = []
+
+    class Slow:
+        lost, master_uri, plan = False, "http://me:1/", MachinePlan("robot", "robot.example")
+
+        def send(self, message: dict[str, Any]) -> None:
+            said.append((message["do"], message.get("number")))
+
+    def kind(spec: ProcessSpec, on_exit: Any, warden: Any, screen: Any) -> RemoteProcess:
+        process = RemoteProcess(spec, on_exit, screen=screen)
+        process.attach(Slow(), NodePlan("far", "brief", "it", "/"), "run")  # type: ignore[arg-type]
+        started.append(process)
+        return process
+
+    supervisor = Supervisor(Console(out, err))
+    assert not supervisor.start(ProcessSpec("it-1", "/it", ["far/brief"], {}, ""), kind)
+    assert "no answer in time" in err.getvalue()
+    started[0].heard({"event": "started", "pid": 7})
+    started[0].heard({"event": "ended", "code": -9})
+    assert said == [("start", None), ("signal", signal.SIGKILL)]
+    assert not started[0].alive and "started with pid" not in out.getvalue() + err.getvalue()
+    assert supervisor.run() == "all processes on machine have died, roslaunch will exit"
+
+
 def test_output_goes_to_files_over_there(bench: Bench, tmp_path: Path) -> None:
     assert bench.start("brief")
     bench.supervisor.run()

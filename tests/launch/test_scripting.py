@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -89,6 +90,23 @@ def test_nodes_one_by_one(uri: str) -> None:
         launch.launch(Node("scripted", "run"))
 
 
+def test_a_node_gets_the_environment_of_the_moment(uri: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "scripted" / "tell").write_text('#!/bin/sh\necho "$SETTING" > "$ROS_HOME/told"\n')
+    (tmp_path / "scripted" / "tell").chmod(0o755)
+    launch = ROSLaunch()
+    launch.start()
+    try:
+        monkeypatch.setenv("SETTING", "later")
+        process = launch.launch(Node("scripted", "tell"))
+        deadline = time.monotonic() + DEADLINE
+        while process.is_alive():
+            assert time.monotonic() < deadline
+            launch.spin_once()
+    finally:
+        launch.stop()
+    assert (tmp_path / "home" / "told").read_text() == "later\n"
+
+
 def test_files_with_arguments_and_a_listener(uri: str, tmp_path: Path) -> None:
     run_id = get_or_generate_uuid(None, False)
     assert Path(configure_logging(run_id)) == tmp_path / "log" / run_id
@@ -156,6 +174,7 @@ def test_arguments_of_a_node() -> None:
 
 PROGRAM = """
 import sys
+import time
 from pyros1.launch.scripting import Node, ROSLaunch
 launch = ROSLaunch()
 launch.start()

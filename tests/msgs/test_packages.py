@@ -85,6 +85,28 @@ def test_of_one_name_the_one_directly_in_the_folder_counts(tmp_path: Path) -> No
         assert next(found.folder for found in all_packages(environ, roots=roots) if found.name == name) == str(folder)
 
 
+@pytest.mark.parametrize("way", ["stock/share/.", "./stock//share/", "stock/./share/./"])
+def test_needless_dots_and_slashes_mean_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str) -> None:
+    make_package(tmp_path / "stock/share/p")
+    program = tmp_path / "stock/lib/p/prog"
+    program.parent.mkdir(parents=True)
+    program.touch(mode=0o755)
+    monkeypatch.chdir(tmp_path)
+    for root in (way, str(tmp_path) + "/" + way):
+        packages = PackageIndex({"ROS_PACKAGE_PATH": root}, installs=[], own=tmp_path / "own")
+        assert packages.find("p").resolve() == tmp_path / "stock/share/p"
+        assert [path.resolve() for path in packages.find_executable("p", "prog")] == [program]
+        assert packages.executables("p") == ["prog"]
+        assert str(packages.places()[0][0]) == str(Path(root))
+
+
+def test_a_package_whose_folder_is_searched_by_a_dot_has_its_name(tmp_path: Path) -> None:
+    folder = tmp_path / "manif"
+    folder.mkdir()
+    (folder / "manifest.xml").write_text("<package/>")
+    assert PackageIndex({"ROS_PACKAGE_PATH": f"{folder}/."}, installs=[], own=tmp_path / "own").list() == ["manif"]
+
+
 def test_a_package_directly_in_a_folder_is_found_without_a_look_at_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -278,6 +278,20 @@ def test_what_a_replaced_publisher_refused_is_tried_with_the_new_one(
     got.wait()
 
 
+def test_a_replaced_publisher_of_which_one_notice_came_is_tried_again(
+    make_node: Any, fake_node: Any, collect: Any
+) -> None:
+    """The master joins notices that wait: the list is the same before and after."""
+    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    fake.publish("/t")
+    subscriber = listener.subscribe("t", Float64, got)
+    sock, _ = fake.accept()
+    listener._context.loop.run(subscriber._subscription.update_publishers, [fake.uri])
+    sock.sendall(encode_header({"error": "it is of another type"}))  # that of the old one
+    fake.accept_subscriber().sendall(frame(1))
+    got.wait()
+
+
 def test_unreachable_publishers_delay_no_other(
     make_node: Any, fake_node: Any, collect: Any, free_port: int, transport: str
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import os
 import re
 from pathlib import Path
@@ -263,3 +264,25 @@ def test_log_after_the_end(make_node: Any, capsys: Any) -> None:
     node.shutdown()
     node.log.info("goodbye")
     assert "goodbye" in capsys.readouterr().out
+
+
+def test_an_error_is_told_though_no_file_can_be_opened(
+    make_node: Any, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    node = make_node("node")
+    real = builtins.__import__
+
+    def refuse(name: str, *rest: Any, **more: Any) -> Any:
+        if name == "traceback":
+            raise OSError(24, "Too many open files")
+        return real(name, *rest, **more)
+
+    def publish(record: Any) -> None:
+        raise OSError(24, "Too many open files")
+
+    node._sink.publish = publish
+    with monkeypatch.context() as patch:
+        patch.setattr(builtins, "__import__", refuse)
+        node.log.exception("bad callback", ValueError("five"))
+    said = capfd.readouterr().err
+    assert "bad callback\nValueError: five" in said and "cannot publish what was logged" in said

@@ -167,6 +167,90 @@ def test_a_system_without_more_threads_costs_no_message(
     assert sorted(item.data for item in got.wait(800)) == sorted(list(range(200)) * 4)
 
 
+@pytest.fixture
+def no_more_threads(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """While names are in the list, no reader thread is started but the first; the refused ones' names come into it."""
+    start, refused = threading.Thread.start, ["none yet"]
+
+    def refuse(thread: threading.Thread) -> None:
+        if refused and ":reader" in thread.name and not thread.name.endswith("reader1"):
+            refused.append(thread.name)
+            raise RuntimeError("can't start new thread")
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    return refused
+
+
+def test_a_busy_topic_does_not_starve_others_without_more_threads(
+    make_node: Any, fake_node: Any, collect: Any, watch_log: Any, in_thread: Any, no_more_threads: list[str]
+) -> None:
+    fake, listener, busy, rare = fake_node("/fake"), make_node("listener"), collect(), collect()
+    log, ended = watch_log(listener), threading.Event()
+    fake.publish("/busy")
+    listener.subscribe("busy", Float64, busy)
+    first = fake.accept_subscriber()
+
+    def publish() -> None:
+        while not ended.wait(0.002):
+            first.sendall(Float64._encode_frame(Float64(1)))
+
+    running = in_thread(publish)
+    busy.wait(20)
+    fake.publish("/rare")
+    listener.subscribe("rare", Float64, rare)
+    second = fake.accept_subscriber()
+    for number in range(5):
+        second.sendall(Float64._encode_frame(Float64(number)))
+        rare.wait(number + 1)
+    assert len(no_more_threads) > 2
+    no_more_threads.clear()  # there are some again
+    second.sendall(Float64._encode_frame(Float64(5)))
+    rare.wait(6)
+    ended.set()
+    running.join()
+    assert len([text for text in log.texts if "topics wait for each other" in text]) == 1
+
+
+def test_a_subscription_for_which_there_is_no_thread_leaves_nothing(
+    make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    talker, listener, got = make_node("talker"), make_node("listener"), collect()
+    with monkeypatch.context() as patch:
+        patch.setattr(readers.Readers, "wake", lambda *_: (_ for _ in ()).throw(RuntimeError("can't start new thread")))
+        with pytest.raises(RuntimeError, match="new thread"):
+            listener.subscribe("t", Float64, got)
+    listener.subscribe("t", Float64, got)
+    publisher = talker.advertise("t", Float64)
+    assert publisher.wait_for_subscribers(timeout=5)
+    publisher.publish(1)
+    got.wait(1)
+
+
+def test_an_error_that_cannot_be_told_ends_no_thread(
+    make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """As when the system opens no more files: what tells of errors loads modules."""
+    talker, listener, got = make_node("talker"), make_node("listener"), collect()
+    subscriber = listener.subscribe("t", Float64, got)
+
+    def fail(*_: object) -> None:
+        raise OSError(24, "Too many open files")
+
+    reported = threading.Event()
+    with monkeypatch.context() as patch:
+        patch.setattr(type(listener.log), "exception", fail)
+        for _ in range(4):  # more than there are threads
+            subscriber._subscription.reader.submit(fail)
+        listener._context.loop.call_soon(fail)
+        listener._context.loop.call_soon(reported.set)
+        assert reported.wait(5)
+    publisher = talker.advertise("t", Float64, queue_size=10)
+    assert publisher.wait_for_subscribers(timeout=5)
+    publisher.publish(1)
+    got.wait(1)
+
+
 def test_a_fault_does_not_end_a_thread(make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     listener, talker, got = make_node("listener"), make_node("talker"), collect()
     subscriber = listener.subscribe("t", Float64, got)

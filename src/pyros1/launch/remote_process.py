@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import signal
 import sys
 import threading
 import time
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from pyros1.launch.remote import Machine
 
 _LOST = 255
+ANSWER_TIME = 10.0
+"""Seconds in which the other machine has to say that a node was started."""
 
 
 class RemoteProcess(Process):
@@ -31,6 +34,7 @@ class RemoteProcess(Process):
         self._announce: Callable[[Process], object] = lambda process: None
         self._pid = 0
         self._running = False
+        self._given_up = False  # its start was not answered in time
 
     @property
     def pid(self) -> int:
@@ -64,6 +68,7 @@ class RemoteProcess(Process):
         if node.namespace.strip("/"):
             env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
         self._answer = None
+        self._given_up = False
         self._announce = announce
         self._answered.clear()
         self._ended = threading.Event()
@@ -82,12 +87,14 @@ class RemoteProcess(Process):
                 "again": bool(self.spawn_count),
             }
         )
-        self._answered.wait(10.0)
+        self._answered.wait(ANSWER_TIME)
         answer = self._answer
         if answer is None:
             self.stranded = self._machine.lost
+            self._given_up = not self.stranded
         if answer is None or answer.get("event") != "started":
-            why = answer.get("why") if answer else "the connection is lost"
+            silent = "there was no answer in time" if self._given_up else "the connection is lost"
+            why = answer.get("why") if answer else silent
             raise OSError(0, str(why), f"machine {self._machine.plan.name}")
 
     def heard(self, message: dict[str, Any]) -> None:
@@ -97,7 +104,11 @@ class RemoteProcess(Process):
             stream = sys.stderr if message.get("stream") == 2 else sys.stdout
             self._show(str(message.get("text", "")), stream)
         elif event == "ended":
-            self._over(int(message.get("code", 0)))
+            if self._running:
+                self._over(int(message.get("code", 0)))
+        elif self._given_up:
+            if event == "started":  # too late: nobody here knows of it any more
+                self._machine.send({"do": "signal", "label": self.spec.label, "number": int(signal.SIGKILL)})
         else:
             self._pid = int(message.get("pid", 0))
             self._running = event == "started"

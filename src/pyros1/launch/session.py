@@ -255,11 +255,12 @@ class Session:
             self._start_core_nodes(self._core, self._starter)
         self._param_actions()
         self._set_params()
-        for node in self.plan.nodes:
-            if self._stop.is_set():
-                return
-            if not (self.options.local and self._starter.is_remote(node)):
-                self._starter.start(node)
+        with self._starter.many():
+            for node in self.plan.nodes:
+                if self._stop.is_set():
+                    return
+                if not (self.options.local and self._starter.is_remote(node)):
+                    self._starter.start(node)
         if self._core is not None:
             self._core.await_rosout()
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -72,8 +73,14 @@ class Starter:
     _machines: dict[str, Machine] = field(default_factory=dict)
     _gate: Gate | None = None
 
-    def __post_init__(self) -> None:
-        self.environ = dict(self.environ)  # os.environ decodes each value each time, for each of many nodes
+    @contextlib.contextmanager
+    def many(self) -> Iterator[None]:
+        """Start many nodes with the environment as it is now: os.environ would decode each value for each of them."""
+        before, self.environ = self.environ, dict(self.environ)
+        try:
+            yield
+        finally:
+            self.environ = before
 
     def connect(self) -> None:
         """Connect to all machines that nodes are to run on, before any node runs.

@@ -58,7 +58,11 @@ def _prefixes(environ: Mapping[str, str]) -> _Names:
 
 def _plain(folders: Iterable[str]) -> _Names:
     """Return the names of folders without needless slashes and dots, those that are not empty."""
-    return [re.sub(r"/(\.?/)+", "/", folder).rstrip("/") or "/" for folder in folders if folder]
+    result = []
+    for folder in filter(None, folders):
+        path = "/".join(part for part in folder.split("/") if part not in ("", "."))
+        result.append(f"/{path}" if folder[0] == "/" else path or ".")
+    return result
 
 
 def _python_folders() -> _Names:

@@ -7,6 +7,7 @@ Callbacks must not block. ``call_soon``, ``call_later``, ``run``, ``start`` and 
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 import math
 import os
@@ -243,8 +244,12 @@ class Loop:
         return result[0]
 
     def report(self, error: BaseException) -> None:
-        """Hands an unexpected error to ``on_error``."""
-        self._on_error(error)
+        """Hands an unexpected error to ``on_error``; what that raises ends nothing."""
+        try:
+            self._on_error(error)
+        except Exception as other:  # noqa: BLE001 - the loop must go on
+            with contextlib.suppress(Exception):
+                sys.stderr.write(f"{self.name}: {error!r}, and that could not be told: {other!r}\n")
 
     # ---- on the loop
 
@@ -328,7 +333,7 @@ class Loop:
                 try:
                     callback(mask)
                 except Exception as error:  # noqa: BLE001 - one socket's failure must not end the others
-                    self._on_error(error)
+                    self.report(error)
         if timers and timers[0][0] <= monotonic():
             self._run_timers()
         # Only those queued by now: a call that queues itself must not starve the sockets.
@@ -337,7 +342,7 @@ class Loop:
             try:
                 fn(*args)
             except Exception as error:  # noqa: BLE001 - as above
-                self._on_error(error)
+                self.report(error)
 
     def _wait(self, timeout: float | None) -> Iterable[tuple[int, int]]:
         select = self._selector.select
@@ -361,7 +366,7 @@ class Loop:
             try:
                 handle._run()
             except Exception as error:  # noqa: BLE001 - as above
-                self._on_error(error)
+                self.report(error)
 
     def _close(self) -> None:
         with self._lock:

@@ -57,6 +57,7 @@ class Connector:
         self._rest = FIRST_REST
         self._ended = False
         self._again = False  # announced anew while an attempt was under way, whose answer may be that of the old one
+        self._told = ""  # why it refused us
         self._attempt = 0  # answers to older attempts are ignored
         self._under_way = False
         self._timer: TimerHandle | None = None
@@ -71,9 +72,11 @@ class Connector:
 
     def announced(self) -> None:
         """The master lists the publisher, again or for the first time."""
-        self._again = self._again or self._ended
+        # Notices of a publisher that left and one that came may have become one.
+        self._again = self._under_way
         self._ended = False
         if not (self.linked or self._under_way):
+            self._told = ""
             self._rest = FIRST_REST
             self._start()
 
@@ -199,7 +202,8 @@ class Connector:
         self._sock = sock
         subscription = self._subscription
         keep_alive(sock)
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        with contextlib.suppress(OSError):  # some systems say so here that the peer has gone; reading tells, too
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         reader = HeaderReader()
         self._unsent = encode_header(subscription.request_header())
         self._context.loop.register(
@@ -260,7 +264,8 @@ class Connector:
         self._subscription.link(self, InLink(sock, self.uri, header, reader.rest))
 
     def _refuse(self, reason: str) -> None:
-        if not self._ended:
+        if not self._ended and reason != self._told:
+            self._told = reason
             self._context.log.error("%s", reason)
         if self._again or self._ended:
             self._retry()

@@ -100,7 +100,11 @@ class LogSink:
             stream.flush()
         self.write_file(record)
         if self.publish is not None:
-            self.publish(record)
+            try:
+                self.publish(record)
+            except Exception as error:  # noqa: BLE001 - such as that no more files can be opened
+                with contextlib.suppress(OSError, ValueError, AttributeError):
+                    sys.stderr.write(f"WARNING: cannot publish what was logged: {error}\n")
 
     def format(self, record: Record, simulated: bool) -> str:
         """Return the record as ROSCONSOLE_FORMAT says (N31)."""
@@ -203,10 +207,13 @@ class Log:
 
     def exception(self, text: str, error: BaseException) -> None:
         """Log an error in user code with its traceback."""
-        import traceback  # noqa: PLC0415 - it takes as long to load as much of a node
+        try:
+            from traceback import format_exception  # noqa: PLC0415 - it takes as long to load as much of a node
 
-        lines = traceback.format_exception(type(error), error, error.__traceback__)
-        self._log(ERROR, f"{text}\n{''.join(lines).rstrip()}", (), None, False)
+            trace = "".join(format_exception(type(error), error, error.__traceback__)).rstrip()
+        except Exception:  # noqa: BLE001 - it cannot be loaded when no more files can be opened
+            trace = f"{type(error).__name__}: {error}"
+        self._log(ERROR, f"{text}\n{trace}", (), None, False)
 
     def _log(self, level: int, text: object, args: tuple[object, ...], throttle: float | None, once: bool) -> None:
         sink = self._sink

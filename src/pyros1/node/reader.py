@@ -184,11 +184,17 @@ class Reader:
             self._owner = threading.get_ident()
             try:
                 self._work()
-            finally:
-                self._owner = 0
-                self._ownership.release()
+            except BaseException:
+                self._give_back()
+                self._readers.wake(self)  # for what was left
+                raise
+            self._give_back()
             if self._closed:
                 return
+
+    def _give_back(self) -> None:
+        self._owner = 0
+        self._ownership.release()
 
     def _work(self) -> None:
         while not self._closed and (self._new or self._readable or self._jobs or self._local):
@@ -260,7 +266,9 @@ class Reader:
         more than the sending. So a flood is let gather for a moment.
         """
         few, messages, size, last = 0, link.messages, link.bytes_received, perf_counter()
-        while not (self._closed or self._new or self._jobs or self._local) and self._receive(link, wait=True):
+        while not (self._closed or self._new or self._jobs or self._local) and self._readers.someone_waits:
+            if not self._receive(link, wait=True):
+                break
             now = perf_counter()
             count, messages = link.messages - messages, link.messages
             if now - last > count * FLOOD or link.bytes_received - size > LITTLE:

@@ -8,6 +8,8 @@ with hundreds of idle links has two, and the callbacks of different topics never
 
 from __future__ import annotations
 
+import contextlib
+import sys
 import threading
 from collections import deque
 from time import perf_counter
@@ -47,6 +49,7 @@ class Readers:
         self._woken: deque[Channel] = deque()
         self._lock = threading.Lock()
         self._waiting = 0
+        self._refused = False  # the system would start no further thread
         self._threads: set[threading.Thread] = set()
         self._started = 0
         self._closed = False
@@ -99,9 +102,10 @@ class Readers:
             self._threads.add(thread)
             try:
                 thread.start()
-            except RuntimeError:  # the system has no more threads; who is busy now will wait afterwards
+            except RuntimeError as error:  # the system has no more threads; who is busy now will wait afterwards
                 self._leave(thread)
-                raise
+                raise RuntimeError(f"topics wait for each other: {error}") from error
+            self._refused = False
 
     def _work(self) -> None:
         wait = self._poller.wait
@@ -119,16 +123,30 @@ class Readers:
                 if alone:
                     self._keep_one_waiting()
             except RuntimeError as error:
-                self._on_error(error)
+                if not self._refused:
+                    self._refused = True
+                    self._report(error)
             try:
                 self._run(fd)
             except BaseException as error:  # noqa: BLE001  a fault of ours; the other subscriptions must go on
-                self._on_error(error)
+                self._report(error)
             finally:
                 with self._lock:
                     self._waiting += 1
         with self._lock:
             self._leave(threading.current_thread())
+
+    def _report(self, error: BaseException) -> None:
+        try:
+            self._on_error(error)
+        except Exception as other:  # noqa: BLE001  this thread must go on
+            with contextlib.suppress(Exception):
+                sys.stderr.write(f"{self._name}: {error!r}, and that could not be told: {other!r}\n")
+
+    @property
+    def someone_waits(self) -> bool:
+        """Whether a thread is free for what comes next; one that is not needed may stay away then."""
+        return self._waiting > 0
 
     def _leave(self, thread: threading.Thread) -> None:
         """The thread does not wait any more. With the lock."""

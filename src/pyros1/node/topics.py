@@ -119,9 +119,11 @@ class Topics:
             subscriber = Subscriber(subscription, message_class, callback, queue_size, self._unsubscribe, direct, view)
             try:
                 subscription.add(subscriber)
-            except NodeError:
+            except BaseException:
                 if new:
                     self._drop_subscription(subscription)
+                else:
+                    subscription.remove(subscriber)
                 raise
         if new:
             try:
