@@ -238,22 +238,28 @@ def test_compressed_data_may_be_in_several_frames(tmp_path: Path) -> None:
 
 
 def test_what_is_not_ros_1_is_left_out_and_named(run: Run, tmp_path: Path) -> None:
-    parts = [schema(), channel(1, "/a", **{"md5sum": "?", "no name": "x", "ö": "x", "latching": "1"})]
+    parts = [
+        schema(),
+        channel(1, "/a", **{"md5sum": "?", "no name": "x", "ö": "x", "a=b": "x", "my-field": "y", "latching": "1"}),
+    ]
     parts += [channel(2, "/json", "json", 0), channel(3, "/none", kind=0)]
     parts += [schema(2, "p/Idl", "ros2idl"), channel(4, "/idl", kind=2), channel(8, "/quiet")]
+    parts += [schema(4, "std_msgs/msg/String"), channel(9, "/ros2", kind=4)]
     parts += [schema(3, "p/Wrong", data=b"Nowhere x"), channel(5, "/wrong", kind=3)]
-    write(tmp_path / "x.mcap", *parts, *(message(n, n) for n in (1, 2, 3, 4, 5, 1)), profile="")
+    write(tmp_path / "x.mcap", *parts, *(message(n, n) for n in (1, 2, 3, 4, 9, 5, 1)), profile="")
     code, out, err = run("import", "x.mcap")
     assert (code, out) == (0, "x.bag: 2 messages of 2 topics\n")
-    assert err.splitlines()[:3] == [
+    assert err.splitlines()[:4] == [
         "WARNING: /json is left out: its messages are encoded as 'json', not 'ros1'",
         "WARNING: /none is left out: there is no definition of its type",
         "WARNING: /idl is left out: the definition of p/Idl is encoded as 'ros2idl', not 'ros1msg'",
+        "WARNING: /ros2 is left out: 'std_msgs/msg/String' is no name of a type of ROS 1",
     ]
-    assert err.splitlines()[3].startswith("WARNING: /wrong is left out: the definition of its type is wrong: ")
+    assert err.splitlines()[4].startswith("WARNING: /wrong is left out: the definition of its type is wrong: ")
     with pyros1.bag.open(tmp_path / "x.bag") as bag:
         assert bag.topics == {"/a": "std_msgs/String", "/quiet": "std_msgs/String"}
-        assert bag.connections[0].latching and "no name" not in bag.connections[0].header
+        assert bag.connections[0].latching and bag.connections[0].header["my-field"] == b"y"
+        assert not {"no name", "ö", "a=b", "a"} & bag.connections[0].header.keys()
     write(tmp_path / "y.mcap", channel(2, "/json", "json", 0), message(2, 0), profile="")
     code, _, err = run("import", "y.mcap")
     assert (code, "no messages of ROS 1 that could be imported: /json: its messages" in err) == (1, True), err

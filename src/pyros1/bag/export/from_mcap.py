@@ -13,8 +13,10 @@ from pyros1.bag.export.mcap import ROS1_ENCODING, ROS1_SCHEMA, Channel
 from pyros1.bag.export.mcap_reader import McapReader
 from pyros1.errors import MessageError
 from pyros1.msgs import from_definition
+from pyros1.msgs.spec import is_type_name
 
 _MD5SUM = re.compile(r"[0-9a-f]{32}|\*")
+_FIELD_NAME = re.compile("[!-<>-~]+")
 _LATCHING = {"true": "1", "false": "0"}
 """What MCAP's profile says -> what connection headers say; other writers keep the latter."""
 _NOT_FROM_METADATA = ("type", "md5sum", "message_definition")
@@ -78,6 +80,8 @@ class _Import:
             raise _NotRos1("there is no definition of its type")
         if schema.encoding != ROS1_SCHEMA:
             raise _NotRos1(f"the definition of {schema.name} is encoded as {schema.encoding!r}, not {ROS1_SCHEMA!r}")
+        if not is_type_name(schema.name):
+            raise _NotRos1(f"{schema.name!r} is no name of a type of ROS 1")
         md5sum = channel.metadata.get("md5sum", "")
         if not _MD5SUM.fullmatch(md5sum):
             try:
@@ -88,7 +92,7 @@ class _Import:
         fields = {name: text.encode("utf-8", "surrogateescape") for name, text in texts.items()}
         fields["message_definition"] = schema.data
         for name, text in channel.metadata.items():
-            if name in _NOT_FROM_METADATA or not name.isidentifier() or not name.isascii():
+            if name in _NOT_FROM_METADATA or not _FIELD_NAME.fullmatch(name):
                 continue
             value = _LATCHING.get(text.lower(), text) if name == "latching" else text
             fields[name] = value.encode("utf-8", "surrogateescape")
