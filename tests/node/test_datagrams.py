@@ -158,6 +158,17 @@ def test_bad_offers_are_refused_and_tcp_is_still_there(make_node: Any, call_node
     assert call_node(talker, "requestTopic", "/x", "/t", [["TCPROS"]])[2][0] == "TCPROS"
 
 
+def test_there_is_an_end_to_subscribers(make_node: Any, call_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.publisher.MOST_LINKS", 3)
+    talker = make_node("talker")
+    talker.advertise("t", Float64)
+    fields = {"callerid": "/x", "topic": "/t", "type": "std_msgs/Float64", "md5sum": Float64._md5sum}
+    offer = ["UDPROS", encode_header(fields)[4:], "localhost", 9, 1500]
+    answers = [call_node(talker, "requestTopic", "/x", "/t", [offer]) for _ in range(5)]
+    assert [code for code, _, _ in answers] == [1, 1, 1, 0, 0] and "3 subscribers" in answers[-1][1]
+    assert len({answer[2][3] for answer in answers[:3]}) == 3, "each has a number of its own"
+
+
 def test_a_subscriber_that_has_gone_is_noticed(make_node: Any, collect: Any) -> None:
     talker, got = make_node("talker"), collect()
     publisher = talker.advertise("t", Float64)

@@ -163,8 +163,7 @@ class Publication:
             Refusal: the subscriber wants another type.
         """
         answer = self._answer(header)
-        if len(self.links) >= MOST_LINKS:
-            raise Refusal(f"[{self.topic}] has {MOST_LINKS} subscribers already")
+        self._check_room()
         keep_alive(sock)
         if is_true(header.get("tcp_nodelay")):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -186,6 +185,7 @@ class Publication:
         from pyros1.node.datagrams import DatagramLink  # noqa: PLC0415 - few nodes need it
 
         answer = self._answer(header)
+        self._check_room()
         number = next(self._connections)
         link = DatagramLink(self.context.loop, header, answer, place, size, number, self._remove)
         if not link.connected:
@@ -207,6 +207,10 @@ class Publication:
         link = LocalLink(subscription, uri, header, answer, self.queue_size, self._remove)
         self._add(link)
         return link
+
+    def _check_room(self) -> None:
+        if len(self.links) >= MOST_LINKS:
+            raise Refusal(f"[{self.topic}] has {MOST_LINKS} subscribers already")
 
     def _answer(self, header: dict[str, str]) -> dict[str, str]:
         if self._closed:
