@@ -9,7 +9,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 
 import pytest
@@ -161,8 +161,9 @@ def test_rosconsole_l176(tools: Path, launcher: Master, talker: Peer) -> None:
         assert bool(ours[2]) == bool(stock[2])
 
 
-def test_rosconsole_echo_l176(tools: Path, launcher: Master, talker: Peer) -> None:
+def test_rosconsole_echo_l176(tools: Path, launcher: Master, talker: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
     """Stock's has colours in a pipe, and bold names even with --nocolor; ours has them on a terminal only."""
+    monkeypatch.setitem(globals(), "LIMIT", 25.0)
     for command in ("rosconsole echo -1 --nocolor misc", "rosconsole echo --once -l error --topic /rosout --nocolor"):
         program, *words = command.split()
         with ThreadPoolExecutor(2) as pool:
@@ -171,6 +172,7 @@ def test_rosconsole_echo_l176(tools: Path, launcher: Master, talker: Peer) -> No
             while not (stock.done() and ours.done()):
                 talker.tell("log", "error", "bad")
                 talker.event("logged", "error")
+                wait([stock, ours], timeout=0.05)  # a flood would leave them no time to start
         code, out, _ = stock.result()
         assert ours.result()[:2] == (code, out.replace("\x1b[1m", "").replace("\x1b[21m", "")) and code == 0
 
