@@ -11,7 +11,7 @@ from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.wire.datagram import split
 from pyros1.wire.header import encode_header
 
-UDP = {"transports": ("udp",)}
+UDP = {"transports": "udp"}
 
 
 @pytest.fixture(autouse=True)
@@ -229,6 +229,7 @@ def test_who_does_not_keep_up_loses_messages_and_holds_nobody_up(make_node: Any,
     [
         ({"transports": ()}, "transports"),
         ({"transports": ("tcp", "carrier pigeon")}, "carrier pigeon"),
+        ({"transports": "UDP"}, "not .'UDP'"),
         ({"transports": ("udp",), "max_datagram_size": 10}, "64 to 65507"),
         ({"transports": ("udp",), "max_datagram_size": 70000}, "64 to 65507"),
     ],

@@ -225,7 +225,7 @@ class Node:
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
         arrays: str | None = None,
-        transports: Sequence[str] = ("tcp",),
+        transports: str | Sequence[str] = ("tcp",),
         max_datagram_size: int = 1500,
     ) -> Subscriber[_M]:
         """Subscribe to a topic.
@@ -239,9 +239,10 @@ class Node:
             tcp_nodelay: ask publishers to send small messages at once.
             arrays: what numeric arrays are made of: None for bytes (uint8) and tuples; "memoryview" or "numpy" for
                 read-only arrays of the field's type that refer to the received bytes, without a copy.
-            transports: what to ask publishers for, in the order of preference: "tcp" (TCPROS), "udp" (UDPROS: what is
-                lost on the way is lost, and nothing waits for it; see https://wiki.ros.org/ROS/UDPROS). rospy's
-                publishers have "tcp" only. The first subscriber of a topic in a node decides.
+            transports: what to ask publishers for, one or several in the order of preference: "tcp" (TCPROS), "udp"
+                (UDPROS: what is lost on the way is lost, and nothing waits for it; see
+                https://wiki.ros.org/ROS/UDPROS). rospy's publishers have "tcp" only. The first subscriber of a topic
+                in a node decides.
             max_datagram_size: bytes of the largest datagram, for "udp".
 
         Raises:
@@ -252,7 +253,8 @@ class Node:
         message_class: Any = load_message(type) if isinstance(type, str) else type
         if queue_size is not None and queue_size < 1:
             raise ValueError(f"queue_size must be at least 1, or None, not {queue_size}")
-        hints = Hints(tcp_nodelay, tuple(transports), max_datagram_size)
+        wanted = (transports,) if isinstance(transports, str) else tuple(transports)
+        hints = Hints(tcp_nodelay, wanted, max_datagram_size)
         hints.check()
         return self._topics.subscribe(self.resolve(topic), message_class, callback, queue_size, hints, arrays=arrays)
 

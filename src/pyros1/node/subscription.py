@@ -16,7 +16,6 @@ from pyros1.node.connector import Connector
 from pyros1.node.inlink import LARGE, InLink
 from pyros1.node.publisher import topic_type
 from pyros1.node.reader import Item, Reader, Source
-from pyros1.wire.datagram import DEFAULT_SIZE, LARGEST_SIZE, SMALLEST_SIZE
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
@@ -38,16 +37,19 @@ class Hints(NamedTuple):
 
     tcp_nodelay: bool = True
     transports: tuple[str, ...] = ("tcp",)
-    max_datagram_size: int = DEFAULT_SIZE
+    max_datagram_size: int = 1500
 
     def check(self) -> None:
         """Raise ValueError for a transport or size that there is not."""
+        if self.transports == ("tcp",):
+            return
+        from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE  # noqa: PLC0415 - few nodes need it
+
         if not self.transports or not set(self.transports) <= {"tcp", "udp"}:
             raise ValueError(f"transports must be 'tcp', 'udp' or both, not {self.transports!r}")
         if not SMALLEST_SIZE <= self.max_datagram_size <= LARGEST_SIZE:
-            raise ValueError(
-                f"max_datagram_size must be {SMALLEST_SIZE} to {LARGEST_SIZE}, not {self.max_datagram_size}"
-            )
+            sizes = f"{SMALLEST_SIZE} to {LARGEST_SIZE}"
+            raise ValueError(f"max_datagram_size must be {sizes}, not {self.max_datagram_size}")
 
 
 class Subscription:

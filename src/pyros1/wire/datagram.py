@@ -11,8 +11,6 @@ import struct
 from collections.abc import Iterator
 
 DATA0, DATAN = 0, 1
-DEFAULT_SIZE = 1500
-"""Bytes of the largest datagram, unless the subscriber asks for another size."""
 SMALLEST_SIZE, LARGEST_SIZE = 64, 65507
 MOST_BLOCKS = 0xFFFF
 MOST_BYTES = 1 << 30
