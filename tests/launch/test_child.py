@@ -98,7 +98,8 @@ def test_a_parent_is_served(parent: Parent, environ: dict[str, str], tmp_path: P
         assert client.call("get_pid") == [1, "", os.getpid()]
         assert client.call("launch", XML) == [1, "launched", [["Process<g/stay-1>", "Process<g/fail-2>"], ["none"]]]
         until(lambda: ("process_died", "g/fail-2", 3) in parent.calls, "the end of a node is told")
-        assert client.call("get_node_names")[2] == ["/g/stay"]
+        # That a node has ended is told before it is taken off the list.
+        until(lambda: client.call("get_node_names")[2] == ["/g/stay"], "the node that has ended is listed no more")
         assert client.call("shutdown") == [1, "success", 1]
     finally:
         client.close()
