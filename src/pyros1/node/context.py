@@ -60,7 +60,7 @@ class Context:
     @cached_property
     def readers(self) -> Readers:
         """Made with the first subscription."""
-        return Readers(self.name, lambda error: self.log.exception("trouble with subscriptions", error))
+        return Readers(self.name, lambda error: self.log.exception("trouble with subscriptions", error=error))
 
     def close_readers(self, timeout: float) -> None:
         """End the threads, if there are any; wait for them at most ``timeout`` seconds."""
