@@ -68,6 +68,18 @@ def test_errors_l24(package: Path, capsys: pytest.CaptureFixture[str], words: li
     assert text in captured.out + captured.err
 
 
+def test_a_script_that_names_no_interpreter(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    script = package / "scripts" / "hello"
+    script.write_bytes(b"#!/usr/bin/env python3\r\nprint(1)\r\n")
+    assert main(["some_pkg", "hello"]) == 126
+    text = f"[rosrun] cannot run {script}: its lines end as on Windows (CR LF), in the first one too: sed -i"
+    assert capsys.readouterr().err.startswith(text)
+    script.write_text("echo hello\n")
+    assert main(["some_pkg", "hello"]) == 126
+    assert "does not say which program runs it" in capsys.readouterr().err
+    assert run("--prefix", "sh", "some_pkg", "hello").stdout == "hello\n", "the prefix runs it"
+
+
 def test_run_and_launch_find_the_same(package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     devel, site = tmp_path / "devel", tmp_path / "site-packages"
     for file, text in {
