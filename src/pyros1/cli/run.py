@@ -13,7 +13,7 @@ from pyros1.errors import PackageNotFoundError
 from pyros1.launch.command_line import executable_words, is_own, own_python_environment
 from pyros1.launch.shebang import script_trouble
 from pyros1.msgs.packages import PackageIndex
-from pyros1.suggest import did_you_mean
+from pyros1.suggest import argument_hint, did_you_mean
 
 USAGE = """Usage: %prog [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
   %prog will locate PACKAGE and try to find
@@ -86,6 +86,10 @@ def main(argv: list[str]) -> int:
     executable = found[0] if len(found) == 1 else _select(found)
     if executable is None:
         return 0
+    for word in arguments:
+        hint = argument_hint(word)
+        if hint:
+            print(f"[rosrun] {hint}, if that is what you mean; it is passed on as it is", file=sys.stderr)
     return _execute([*options.prefix, *executable_words(executable), *arguments], executable)
 
 

@@ -139,6 +139,12 @@ class Node:
             self.log.warn("%s", warning)
         for argument in self.arguments.malformed:
             self.log.warn("invalid remapping argument %r: use name:=newname", argument)
+        suspects = [argument for argument in self.arguments.rest if argument.startswith("_")]
+        if suspects:
+            from pyros1.suggest import argument_hint  # noqa: PLC0415 - for those who mistyped
+
+            for hint in filter(None, map(argument_hint, suspects)):
+                self.log.warn("%s", hint)
         self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers)
         slave = SlaveApi(
             self._context,
