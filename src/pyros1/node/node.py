@@ -38,7 +38,7 @@ from pyros1.node.slave import SlaveApi
 from pyros1.node.subscriber import Subscriber
 from pyros1.node.subscription import Hints
 from pyros1.node.topics import Topics
-from pyros1.node.values import private_parameter
+from pyros1.node.values import left_over, misspelt, set_private
 from pyros1.timing import Time
 from pyros1.wire.handshake import TopicType
 
@@ -139,12 +139,8 @@ class Node:
             self.log.warn("%s", warning)
         for argument in self.arguments.malformed:
             self.log.warn("invalid remapping argument %r: use name:=newname", argument)
-        suspects = [argument for argument in self.arguments.rest if argument.startswith("_")]
-        if suspects:
-            from pyros1.suggest import argument_hint  # noqa: PLC0415 - for those who mistyped
-
-            for hint in filter(None, map(argument_hint, suspects)):
-                self.log.warn("%s", hint)
+        for hint in misspelt(self.arguments.rest):
+            self.log.warn("%s", hint)
         self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers)
         slave = SlaveApi(
             self._context,
@@ -157,11 +153,10 @@ class Node:
         self._slave = XmlRpcServer(loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised)
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, wait_for_master)
-        settings: list[tuple[str, tuple[Any, ...]]] = [
-            ("setParam", (self.resolve("~" + key), private_parameter(text)))
-            for key, text in self.arguments.parameters.items()
-        ]
-        *_, sim_time = self.master.multicall([*settings, ("getParam", ("/use_sim_time",))])
+        sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
+        if "__log" not in self.arguments.special:  # a launcher gives it, and sets parameters itself
+            for line in left_over(self.name, private, self.arguments.parameters):
+                self.log.info("%s", line)
         self._registrar.start()
         if sim_time is True:
             self._use_simulated_time()
