@@ -13,6 +13,7 @@
     │   ├── ProtocolError                   the peer broke the protocol (header, framing, HTTP, XML)
     │   ├── ConnectionRefusedByPeerError    the peer answered with an ``error=`` header
     │   ├── UnreachableError                no connection could be made, or it was lost
+    │   │   └── UnknownHostError            the other side's host name cannot be resolved
     │   └── DeadlineError (TimeoutError)    the peer did not answer in time
     ├── XmlRpcFault                         the remote side answered with an XML-RPC fault
     ├── MasterError                         the master answered with code 0 or -1
@@ -97,6 +98,20 @@ class ConnectionRefusedByPeerError(TransportError):
 
 class UnreachableError(TransportError):
     """No connection could be made, or it was lost before the answer came."""
+
+
+class UnknownHostError(UnreachableError):
+    """A host name cannot be resolved here.
+
+    Args:
+        host: the name.
+        reason: what the system says; None if it found no address.
+    """
+
+    def __init__(self, host: str, reason: OSError | None) -> None:
+        self.host = host
+        why = getattr(reason, "strerror", None) or reason or "no address"
+        super().__init__(f"the host name '{host:.100}' cannot be resolved here: {why}")
 
 
 class DeadlineError(TransportError, TimeoutError):

@@ -200,6 +200,14 @@ class NodeApi:
             raise ProtocolError(f"the node at {self.uri} answered getBusInfo with something else than a list")
         return [parse_bus_entry(entry) for entry in entries]
 
+    def subscriptions(self) -> dict[str, str]:
+        """The topics that the node subscribes to, with the types that it wants."""
+        entries = self._call("getSubscriptions")
+        match entries:
+            case list() if all(isinstance(entry, list) and len(entry) > 1 for entry in entries):
+                return {str(topic): str(type_) for topic, type_, *_ in entries}
+        raise ProtocolError(f"the node at {self.uri} answered getSubscriptions with something else than pairs")
+
     def shutdown(self, reason: str) -> None:
         """Tell the node to end."""
         self._call("shutdown", reason)

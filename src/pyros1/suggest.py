@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
+
+_DASHES = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212\ufe58\ufe63\uff0d"
+_DASHED = rf"([-{_DASHES}]{{1,2}})([A-Za-z][\w-]*)((?:=.*)?)"
+_ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=])|=(?![=:]))(.+)"
+_LEAST_PORT = 1024
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -15,3 +21,48 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """
     close = difflib.get_close_matches(word, list(known), 1, 0.7)
     return f" (did you mean '{close[0]}'?)" if close and close[0] != word else ""
+
+
+def meant_option(word: str) -> str | None:
+    """Return the option that a word is to be, if it begins with a dash that is not ASCII's, as in printed texts.
+
+    Args:
+        word: of a command line, for example one that was copied from a PDF.
+    """
+    if word.isascii():
+        return None
+    match = re.fullmatch(_DASHED, word, re.DOTALL)
+    if match is None or match[1].isascii():
+        return None
+    dashes = "-" if len(match[2]) == 1 else "--"
+    return dashes + match[2] + match[3]
+
+
+def meant_remapping(word: str) -> str | None:
+    """Return the remapping or parameter that a word is to be, if it lacks the ``:`` or the ``=`` of ``:=``.
+
+    Args:
+        word: of a command line, for example ``_rate=10`` or ``rate:10``. What may be a host with its port is none.
+    """
+    if ":=" in word or not (":" in word or "=" in word):
+        return None
+    match = re.fullmatch(_ASSIGNMENT, word, re.ASCII | re.DOTALL)
+    if match is None or match[1][0].isdigit():
+        return None
+    name, sign, value = match.groups()
+    if sign == ":" and value.isdigit() and int(value[:6]) >= _LEAST_PORT:
+        return None
+    return f"{name}:={value}"
+
+
+def argument_hint(word: str) -> str:
+    """Return what to write instead of a word that looks like an option or a remapping, or nothing if it does not.
+
+    Args:
+        word: of a command line.
+    """
+    option = meant_option(word)
+    if option is not None:
+        return f"'{word}' begins with a dash that is no '-', as texts have it: write {option}"
+    remapping = meant_remapping(word)
+    return f"'{word}' sets and renames nothing: write {remapping}" if remapping is not None else ""

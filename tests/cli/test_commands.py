@@ -98,10 +98,31 @@ def test_services(run: Any, make_node: Callable[..., Any]) -> None:
 def test_an_unreachable_master_is_said_in_the_stock_words(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """L03"""
     monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:9/")
-    text = "ERROR: Unable to communicate with master!\n"
+    text = (
+        "ERROR: Unable to communicate with master!\n"
+        "no answer from the master at http://localhost:9/ (cannot reach http://localhost:9/: Connection refused).\n"
+        "Is it running? Start one with: pyros1 core. Is it elsewhere? Set ROS_MASTER_URI.\n"
+    )
     assert run("topic", "list") == (1, "", text)
     assert run("service", "list") == (2, "", text)
     assert run("topic", "echo", "/x") == (1, "", text)
+
+
+def test_words_that_look_like_options_and_remappings_get_a_hint(run: Any) -> None:
+    code, _, err = run("topic", "echo", "/x", "_rate=5")
+    assert code == 2 and err.endswith("\n'_rate=5' sets and renames nothing: write _rate:=5\n")
+    code, _, err = run("topic", "pub", "\u2013r", "10", "/x", "std_msgs/String", "a=b")
+    assert code == 1 and err.endswith("begins with a dash that is no '-', as texts have it: write -r\n")
+    assert "a:=b" not in err, "it is a message"
+    assert "write" not in run("service", "call", "/nope", "a: 5")[2]
+
+
+def test_an_unknown_host_in_ros_master_uri_is_said_to_be_that(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", "http://nowhere.invalid:11311")
+    code, out, err = run("topic", "list")
+    assert (code, out) == (1, "") and err.startswith("ERROR: Unable to communicate with master!\n")
+    assert "http://nowhere.invalid:11311 (the host name 'nowhere.invalid' cannot be resolved here" in err
+    assert "add a line 'ADDRESS nowhere.invalid' to /etc/hosts" in err
 
 
 def test_listing_topics_imports_nothing_heavy(environ: dict[str, str]) -> None:

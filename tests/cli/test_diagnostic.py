@@ -120,4 +120,5 @@ def test_what_is_not_understood_is_refused(run: Run) -> None:
 
 def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
-    assert run() == (1, "", "ERROR: Unable to communicate with master!\n")
+    code, out, err = run()
+    assert (code, out) == (1, "") and err.startswith("ERROR: Unable to communicate with master!\n")

@@ -225,6 +225,11 @@ def test_queries_need_no_master_x06(env: dict[str, str], tmp_path: Path) -> None
         (["-", "-"], 2, "Only a single instance"), (["--nodes", "--ros-args", "minimal_nodes.launch"], 2, "only one of"),
         (["--find-node=/x", "minimal_nodes.launch"], 0, "Cannot find node named [/x]"), (["--args=/x", "minimal_nodes.launch"], 1, " * /minimal_publisher"),
         (["--core", "minimal_nodes.launch"], 2, "not allowed in core mode"),
+        (["minimal_nodes.launch", "rate=5"], 1, "; 'rate=5' sets and renames nothing: write rate:=5"),
+        (["minimal_nodes", "minimal_nodes.launch", "rate:5"], 2, "do not exist: rate:5\n'rate:5' sets and renames nothing: write rate:=5"),
+        (["minimal_nodes", "minimal_nodes.launch", "\u2013screen"], 2, "begins with a dash that is no '-', as texts have it: write --screen"),
+        (["minimal_nodes", "minimal_noeds.launch"], 1, " (did you mean 'minimal_nodes.launch'?); package [minimal_nodes] has "),
+        (["minimal_nodes"], 1, "[minimal_nodes] is not a launch file name; package [minimal_nodes] has "),
     ],
 )  # fmt: skip
 def test_errors_x05(env: dict[str, str], tmp_path: Path, words: list[str], code: int, text: str) -> None:

@@ -68,6 +68,32 @@ def test_errors_l24(package: Path, capsys: pytest.CaptureFixture[str], words: li
     assert text in captured.out + captured.err
 
 
+def test_words_that_only_look_like_remappings_are_passed_on_with_a_hint(package: Path) -> None:
+    words = ["_rate=10", "foo=1", "rate:10", "\u2013r", "left:=right", "robot:11311", "plain", "--x=1"]
+    done = run("some_pkg", "hello", *words)
+    assert done.stdout == f"hello {' '.join(words)}\n"
+    hints = done.stderr.splitlines()
+    assert [line.partition(", if that")[0].rpartition(" ")[2] for line in hints] == [
+        "_rate:=10",
+        "foo:=1",
+        "rate:=10",
+        "-r",
+    ]
+    assert hints[0].startswith("[rosrun] '_rate=10' sets and renames nothing: write _rate:=10")
+
+
+def test_a_script_that_names_no_interpreter(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    script = package / "scripts" / "hello"
+    script.write_bytes(b"#!/usr/bin/env python3\r\nprint(1)\r\n")
+    assert main(["some_pkg", "hello"]) == 126
+    text = f"[rosrun] cannot run {script}: its lines end as on Windows (CR LF), in the first one too: sed -i"
+    assert capsys.readouterr().err.startswith(text)
+    script.write_text("echo hello\n")
+    assert main(["some_pkg", "hello"]) == 126
+    assert "does not say which program runs it" in capsys.readouterr().err
+    assert run("--prefix", "sh", "some_pkg", "hello").stdout == "hello\n", "the prefix runs it"
+
+
 def test_run_and_launch_find_the_same(package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     devel, site = tmp_path / "devel", tmp_path / "site-packages"
     for file, text in {

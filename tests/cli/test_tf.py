@@ -179,7 +179,8 @@ def test_wrong_words(run: Run, words: list[str], code: int, text: str) -> None:
 def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:9/")
     for words in (["echo", "a", "b"], ["tree"], ["monitor"], ["view_frames"]):
-        assert run(*words) == (1, "", "ERROR: Unable to communicate with master!\n")
+        code, out, err = run(*words)
+        assert (code, out) == (1, "") and err.startswith("ERROR: Unable to communicate with master!\n")
 
 
 # Tree and pictures ----------------------------------------------------------------------------------------------------

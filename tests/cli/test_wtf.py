@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import queue
 import re
 import socket
 import subprocess
@@ -15,7 +16,7 @@ from typing import Any
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
-from pyros1.msgs.rosgraph_msgs.msg import Clock
+from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
 from pyros1.msgs.std_msgs.msg import Int32, String
 
 from pyros1.cli import wtf
@@ -75,29 +76,30 @@ def client(master: Master) -> Iterator[MasterClient]:
 
 @contextmanager
 def fake_node(
-    date: str = "", connections: list[Any] | None = None, updates: list[list[str]] | None = None
+    date: str = "", connections: list[Any] | None = None, subscriptions: Any = None, asked: list[str] | None = None
 ) -> Iterator[str]:
     """A node that only answers questions; yields its URI.
 
     Args:
         date: what its HTTP answers say, if anything.
         connections: its getBusInfo.
-        updates: takes the publishers of which it is told.
+        subscriptions: its getSubscriptions.
+        asked: takes the methods that are called.
     """
 
     class Handler(SimpleXMLRPCRequestHandler):
         def send_header(self, keyword: str, value: str) -> None:
             super().send_header(keyword, date if keyword == "Date" and date else value)
 
-    def update(*arguments: Any) -> Any:
-        if updates is not None:
-            updates.append(arguments[2])
-        return [1, "", 0]
+    answers = {"getPid": 4, "getBusInfo": connections or [], "getSubscriptions": subscriptions or []}
+
+    def dispatch(method: str, params: Any) -> Any:
+        if asked is not None:
+            asked.append(method)
+        return [1, "", answers[method]]
 
     with SimpleXMLRPCServer(("127.0.0.1", 0), Handler, logRequests=False) as server:
-        server.register_function(lambda *_: [1, "", 4], "getPid")  # type: ignore[misc,arg-type]
-        server.register_function(lambda *_: [1, "", connections or []], "getBusInfo")  # type: ignore[misc,arg-type]
-        server.register_function(update, "publisherUpdate")
+        server._dispatch = dispatch  # type: ignore[method-assign]
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         yield f"http://127.0.0.1:{server.server_address[1]}/"
@@ -262,15 +264,36 @@ def test_a_link_that_is_missing(
     findings: Callable[..., Found], shell: pytest.MonkeyPatch, make_node: MakeNode, client: MasterClient
 ) -> None:
     shell.setattr(asking, "NODE_TIMEOUT", 1.0)
-    talker = make_node("talker", rosout=False)
-    talker.advertise("t", String)
-    updates: list[list[str]] = []
-    with fake_node(updates=updates) as uri:
+    make_node("talker", rosout=False).advertise("t", String)
+    asked: list[str] = []
+    with fake_node(subscriptions=[["/t", "std_msgs/String"]], asked=asked) as uri:
         client.register_subscriber("/t", "std_msgs/String", uri)
         found = findings()["missing-link"]
     assert found["items"] == ["/talker->/fake (/t)"] and "firewall" in found["cure"]
-    # It was asked for its type by one more publisher, and then told the truth again.
-    assert updates[-1] == [talker.uri] and len(updates[-2]) == 2 and talker.uri in updates[-2]
+    assert set(asked) - {"publisherUpdate"} == {"getBusInfo", "getPid", "getSubscriptions"}
+    assert asked.count("publisherUpdate") <= 1, "by the master, when it registers"
+
+
+@pytest.mark.parametrize("nonsense", [5, ["/t"], [[]], {"/t": 5}])
+def test_a_subscriber_that_answers_nonsense(
+    findings: Callable[..., Found], make_node: MakeNode, client: MasterClient, nonsense: Any
+) -> None:
+    make_node("talker", rosout=False).advertise("t", String)
+    with fake_node(subscriptions=nonsense) as uri:
+        client.register_subscriber("/t", "std_msgs/String", uri)
+        assert findings()["missing-link"]["items"] == ["/talker->/fake (/t)"]
+
+
+def test_those_who_are_asked_log_nothing(findings: Callable[..., Found], make_node: MakeNode) -> None:
+    heard: queue.Queue[str] = queue.Queue()
+    make_node("watcher", rosout=False).subscribe("/rosout", Log, lambda log: heard.put(f"{log.name}: {log.msg}"))
+    listener = make_node("listener")
+    listener.subscribe("t", Int32, lambda message: None)
+    make_node("talker", rosout=False).advertise("t", String)
+    assert "refused the connection" in heard.get(timeout=10)
+    assert "type-mismatch" in findings()
+    listener.log.warn("next")
+    assert heard.get(timeout=10) == "/listener: next"
 
 
 def test_a_link_that_the_master_does_not_know(

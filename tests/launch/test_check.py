@@ -112,6 +112,22 @@ def test_prefixes_that_are_not_there() -> None:
     assert texts == ["f:1: node [/n]: launch-prefix: there is no program [nice_try] on the PATH"]
 
 
+def test_scripts_that_cannot_be_started(tmp_path: Path) -> None:
+    class Scripts(Packages):
+        def find_executable(self, package: str, name: str) -> _Paths:
+            return [tmp_path / name]
+
+    (tmp_path / "bare").write_text("import pyros1\n")
+    plan = Plan(
+        nodes=[
+            NodePlan("robot", "bare", "n", file="f", line=1),
+            NodePlan("robot", "bare", "m", prefix=["sh"], file="f", line=2),
+        ]
+    )
+    (text,) = map(str, missing_parts(plan, Scripts(), {"PATH": os.defpath}))
+    assert text.startswith(f"f:1: node [/n]: cannot run {tmp_path}/bare: its first line does not say which program")
+
+
 def test_nodes_that_wait_for_themselves() -> None:
     def node(name: str, *needs: str) -> NodePlan:
         return NodePlan("robot", "run", name, wait_for=[Condition("node", need) for need in needs], file="f", line=1)

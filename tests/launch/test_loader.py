@@ -58,6 +58,24 @@ def refuse(text: str, message: str, files: dict[str, Any] | None = None) -> None
         load(f"<launch>\n{text}\n</launch>", files)
 
 
+def test_includes_that_go_in_a_circle_are_told_once() -> None:
+    files = {
+        "/d/a": '<launch>\n<include file="/d/b"/>\n<include file="/d/b"/></launch>',
+        "/d/b": '<launch><include file="/d/a"/></launch>',
+    }
+    refuse(
+        '<include file="/d/a"/>',
+        r"^/d/\w:\d: includes are nested more than 100 deep(.*\n){2}  included at /d/\w:\d \(again and again\)\n  included at /d/main.launch:2$",
+        files,
+    )
+    main = {"/d/main.launch": '<launch>\n<include file="/d/a"/></launch>', **files}
+    problems: list[LaunchError] = []
+    load_plan(
+        ["/d/main.launch"], {}, Resources(FakePackages(), {}, lambda path: main[path].encode()), problems=problems
+    )
+    assert len(problems) == 1, "and the search for more of them ends"
+
+
 def test_args_are_lazy_overridable_and_scoped_x57_x58_x60() -> None:
     text = '<arg name="r"/><arg name="d" default="1"/><group><arg name="g" value="2"/></group><param name="p" value="$(arg d)"/>'
     assert params(text) == {"/p": 1}

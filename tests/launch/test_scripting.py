@@ -155,6 +155,18 @@ def test_what_cannot_be_started_is_an_error(uri: str, tmp_path: Path) -> None:
         ROSLaunchParent("mine", [str(tmp_path / "scripted" / "a.launch")]).start()
 
 
+def test_a_script_without_interpreter_is_said_to_be_that(
+    uri: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "scripted" / "run").write_text("import sys\n")
+    parent = ROSLaunchParent(None, [str(tmp_path / "scripted" / "a.launch")])
+    parent.start()
+    parent.shutdown()
+    said = capfd.readouterr().err
+    assert "cannot launch node of type [scripted/run]: cannot run " in said
+    assert "its first line does not say which program runs it: put #!/usr/bin/env python3 there\n  at " in said
+
+
 @pytest.mark.parametrize(
     "arguments",
     [{"package": ""}, {"machine_name": "m"}, {"output": "both"}, {"cwd": "/tmp"}, {"args": "'"}, {"respawn": "often"}],

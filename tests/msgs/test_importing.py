@@ -59,6 +59,29 @@ def test_what_does_not_exist() -> None:
                 load(name)
 
 
+@pytest.mark.parametrize(
+    ("statement", "text"),
+    [
+        (
+            "from pyros1.msgs.std_msgs.msg import Flot64",
+            "[std_msgs/Flot64] is unknown (did you mean 'std_msgs/Float64'?)",
+        ),
+        ("from pyros1.msgs.std_msgs.msg import String, Flot64", "(did you mean 'std_msgs/Float64'?)"),
+        ("from pyros1.msgs.std_srvs.srv import Emty", "(did you mean 'std_srvs/Empty'?)"),
+        ("from pyros1.msgs.std_srvs.msg import Empty", "there is pyros1.msgs.std_srvs.srv.Empty"),
+        (
+            "from pyros1.msgs.std_msg.msg import String",
+            "no package [std_msg] with definitions (did you mean 'std_msgs'?)",
+        ),
+        ("import pyros1.msgs.std_msgs.msg.String", "write from pyros1.msgs.std_msgs.msg import String"),
+    ],
+)
+def test_a_failing_import_says_what_was_meant(statement: str, text: str) -> None:
+    with pytest.raises(ImportError) as caught:
+        exec(statement, {})
+    assert text in str(caught.value)
+
+
 def test_one_hook_per_process() -> None:
     assert installed({}) is installed({})
     assert sum(isinstance(finder, MessageFinder) for finder in sys.meta_path) == 1

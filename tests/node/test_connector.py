@@ -345,3 +345,36 @@ def test_shutdown_in_the_middle_of_a_greeting(make_node: Any, fake_node: Any) ->
     sock, _ = fake.accept()
     listener.shutdown()
     assert sock.recv(1) == b""
+
+
+def test_a_publisher_whose_host_is_unknown_is_warned_of_once(
+    make_node: Any, fake_node: Any, collect: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tries = collect()
+
+    def look_up(host: str) -> list[str]:
+        tries(host)
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr("pyros1.net.resolve.look_up", look_up)
+    monkeypatch.setattr("pyros1.net.resolve.NOT_FOUND_S", 0.0)
+    fake, listener = fake_node("/fake"), make_node("listener")
+    log = watch_log(listener)
+    fake.uri = "http://nowhere.invalid:5000/"
+    fake.publish("/a")
+    fake.publish("/b")
+    listener.subscribe("a", Float64, collect())
+    listener.subscribe("b", Float64, collect())
+    line = log.saw("the host name 'nowhere.invalid' cannot be resolved here: Name or service not known")
+    assert "http://nowhere.invalid:5000/" in line and "add a line 'ADDRESS nowhere.invalid' to /etc/hosts here" in line
+    tries.wait(4)
+    assert sum("nowhere" in text for text in log.texts) == 1
+
+
+def test_data_at_an_unknown_host_is_warned_of(make_node: Any, fake_node: Any, collect: Any, watch_log: Any) -> None:
+    fake, listener = fake_node("/fake"), make_node("listener")
+    fake.answers["requestTopic"] = [1, "ready", ["TCPROS", "a host", 5000]]
+    log = watch_log(listener)
+    fake.publish("/t")
+    listener.subscribe("t", Float64, collect())
+    log.saw("no messages of /t", "the host name 'a host' cannot be resolved here")

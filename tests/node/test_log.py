@@ -76,6 +76,21 @@ def test_where_it_was_logged_p36(setting: Setting) -> None:
     assert setting.texts[1] == "there\nValueError: x"
 
 
+def test_exception_inside_an_except_block_as_in_logging(setting: Setting) -> None:
+    try:
+        raise ValueError("x is 100%")
+    except ValueError as error:
+        setting.log.exception("oops")
+        setting.log.exception("no %s for %d", "robot", 3)
+        setting.log.exception(error)
+        setting.log.exception("behind", error)
+    setting.log.exception("nothing is wrong")
+    heads = [text.partition("\n")[0] for text in setting.texts]
+    assert heads == ["oops", "no robot for 3", "x is 100%", "behind", "nothing is wrong"]
+    for text in setting.texts[:4]:
+        assert "\nTraceback (most recent call last):\n" in text and text.endswith("\nValueError: x is 100%")
+
+
 def test_format_n31(capsys: Any) -> None:
     form = "${severity}|${message}|${logger}|${file}|${function}|${node}|${walltime:%Y}|${nonsense}|${time}"
     setting = Setting({"ROSCONSOLE_FORMAT": form})

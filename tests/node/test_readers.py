@@ -234,7 +234,7 @@ def test_an_error_that_cannot_be_told_ends_no_thread(
     talker, listener, got = make_node("talker"), make_node("listener"), collect()
     subscriber = listener.subscribe("t", Float64, got)
 
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise OSError(24, "Too many open files")
 
     reported = threading.Event()

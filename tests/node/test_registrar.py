@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 import time
 from collections.abc import Iterator
@@ -84,6 +85,22 @@ def test_patience_has_a_limit(make_node: Any, late_master: Any) -> None:
     assert "pyros1 core" in str(caught.value), "says what to do"
     with pytest.raises(MasterUnreachableError):
         make_node("early", wait_for_master=0)
+
+
+def test_a_master_whose_host_is_unknown_is_said_to_be_that(
+    make_node: Any, environ: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def look_up(host: str) -> list[str]:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    stderr = Output()
+    monkeypatch.setattr("sys.stderr", stderr)
+    monkeypatch.setattr("pyros1.net.xmlrpc_client.look_up", look_up)
+    environ = {**environ, "ROS_MASTER_URI": "http://nowhere.invalid:11311"}
+    with pytest.raises(MasterUnreachableError, match=r"add a line .ADDRESS nowhere\.invalid. to /etc/hosts"):
+        make_node("early", environ=environ, wait_for_master=0.05)
+    assert "the host name 'nowhere.invalid' cannot be resolved here: Name or service not known" in stderr.text
+    assert "may not be running" not in stderr.text
 
 
 def test_everything_is_registered_again_after_a_restart_of_the_master(

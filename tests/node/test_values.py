@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pyros1.errors import Error
-from pyros1.node.values import private_parameter
+from pyros1.node.values import left_over, private_parameter
 from pyros1.values import load_yaml
 
 
@@ -63,3 +63,27 @@ def test_the_short_cuts_agree_with_yaml(text: str) -> None:
     result = private_parameter(text)
     assert type(result) is type(expected)
     assert repr(result) == repr(expected)
+
+
+def test_what_an_earlier_start_left_on_the_master_is_said(make_node: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    def said(*argv: str) -> str:
+        with make_node("n", rosout=False, argv=list(argv)):
+            pass
+        return capsys.readouterr().out
+
+    assert said("_rate:=0") == "", "the command line says it"
+    assert said().endswith("]: set before this start: ~rate is 0 (to forget: pyros1 param delete /n/rate)\n")
+    assert said("_rate:=5") == ""
+    assert "~rate is 5 (" in said("_gain:=1")
+    assert "~rate is 5, ~gain is 1 (to forget: pyros1 param delete /n)" in said()
+    assert said("__log:=/dev/null") == "", "a launcher sets parameters itself"
+
+
+def test_a_long_list_is_cut() -> None:
+    tree = {"a": {"b": {str(number): "x" * 100 for number in range(7)}}, "given": 1, "empty": {}}
+    (line,) = left_over("/ns/n", tree, {"given": "1"})
+    assert line.startswith("set before this start: ~a/b/0 is 'xxx") and line.endswith(
+        " and 3 more (to forget: pyros1 param delete /ns/n)"
+    )
+    assert len(line) < 500
+    assert left_over("/n", ValueError("not set"), {}) == left_over("/n", {}, {}) == []

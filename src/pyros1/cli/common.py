@@ -193,8 +193,8 @@ def run(  # noqa: PLR0911 - one way out per kind of end
         return 0
     except BrokenPipeError:
         return quiet_pipe()
-    except MasterUnreachableError:
-        return report("Unable to communicate with master!", error_code)
+    except MasterUnreachableError as error:
+        return no_master(error, error_code)
     except CommandError as error:
         flush()
         print(str(error) if error.plain else f"ERROR: {error}", file=sys.stderr)
@@ -236,6 +236,11 @@ def report(text: str, code: int) -> int:
     flush()
     print(f"ERROR: {text}", file=sys.stderr)
     return code
+
+
+def no_master(error: MasterUnreachableError, code: int) -> int:
+    """Print that the master does not answer, in stock's words, and where, why and what to do; return the exit code."""
+    return report(f"Unable to communicate with master!\n{error}", code)
 
 
 def flush() -> None:

@@ -44,6 +44,12 @@ CALLED_OTHERWISE = {"rosconsole": "log", "rospack": "pkg", "rosstack": "stack"}
 """Stock name -> command, where that is not what follows ``ros``."""
 
 
+_SPEAK_FOR_THEMSELVES = frozenset({"run", "launch"})
+"""Modules of commands that give hints at misspelt words themselves."""
+_TAKE_VALUES = frozenset({"pub", "call", "set", "publish"})
+"""Verbs whose words are YAML values, in which ``a:1`` and ``a=1`` say something."""
+
+
 def usage() -> str:
     """The text of ``pyros1 help``."""
     lines = ["usage: pyros1 <command> [arguments]", "", "Commands:"]
@@ -120,7 +126,13 @@ def _run(module: str, arguments: list[str]) -> int:
     try:
         add_packages_here(os.environ)
         code: int = import_module(f"pyros1.cli.{module}").main(arguments)
+        if code:
+            _say_what_was_meant(module, arguments)
         return code
+    except SystemExit as end:
+        if end.code:  # a wrong command line
+            _say_what_was_meant(module, arguments)
+        raise
     except KeyboardInterrupt:
         return 0
     except Error as error:
@@ -135,3 +147,17 @@ def _run(module: str, arguments: list[str]) -> int:
             raise
         print(f"ERROR: {error.filename or repr('')}: {error.strerror}", file=sys.stderr)
         return 1
+
+
+def _say_what_was_meant(module: str, arguments: list[str]) -> None:
+    """After a failure: give hints at words that look like misspelt options and remappings, but for messages' values."""
+    if module in _SPEAK_FOR_THEMSELVES:
+        return
+    from pyros1.suggest import argument_hint, meant_option  # noqa: PLC0415 - only what fails needs it
+
+    values = any(verb in arguments for verb in _TAKE_VALUES)
+    for word in arguments:
+        may_be_a_value = (values and word[:1] != "_") or os.path.exists(word)
+        hint = argument_hint(word) if meant_option(word) or not may_be_a_value else ""
+        if hint:
+            print(hint, file=sys.stderr)

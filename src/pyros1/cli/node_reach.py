@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import itertools
-import socket
 import sys
 import time
 
 from pyros1.cli.common import CommandError, Invocation
-from pyros1.errors import DeadlineError, Error
+from pyros1.errors import DeadlineError, Error, UnknownHostError
 from pyros1.graph import Graph
 from pyros1.net.hosts import parse_uri
 
@@ -80,7 +79,7 @@ def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> 
 
 def _ping_failure(error: Error, name: str, uri: str) -> str:
     cause = error.__cause__
-    if isinstance(cause, socket.gaierror):
+    if isinstance(error, UnknownHostError):
         return f"Unknown host [{parse_uri(uri)[0]}] for node [{name}]"
     if isinstance(error, DeadlineError):
         return f"connection to [{uri}] timed out"

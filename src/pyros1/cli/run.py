@@ -11,8 +11,9 @@ from pyros1.cli.common import program_name
 from pyros1.cli.usage import examples_text
 from pyros1.errors import PackageNotFoundError
 from pyros1.launch.command_line import executable_words, is_own, own_python_environment
+from pyros1.launch.shebang import script_trouble
 from pyros1.msgs.packages import PackageIndex
-from pyros1.suggest import did_you_mean
+from pyros1.suggest import argument_hint, did_you_mean
 
 USAGE = """Usage: %prog [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
   %prog will locate PACKAGE and try to find
@@ -85,12 +86,21 @@ def main(argv: list[str]) -> int:
     executable = found[0] if len(found) == 1 else _select(found)
     if executable is None:
         return 0
+    for word in arguments:
+        hint = argument_hint(word)
+        if hint:
+            print(f"[rosrun] {hint}, if that is what you mean; it is passed on as it is", file=sys.stderr)
     return _execute([*options.prefix, *executable_words(executable), *arguments], executable)
 
 
 def _execute(command: list[str], executable: Path) -> int:
-    environ = {**os.environ, **(own_python_environment(os.environ) if is_own(executable) else {})}
+    own = is_own(executable)
+    environ = {**os.environ, **(own_python_environment(os.environ) if own else {})}
     sys.stdout.flush()
+    trouble = "" if own or command[0] != str(executable) else script_trouble(executable, environ)
+    if trouble:
+        print(f"[rosrun] cannot run {executable}: {trouble}", file=sys.stderr)
+        return 126
     try:
         os.execvpe(command[0], command, environ)
     except OSError as error:

@@ -1,16 +1,9 @@
-"""Questions to single nodes and services, each with a deadline of its own.
-
-A subscriber tells nobody its type but the publishers that it connects to, so it is asked by posing as one: only if it
-has no link where it should have one, and its list of publishers is put right afterwards.
-"""
+"""Questions to single nodes and services, each with a deadline of its own. They leave nothing in the nodes' logs."""
 
 from __future__ import annotations
 
-import contextlib
 import socket
-from collections.abc import Callable
 from time import monotonic, time
-from typing import Any
 
 from pyros1.doctor.facts import OTHER, REFUSED, TIMEOUT, UNRESOLVED, Failure, NodeFacts, Offer
 from pyros1.errors import DeadlineError, Error, ProtocolError, UnreachableError
@@ -132,52 +125,3 @@ def _read_header(sock: socket.socket, deadline: float) -> dict[str, str]:
         header = reader.feed(data)
         if header is not None:
             return header
-
-
-def ask_subscriber(uri: str, topic: str, publishers: Callable[[], list[str]]) -> Offer:
-    """Ask a subscriber for type and md5sum, by posing as one more publisher of the topic.
-
-    Args:
-        uri: of the subscriber's API.
-        topic: name.
-        publishers: returns the URIs of the topic's publishers, as the master knows them now. The subscriber keeps
-            these, and is told them again in the end.
-    """
-    own_host = _own_address(uri)
-    api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
-    from xmlrpc.server import SimpleXMLRPCServer  # noqa: PLC0415 - slow to import, and seldom needed
-
-    with (
-        socket.create_server(("", 0)) as listener,
-        SimpleXMLRPCServer(("", 0), logRequests=False, allow_none=True) as server,
-    ):
-        port = listener.getsockname()[1]
-
-        def request_topic(*_: Any) -> Any:
-            return [1, "", ["TCPROS", own_host, port]]
-
-        server.register_function(request_topic, "requestTopic")
-        server.timeout = NODE_TIMEOUT / 2
-        own_uri = f"http://{own_host}:{server.server_address[1]}/"
-        try:
-            api.call("publisherUpdate", "/master", topic, [*publishers(), own_uri])
-            server.handle_request()
-            listener.settimeout(NODE_TIMEOUT / 2)
-            connection, _ = listener.accept()
-            with connection:
-                header = _read_header(connection, monotonic() + NODE_TIMEOUT / 2)
-                connection.sendall(encode_header({"error": "pyros1 wtf only asks for the type"}))
-            return Offer(header.get("type", "*"), header.get("md5sum", "*"))
-        except (Error, OSError) as error:
-            return Offer(failure=failure_of(error))
-        finally:
-            with contextlib.suppress(Error):  # unless it ended
-                api.call("publisherUpdate", "/master", topic, publishers())
-            api.close()
-
-
-def _own_address(uri: str) -> str:
-    """The address of this machine under which the node at a URI can reach it."""
-    host, port = parse_uri(uri)
-    with socket.create_connection((host, port), NODE_TIMEOUT) as sock:
-        return str(sock.getsockname()[0])

@@ -128,6 +128,7 @@ class System:
         nodes: by name.
         services: name -> (URI of its provider, why that did not answer or None).
         publications, subscriptions: what the ends say of their types; only those ends are asked for whom it matters.
+            Subscribers tell their types' names only.
         use_sim_time: the parameter.
     """
 

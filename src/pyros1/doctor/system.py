@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from time import sleep
 
-from pyros1.doctor.asking import NODE_TIMEOUT, ask_node, ask_publisher, ask_subscriber, failure_of
+from pyros1.doctor.asking import NODE_TIMEOUT, ask_node, ask_publisher, failure_of
 from pyros1.doctor.facts import TIMEOUT, End, Failure, NodeFacts, Offer, System
 from pyros1.doctor.together import together
 from pyros1.doctor.topic_checks import missing_edges
 from pyros1.errors import Error
-from pyros1.graph import Graph, SystemState, probe_service
+from pyros1.graph import Graph, NodeApi, probe_service
 from pyros1.net.hosts import parse_uri
 from pyros1.net.master_client import MasterClient
 
@@ -19,7 +19,6 @@ ROUND = NODE_TIMEOUT + 0.5
 """Seconds for one round of questions."""
 _SETTLE = 1.0
 """Seconds that nodes which have just come get for connecting."""
-_MOST_SUBSCRIBERS = 16
 
 
 def collect_system(master: MasterClient) -> System:
@@ -111,12 +110,12 @@ def _ask_for_types(master: MasterClient, system: System) -> None:
         {end: partial(ask_publisher, master.caller_id, nodes[end.node].uri, end.topic) for end in ends}, ROUND
     )
     system.publications = _offers(offers)
-    lonely = dict.fromkeys(End(edge.topic, edge.subscriber) for edge in missing_edges(system))
-    asked = {
-        end: partial(ask_subscriber, nodes[end.node].uri, end.topic, partial(_publishers, master, state, end.topic))
-        for end in list(lonely)[:_MOST_SUBSCRIBERS]
+    lonely = dict.fromkeys(edge.subscriber for edge in missing_edges(system))
+    told = together({name: partial(_subscriptions, master.caller_id, nodes[name].uri) for name in lonely}, ROUND)
+    system.subscriptions = {
+        End(edge.topic, edge.subscriber): _subscription(told[edge.subscriber], edge.topic)
+        for edge in missing_edges(system)
     }
-    system.subscriptions = _offers(together(asked, 2 * ROUND))
 
 
 def _offers(answers: Mapping[End, Offer | Exception]) -> dict[End, Offer]:
@@ -126,7 +125,15 @@ def _offers(answers: Mapping[End, Offer | Exception]) -> dict[End, Offer]:
     }
 
 
-def _publishers(master: MasterClient, state: SystemState, topic: str) -> list[str]:
-    """The URIs of a topic's publishers as the master knows them at this moment."""
-    now = Graph(master).state().publishers.get(topic, [])
-    return list(_uris(master, "lookupNode", now).values())
+def _subscriptions(caller_id: str, uri: str) -> dict[str, str]:
+    api = NodeApi(caller_id, uri, NODE_TIMEOUT)
+    try:
+        return api.subscriptions()
+    finally:
+        api.close()
+
+
+def _subscription(answer: dict[str, str] | Exception, topic: str) -> Offer:
+    if isinstance(answer, Exception):
+        return Offer(failure=failure_of(answer))
+    return Offer(answer.get(topic, "*"))

@@ -123,7 +123,7 @@ def _links(system: System) -> Iterator[Finding]:
             ERROR,
             "The following nodes should be connected but aren't:",
             "restart the subscriber; if that does not help, a firewall or an address that only one side knows "
-            "(see above) is in the way",
+            "(see above) is in the way, or they have different definitions of the type: compare its `pyros1 msg md5`",
             tuple(_link_text(system, edge) for edge in left),
         )
     unexpected = _unexpected(system)

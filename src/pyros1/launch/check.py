@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from pyros1.errors import LaunchError, PackageNotFoundError
-from pyros1.launch.command_line import check_prefix, locate
+from pyros1.launch.command_line import check_prefix, check_script, locate
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.resources import PackageFinder
 from pyros1.net.hosts import is_local
@@ -44,11 +44,14 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
     for node in [*plan.nodes, *plan.tests]:
         if is_remote(plan, node):
             continue
+        executable = None
         try:
-            locate(node.package, node.type, packages)
+            executable = locate(node.package, node.type, packages)
         except LaunchError as error:
             yield _error(node, f"{error}{near_executable(node, packages)}")
         try:
+            if executable is not None:
+                check_script(node, executable, environ)
             check_prefix(node, environ)
         except LaunchError as error:
             yield _error(node, str(error))

@@ -10,6 +10,7 @@ from pathlib import Path
 from pyros1.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import NodePlan
 from pyros1.launch.resources import PackageFinder
+from pyros1.launch.shebang import script_trouble
 from pyros1.msgs.packages import OWN_PACKAGES
 
 _PACKAGE_FOLDER = Path(__file__).resolve().parent.parent
@@ -45,6 +46,19 @@ def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
 
     if which(node.prefix[0], path={**environ, **node.env}.get("PATH")) is None:
         raise LaunchError(f"launch-prefix: there is no program [{node.prefix[0]}] on the PATH")
+
+
+def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -> None:
+    """Make sure that the system can start a node that is a script.
+
+    Raises:
+        LaunchError: it cannot; the text says why.
+    """
+    if node.prefix or is_own(executable):  # something else starts it
+        return
+    trouble = script_trouble(executable, {**environ, **node.env})
+    if trouble:
+        raise LaunchError(f"cannot run {executable}: {trouble}")
 
 
 def is_own(executable: Path) -> bool:

@@ -22,6 +22,7 @@ from pyros1.suggest import did_you_mean
 
 STDIN = "-"
 _Handlers = dict[str, Callable[[Element, Scope], None]]
+_AGAIN = " (again and again)"
 _MAX_INCLUDES = 100
 _NODE_ATTRIBUTES = (
     "pkg",
@@ -94,6 +95,7 @@ class _Loader:
         self._only_args = only_args
         self._problems = problems
         self._depth = 0
+        self._too_deep: set[str] = set()
         self._known_args: set[str] = set()
         self._params = ParamReader(self.plan)
         self._nodes = NodeReader(self.plan, self._params, self.attribute, self.children)
@@ -266,7 +268,10 @@ class _Loader:
             # <include>, but only if something had been set for all nodes before.
             private_params=scope.private_params or [],
         )
+        if file in self._too_deep:  # it was said, and a file may include itself more than once
+            return
         if self._depth >= _MAX_INCLUDES:
+            self._too_deep.add(file)
             raise LaunchError(f"includes are nested more than {_MAX_INCLUDES} deep: does [{file}] include itself?")
         root = parse_document(self._read(file), file)
         self.plan.files.append(file)
@@ -323,11 +328,15 @@ class _Loader:
 
 
 def _add_includer(error: LaunchError, include: Element) -> None:
-    text, line = str(error), f"  included at {include.place}"
-    again = f"{line} (again and again)"
-    if text.endswith(again):
+    """Say where the file with an error was included; once, if the includes go in a circle."""
+    lines, line = str(error).split("\n"), f"  included at {include.place}"
+    if line + _AGAIN in lines:
         return
-    error.args = (f"{text} (again and again)" if text.endswith(line) else f"{text}\n{line}",)
+    if line not in lines:
+        lines.append(line)
+    elif not lines[-1].endswith(_AGAIN):
+        lines[-1] += _AGAIN
+    error.args = ("\n".join(lines),)
 
 
 def absolute_files(files: Sequence[str]) -> list[str]:

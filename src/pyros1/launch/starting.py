@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pyros1.errors import LaunchError
-from pyros1.launch.command_line import check_prefix, locate, node_environment, node_words
+from pyros1.launch.command_line import check_prefix, check_script, locate, node_environment, node_words
 from pyros1.launch.console import Console
 from pyros1.launch.logs import ros_home
 from pyros1.launch.options import Options
@@ -191,10 +191,11 @@ class Starter:
         """Return how a node is started on this machine.
 
         Raises:
-            LaunchError: there is no such executable, or no folder to start it in.
+            LaunchError: there is no such executable, it cannot be started, or there is no folder to start it in.
         """
         executable = locate(node.package, node.type, self.packages)
         check_prefix(node, self.environ)
+        check_script(node, executable, self.environ)
         home = ros_home(self.environ)
         try:
             home.mkdir(parents=True, exist_ok=True)

@@ -10,8 +10,9 @@ from pyros1.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.loader import STDIN
 from pyros1.launch.resources import Resources
 from pyros1.msgs.packages import OWN_PACKAGES
-from pyros1.suggest import did_you_mean
+from pyros1.suggest import argument_hint, did_you_mean
 
+_MOST_NAMES = 20
 _ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 
 
@@ -58,19 +59,28 @@ def find_files(words: list[str], resources: Resources) -> list[str]:
             words = [found, *words[2:]]
         elif not os.path.isfile(words[0]):
             package, file = words[:2]
-            hint = "" if _is_package(package, resources) else f": there is no package [{package}]"
-            hint += did_you_mean(package, resources.packages.list()) if hint else ""
+            instead = argument_hint(file)
+            if instead:
+                hint = f"; {instead}"
+            elif _is_package(package, resources):
+                hint = _files_hint(package, file, resources)
+            else:
+                hint = f": there is no package [{package}]{did_you_mean(package, resources.packages.list())}"
             raise LaunchError(
                 f"[{file}] is neither a launch file in package [{package}] nor is [{package}] a launch file name{hint}"
             )
     if len(words) == 1 and words[0] != STDIN and not os.path.isfile(words[0]):
         own = _own_file(words[0])
         if own is None:
-            raise LaunchError(f"[{words[0]}] is not a launch file name{resources.near_file(words[0])}")
+            hint = resources.near_file(words[0])
+            if not hint and _is_package(words[0], resources):
+                hint = _files_hint(words[0], "", resources)
+            raise LaunchError(f"[{words[0]}] is not a launch file name{hint}")
         return [own]
     missing = [word for word in words if word != STDIN and not os.path.exists(word)]
     if missing:
-        raise WordsError(f"The following input files do not exist: {', '.join(missing)}")
+        hints = [f"\n{hint}" for hint in map(argument_hint, missing) if hint]
+        raise WordsError(f"The following input files do not exist: {', '.join(missing)}{''.join(hints)}")
     return words
 
 
@@ -80,6 +90,18 @@ def _is_package(name: str, resources: Resources) -> bool:
     except PackageNotFoundError:
         return False
     return True
+
+
+def _files_hint(package: str, file: str, resources: Resources) -> str:
+    """Return which launch files a package has, to be put behind the message that one is not among them."""
+    names: set[str] = set()
+    for _, folders, files in os.walk(resources.packages.find(package)):
+        folders[:] = [name for name in folders if name[0] != "."]
+        names.update(name for name in files if name.endswith((".launch", ".launch.xml", ".test")))
+    if not names:
+        return f"; package [{package}] has no launch files"
+    more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+    return f"{did_you_mean(file, names)}; package [{package}] has {', '.join(sorted(names)[:_MOST_NAMES])}{more}"
 
 
 def _in_package(package: str, file: str, resources: Resources) -> str | None:

@@ -74,13 +74,25 @@ class MessageFinder:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Answer the import system: a spec for a package with definitions, or its msg or srv module."""
+        """Answer the import system: a spec for a package with definitions, or its msg or srv module.
+
+        Raises:
+            ImportError: there is no such thing; the text says what may have been meant. Python asks for the types of a
+                msg or srv module only if these are not there: as modules, since it takes ours for packages.
+        """
         if not name.startswith(self._prefix + "."):
             return None
         package, *kind = name[len(self._prefix) + 1 :].split(".")
-        if kind not in ([], ["msg"], ["srv"]) or not self.library.has_package(_ros_name(package)):
-            return None
-        return ModuleSpec(name, self, is_package=not kind)  # type: ignore[arg-type]  # has all that a loader needs
+        package = _ros_name(package)
+        if not self.library.has_package(package):
+            text = f"No module named {name!r}: {self.library.no_package(package)}"
+            raise ModuleNotFoundError(text, name=name)
+        match kind:
+            case [] | ["msg"] | ["srv"]:
+                return ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]  # has all that a loader needs
+            case ["msg" | "srv" as part, short]:
+                raise ImportError(self._missing(f"{package}/{short}", part), name=name)
+        return None
 
     def create_module(self, spec: ModuleSpec) -> None:
         """Leave it to the import system."""
@@ -106,6 +118,22 @@ class MessageFinder:
 
         vars(module)["__getattr__"] = __getattr__
         vars(module)["__dir__"] = lambda: names(package)
+
+    def _missing(self, name: str, kind: str) -> str:
+        """Return why a type cannot be imported from a msg or srv module."""
+        make, other, other_kind = (
+            (self.message, self.library.services, "srv")
+            if kind == "msg"
+            else (self.service, self.library.messages, "msg")
+        )
+        package, _, short = name.partition("/")
+        try:
+            make(name)
+        except UnknownTypeError as error:
+            if short in other(package):
+                return f"{error}; there is {self._prefix}.{_module_name(package)}.{other_kind}.{short}"
+            return str(error)
+        return f"{short} is no module: write from {self._prefix}.{_module_name(package)}.{kind} import {short}"
 
     # -- classes -------------------------------------------------------------------------------------------------------
 

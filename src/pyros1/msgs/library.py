@@ -24,6 +24,7 @@ from pyros1.msgs.spec import (
 SHIPPED = os.path.join(os.path.dirname(os.path.realpath(__file__)), "definitions")
 """Folder of the definitions that are part of pyros1."""
 
+_MOST_HINTS = 3
 _ACTION_PARTS = ("ActionGoal", "ActionResult", "ActionFeedback", "Action", "Goal", "Result", "Feedback")
 
 
@@ -139,18 +140,36 @@ class Library:
                 if name.endswith("." + kind):
                     yield name.removesuffix("." + kind)
 
-    def _not_found(self, name: str, what: str) -> str:
-        if not is_type_name(name):
-            return f"[{name}] is not a {what} type: it must have the form package/Type"
-        package = name.partition("/")[0]
-        names: Callable[[str], list[str]] = self.services if what == "service" else self.messages
-        known = names(package)
-        if not known:
-            return f"{what} type [{name}] is unknown: no package [{package}] with definitions; is ROS_PACKAGE_PATH set?"
+    def no_package(self, package: str) -> str:
+        """Return that there is no such package, with a hint at what may have been meant."""
         from pyros1.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
 
-        hint = did_you_mean(name, (f"{package}/{short}" for short in known))
-        return f"{what} type [{name}] is unknown{hint or f'; package [{package}] has ' + ', '.join(known)}"
+        hint = did_you_mean(package, self.packages())
+        return f"no package [{package}] with definitions{hint or '; is ROS_PACKAGE_PATH set?'}"
+
+    def _not_found(self, name: str, what: str) -> str:
+        names: Callable[[str], list[str]] = self.services if what == "service" else self.messages
+        if not is_type_name(name):
+            known = [f"'{full}'" for full in self._full_names(name, names)]
+            hint = f" (did you mean {' or '.join(known)}?)" if known else ""
+            return f"[{name}] is not a {what} type: it must have the form package/Type{hint}"
+        package = name.partition("/")[0]
+        short_names = names(package)
+        if not self.has_package(package):
+            return f"{what} type [{name}] is unknown: {self.no_package(package)}"
+        from pyros1.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
+
+        hint = did_you_mean(name, (f"{package}/{short}" for short in short_names))
+        instead = f"; package [{package}] has {', '.join(short_names) or f'no {what}s'}"
+        return f"{what} type [{name}] is unknown{hint or instead}"
+
+    def _full_names(self, name: str, names: Callable[[str], list[str]]) -> list[str]:
+        """Return what a name without package, or one with a folder as in ROS 2, may stand for; a few at most."""
+        package, short = name.partition("/")[0], name.rpartition("/")[2]
+        if "/" in name:
+            return [f"{package}/{short}"] if short in names(package) else []
+        found = [f"{package}/{short}" for package in self.packages() if short in names(package)]
+        return found[:_MOST_HINTS]
 
 
 def _has_definitions(folder: str) -> bool:

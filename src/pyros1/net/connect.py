@@ -8,7 +8,7 @@ import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pyros1.errors import DeadlineError, TransportError, UnreachableError
+from pyros1.errors import DeadlineError, TransportError, UnknownHostError, UnreachableError
 from pyros1.net.loop import WRITE
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class ConnectHandle:
         if self._on_done is None:
             return
         if error is not None or not addresses:
-            self._fail(UnreachableError(f"the host name {self._host!r} cannot be resolved: {error or 'no address'}"))
+            self._fail(UnknownHostError(self._host, error))
             return
         self._addresses = list(addresses)
         self._try_next(0)

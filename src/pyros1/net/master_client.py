@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from pyros1.errors import Error, MasterError, MasterUnreachableError, ParameterNotSetError, ProtocolError, XmlRpcFault
 
-from pyros1.errors import DeadlineError, UnreachableError  # isort: skip
+from pyros1.errors import DeadlineError, UnknownHostError, UnreachableError  # isort: skip
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
 SystemState = list[list[list[Any]]]
@@ -86,11 +86,13 @@ class MasterClient:
         try:
             return self._client.call(method, *params, timeout=timeout)
         except (UnreachableError, DeadlineError) as error:
-            raise MasterUnreachableError(
-                f"no answer from the master at {self.uri} ({error}).\n"
-                "Is it running? Start one with: pyros1 core. Is it elsewhere? Set ROS_MASTER_URI.",
-                0,
-            ) from error
+            cure = "Is it running? Start one with: pyros1 core. Is it elsewhere? Set ROS_MASTER_URI."
+            if isinstance(error, UnknownHostError):
+                cure = (
+                    "Is the name right? Then use the master's IP address in ROS_MASTER_URI, "
+                    f"or add a line 'ADDRESS {error.host}' to /etc/hosts."
+                )
+            raise MasterUnreachableError(f"no answer from the master at {self.uri} ({error}).\n{cure}", 0) from error
 
     # ---- master
 

@@ -10,7 +10,7 @@ import threading
 from time import monotonic
 from typing import Any
 
-from pyros1.errors import DeadlineError, ProtocolError, UnreachableError
+from pyros1.errors import DeadlineError, ProtocolError, UnknownHostError, UnreachableError
 from pyros1.net.hosts import parse_uri
 from pyros1.net.resolve import direct_addresses, look_up
 from pyros1.wire.http import Response, ResponseParser, build_request
@@ -51,7 +51,8 @@ class XmlRpcClient:
             timeout: seconds for this call; None: the client's.
 
         Raises:
-            UnreachableError: no connection, or it was lost, or the client was closed.
+            UnreachableError: no connection, or it was lost, or the client was closed. UnknownHostError, if the host's
+                name cannot be resolved.
             DeadlineError: no answer in time.
             ProtocolError: the answer is not XML-RPC over HTTP.
             XmlRpcFault: the answer is a fault.
@@ -124,7 +125,11 @@ class XmlRpcClient:
 
     def _connect(self, deadline: float) -> socket.socket:
         last: OSError = OSError("no address")
-        for address in direct_addresses(self._host) or look_up(self._host):
+        try:
+            addresses = direct_addresses(self._host) or look_up(self._host)
+        except OSError as error:
+            raise UnknownHostError(self._host, error) from error
+        for address in addresses:
             sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
             self._sock = sock  # so that close() can interrupt
             self._parser = ResponseParser()

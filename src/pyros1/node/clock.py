@@ -247,7 +247,7 @@ class Timer:
         except NodeShutdownError:
             return
         except Exception as error:  # noqa: BLE001 - user code: the timer goes on
-            self._log.exception(f"bad timer callback {self._callback!r}", error)
+            self._log.exception(f"bad timer callback {self._callback!r}", error=error)
         self._last = (expected, real, time.perf_counter() - start)
 
     @property

@@ -23,7 +23,7 @@ import selectors
 import socket
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import ConnectionRefusedByPeerError, Error, ProtocolError
+from pyros1.errors import ConnectionRefusedByPeerError, Error, ProtocolError, UnknownHostError
 from pyros1.net.connect import connect
 from pyros1.node.context import find_local_context
 from pyros1.node.inlink import InLink
@@ -159,7 +159,7 @@ class Connector:
         if attempt != self._attempt:
             return
         if error is not None:
-            self._retry()
+            self._fail(error)
             return
         match value:
             case [1, str(), ["UDPROS", *_] as answer] if self._datagrams is not None:
@@ -197,7 +197,7 @@ class Connector:
                 sock.close()
             return
         if sock is None:
-            self._retry()
+            self._fail(error)
             return
         self._sock = sock
         subscription = self._subscription
@@ -271,6 +271,12 @@ class Connector:
             self._retry()
         else:
             self._give_up()
+
+    def _fail(self, error: Exception | None) -> None:
+        """No connection was made: try again later. That may always fail, if the host is not known here."""
+        if isinstance(error, UnknownHostError) and not self._ended:
+            self._context.warn_of_host(self._subscription.topic, self.uri, error)
+        self._retry()
 
     def _retry(self) -> None:
         self._give_up()

@@ -8,7 +8,7 @@ from functools import cached_property
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pyros1.errors import NodeShutdownError
+from pyros1.errors import NodeShutdownError, UnknownHostError
 from pyros1.net.loop import Loop, LoopThread
 from pyros1.node.readers import Readers
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from pyros1.node.callbacks import CallbackQueue
     from pyros1.node.log import Log
     from pyros1.node.publisher import Publication
+
+_MOST_HOSTS = 1000
 
 
 class Context:
@@ -56,16 +58,33 @@ class Context:
         self.address: LocalAddress | None = None
         self.stopping = stopping
         self.publications: dict[str, Publication] = {}
+        self._unknown_hosts: set[str] = set()
 
     @cached_property
     def readers(self) -> Readers:
         """Made with the first subscription."""
-        return Readers(self.name, lambda error: self.log.exception("trouble with subscriptions", error))
+        return Readers(self.name, lambda error: self.log.exception("trouble with subscriptions", error=error))
 
     def close_readers(self, timeout: float) -> None:
         """End the threads, if there are any; wait for them at most ``timeout`` seconds."""
         if "readers" in self.__dict__:
             self.readers.close(timeout)
+
+    def warn_of_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
+        """Say that a publisher's host name cannot be resolved; once for each host. On the loop."""
+        if error.host in self._unknown_hosts:
+            return
+        if len(self._unknown_hosts) >= _MOST_HOSTS:
+            self._unknown_hosts.clear()
+        self._unknown_hosts.add(error.host)
+        self.log.warn(
+            "no messages of %s from the publisher at %s: %s. On its machine export ROS_IP=<its address> and restart "
+            "it, or add a line 'ADDRESS %s' to /etc/hosts here",
+            topic,
+            uri,
+            error,
+            error.host,
+        )
 
     def pause(self, seconds: float) -> None:
         """Wait in wall time.

@@ -91,7 +91,7 @@ class Life:
                 try:
                     hook()
                 except Exception as error:
-                    context.log.exception(f"bad shutdown hook {hook!r}", error)
+                    context.log.exception(f"bad shutdown hook {hook!r}", error=error)
         finally:  # also when a hook ends the program
             self._close()
             atexit.unregister(self._end_at_exit)

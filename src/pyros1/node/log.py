@@ -205,15 +205,20 @@ class Log:
         """Log what the node cannot go on after."""
         self._log(FATAL, text, args, throttle, once)
 
-    def exception(self, text: str, error: BaseException) -> None:
-        """Log an error in user code with its traceback."""
-        try:
-            from traceback import format_exception  # noqa: PLC0415 - it takes as long to load as much of a node
+    def exception(self, text: object, *args: object, error: BaseException | None = None) -> None:
+        """Log an error with its traceback.
 
-            trace = "".join(format_exception(type(error), error, error.__traceback__)).rstrip()
-        except Exception:  # noqa: BLE001 - it cannot be loaded when no more files can be opened
-            trace = f"{type(error).__name__}: {error}"
-        self._log(ERROR, f"{text}\n{trace}", (), None, False)
+        Args:
+            text: what went wrong.
+            args: filled in, as for the other levels. An exception behind a text with no place for it is ``error``.
+            error: the exception; None takes the one that is being handled.
+        """
+        if error is None:
+            error = sys.exc_info()[1]
+            if len(args) == 1 and isinstance(args[0], BaseException) and "%" not in str(text):
+                error, args = args[0], ()
+        trace = "" if error is None else "\n" + _trace(error)
+        self._log(ERROR, _filled(text, args) + trace, (), None, False)
 
     def _log(self, level: int, text: object, args: tuple[object, ...], throttle: float | None, once: bool) -> None:
         sink = self._sink
@@ -224,16 +229,8 @@ class Log:
         stamp, simulated = sink.now()
         if (throttle is not None or once) and not self._due((file, line), stamp.to_sec(), throttle, once):
             return
-        message = str(text)
-        if args:
-            try:
-                message = message % args
-            except (TypeError, ValueError) as error:
-                message = f"{message} {args!r} (bad log arguments: {error})"
-        sink.emit(
-            Record(level, message, self.name, os.path.basename(file), line, frame.f_code.co_name, time.time(), stamp),
-            simulated,
-        )
+        where = (os.path.basename(file), line, frame.f_code.co_name)
+        sink.emit(Record(level, _filled(text, args), self.name, *where, time.time(), stamp), simulated)
 
     def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
         seen = self._sink.seen
@@ -244,6 +241,26 @@ class Log:
             seen.clear()
         seen[site] = now
         return True
+
+
+def _filled(text: object, args: tuple[object, ...]) -> str:
+    """Return the text with its arguments; with a remark if they do not fit."""
+    message = str(text)
+    if not args:
+        return message
+    try:
+        return message % args
+    except (TypeError, ValueError) as error:
+        return f"{message} {args!r} (bad log arguments: {error})"
+
+
+def _trace(error: BaseException) -> str:
+    try:
+        from traceback import format_exception  # noqa: PLC0415 - it takes as long to load as much of a node
+
+        return "".join(format_exception(type(error), error, error.__traceback__)).rstrip()
+    except Exception:  # noqa: BLE001 - it cannot be loaded when no more files can be opened
+        return f"{type(error).__name__}: {error}"
 
 
 def default_log_file(node_name: str, environ: Mapping[str, str], special: Mapping[str, str]) -> str:

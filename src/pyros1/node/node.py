@@ -12,7 +12,7 @@ from pyros1 import names
 from pyros1.errors import (
     NodeShutdownError,
 )
-from pyros1.msgs import Service, load_message, load_service
+from pyros1.msgs import Service, load_message
 from pyros1.net.hosts import host_from_environment
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
@@ -21,6 +21,7 @@ from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import logging_api
 from pyros1.node.callbacks import CallbackQueue
+from pyros1.node.checks import check_callback, check_name, check_queue_size, message_class, service_class
 from pyros1.node.clock import Clock, Rate, Timer, TimerEvent
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
@@ -37,12 +38,14 @@ from pyros1.node.slave import SlaveApi
 from pyros1.node.subscriber import Subscriber
 from pyros1.node.subscription import Hints
 from pyros1.node.topics import Topics
-from pyros1.node.values import private_parameter
+from pyros1.node.values import left_over, misspelt, set_private
 from pyros1.timing import Time
 from pyros1.wire.handshake import TopicType
 
 _M = TypeVar("_M")
 _INTERRUPTED = 130
+_SUBSCRIBE = "subscribe(topic, type, callback)"
+_PROVIDE = "advertise_service(name, type, handler)"
 
 
 class Node:
@@ -136,6 +139,8 @@ class Node:
             self.log.warn("%s", warning)
         for argument in self.arguments.malformed:
             self.log.warn("invalid remapping argument %r: use name:=newname", argument)
+        for hint in misspelt(self.arguments.rest):
+            self.log.warn("%s", hint)
         self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers)
         slave = SlaveApi(
             self._context,
@@ -148,11 +153,10 @@ class Node:
         self._slave = XmlRpcServer(loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised)
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, wait_for_master)
-        settings: list[tuple[str, tuple[Any, ...]]] = [
-            ("setParam", (self.resolve("~" + key), private_parameter(text)))
-            for key, text in self.arguments.parameters.items()
-        ]
-        *_, sim_time = self.master.multicall([*settings, ("getParam", ("/use_sim_time",))])
+        sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
+        if "__log" not in self.arguments.special:  # a launcher gives it, and sets parameters itself
+            for line in left_over(self.name, private, self.arguments.parameters):
+                self.log.info("%s", line)
         self._registrar.start()
         if sim_time is True:
             self._use_simulated_time()
@@ -169,7 +173,7 @@ class Node:
         return self._clock.now(), self._clock.simulated
 
     def _on_loop_error(self, error: BaseException) -> None:
-        self.log.exception("internal error (please report it)", error)
+        self.log.exception("internal error (please report it)", error=error)
 
     # Names ------------------------------------------------------------------------------------------------------------
 
@@ -211,10 +215,13 @@ class Node:
 
         Raises:
             NodeError: this node publishes the topic with another type already.
+            TypeError: an argument is not what it should be.
         """
-        message_class: Any = load_message(type) if isinstance(type, str) else type
-        wire_type = raw_type or topic_type(message_class)
-        return self._topics.advertise(self.resolve(topic), message_class, wire_type, queue_size, latch, headers or {})
+        check_name(topic, "advertise(topic, type)")
+        check_queue_size(queue_size, 0)
+        cls = message_class(type, "advertise")
+        wire_type = raw_type or topic_type(cls)
+        return self._topics.advertise(self.resolve(topic), cls, wire_type, queue_size, latch, headers or {})
 
     def subscribe(
         self,
@@ -249,14 +256,16 @@ class Node:
             ValueError: a transport or size that there is not.
             NodeError: this node subscribes to the topic with another type already.
             ImportError: "numpy" is asked for and not installed.
+            TypeError: an argument is not what it should be.
         """
-        message_class: Any = load_message(type) if isinstance(type, str) else type
-        if queue_size is not None and queue_size < 1:
-            raise ValueError(f"queue_size must be at least 1, or None, not {queue_size}")
+        check_name(topic, _SUBSCRIBE)
+        check_callback(callback, _SUBSCRIBE, "callback", type)
+        check_queue_size(queue_size, 1)
+        cls = message_class(type, "subscribe")
         wanted = (transports,) if isinstance(transports, str) else tuple(transports)
         hints = Hints(tcp_nodelay, wanted, max_datagram_size)
         hints.check()
-        return self._topics.subscribe(self.resolve(topic), message_class, callback, queue_size, hints, arrays=arrays)
+        return self._topics.subscribe(self.resolve(topic), cls, callback, queue_size, hints, arrays=arrays)
 
     def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
         """Wait for one message.
@@ -268,8 +277,9 @@ class Node:
             WaitTimeoutError: none came in time.
             NodeShutdownError: the node is shutting down.
         """
-        message_class: Any = load_message(type) if isinstance(type, str) else type
-        message: _M = self._topics.wait_for_message(self.resolve(topic), message_class, timeout)
+        check_name(topic, "wait_for_message(topic, type)")
+        cls = message_class(type, "wait_for_message")
+        message: _M = self._topics.wait_for_message(self.resolve(topic), cls, timeout)
         return message
 
     # Services ---------------------------------------------------------------------------------------------------------
@@ -286,8 +296,9 @@ class Node:
         Raises:
             NodeError: this node provides the service already.
         """
-        service_class = load_service(type) if isinstance(type, str) else type
-        return self._services.advertise(self.resolve(name), service_class, handler)
+        check_name(name, _PROVIDE)
+        check_callback(handler, _PROVIDE, "handler", type)
+        return self._services.advertise(self.resolve(name), service_class(type, "advertise_service"), handler)
 
     def _service_uri(self) -> str:
         host = f"[{self._host}]" if ":" in self._host else self._host
@@ -310,8 +321,9 @@ class Node:
                 connection the next call makes a new one.
             headers: further fields for the connection header.
         """
-        service_class = load_service(type) if isinstance(type, str) else type
-        return ServiceClient(self._context, self.master, self.resolve(name), service_class, persistent, headers or {})
+        check_name(name, "service(name, type)")
+        cls = service_class(type, "service")
+        return ServiceClient(self._context, self.master, self.resolve(name), cls, persistent, headers or {})
 
     def wait_for_service(self, name: str, timeout: float | None = None) -> None:
         """Wait until a service is provided and its provider answers.
@@ -345,6 +357,7 @@ class Node:
 
     def timer(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool = False) -> Timer:
         """Call a function every ``period`` seconds, or only once, with a TimerEvent."""
+        check_callback(callback, "timer(period, callback)", "callback")
         self._context.check_running()
         timer = Timer(self._clock, period, callback, oneshot, self._callbacks, self.log)
         self._timers = [*(other for other in self._timers if other.alive), timer]
@@ -380,6 +393,7 @@ class Node:
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
         """Call ``hook`` when the node begins to shut down; publishing still works then."""
+        check_callback(hook, "on_shutdown(hook)", "hook")
         self._life.on_shutdown(hook)
 
     def shutdown(self, reason: str = "") -> None:

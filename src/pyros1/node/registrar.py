@@ -12,7 +12,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import Error, MasterError, MasterUnreachableError, NodeShutdownError
+from pyros1.errors import Error, MasterError, MasterUnreachableError, NodeShutdownError, UnknownHostError
 from pyros1.net.master_client import MasterClient
 
 if TYPE_CHECKING:
@@ -244,14 +244,15 @@ def await_master(context: Context, master: MasterClient, patience: float | None)
         try:
             master.get_pid()
             return
-        except MasterUnreachableError:
+        except MasterUnreachableError as error:
             if until is not None and monotonic() >= until:
                 raise
+            unknown = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
         if not said:
             said = True
             context.log.warn(
-                "Unable to immediately register with master node [%s]: master may not be running yet. "
-                "Will keep trying.",
+                "Unable to immediately register with master node [%s]: %s. Will keep trying.",
                 master.uri,
+                unknown or "master may not be running yet",
             )
         context.pause(RETRY_TIME)

@@ -18,6 +18,7 @@ from pyros1.errors import (
     ProtocolError,
     ServiceError,
     ServiceUnavailableError,
+    UnknownHostError,
     WaitTimeoutError,
 )
 from pyros1.msgs import Message, Service
@@ -50,8 +51,9 @@ class _Call:
         try:
             self.sock = socket.create_connection((host, port), self._left(CONNECT_TIMEOUT))
         except (OSError, UnicodeError) as error:
+            reason = UnknownHostError(host, error) if isinstance(error, socket.gaierror) else error
             raise ServiceUnavailableError(
-                f"service [{service}] is registered at {uri}, but cannot be reached: {error}"
+                f"service [{service}] is registered at {uri}, but cannot be reached: {reason}"
             ) from error
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._bound = 0.0

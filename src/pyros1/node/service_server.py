@@ -155,7 +155,7 @@ class ServiceServer:
         except NodeError as error:
             return encode_failure(f"service cannot process request: {error}")
         except Exception as error:
-            self._context.log.exception(f"error processing a request of {self.name}", error)
+            self._context.log.exception(f"error processing a request of {self.name}", error=error)
             return encode_failure(f"error processing request: {error}")
 
     def _convert(self, value: Any) -> Message:

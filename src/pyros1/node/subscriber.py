@@ -115,9 +115,9 @@ class Subscriber(Generic[_M]):
             if self._subscription.context.callbacks is not None and not self.direct:
                 raise  # it runs in the program's own thread
             text = f"callback of {self.name}: sys.exit() ends a program only from its main thread; call node.shutdown()"
-            self._subscription.context.log.exception(text, error)
+            self._subscription.context.log.exception(text, error=error)
         except Exception as error:
-            self._subscription.context.log.exception(f"bad callback of {self.name}: {self._callback!r}", error)
+            self._subscription.context.log.exception(f"bad callback of {self.name}: {self._callback!r}", error=error)
 
     @property
     def num_connections(self) -> int:

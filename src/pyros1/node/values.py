@@ -1,13 +1,21 @@
-"""Private parameters on the command line: ``_rate:=10`` sets ``~rate`` to the number 10 (N13: YAML rules, as rospy)."""
+"""Private parameters on the command line: ``_rate:=10`` sets ``~rate`` to the number 10 (N13: YAML rules, as rospy).
+
+They stay on the master when the node ends, and a later start without them gets them again.
+"""
 
 from __future__ import annotations
 
 import re
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pyros1.net.master_client import MasterClient
 
 _INT = re.compile(r"[-+]?(0|[1-9][0-9]*)\Z")
 _FLOAT = re.compile(r"[-+]?[0-9]+\.[0-9]*\Z")
 _WORD = re.compile(r"[A-Za-z/_][\w/.-]*\Z", re.ASCII)
+_MOST_SHOWN = 5
 _KEYWORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
@@ -30,3 +38,60 @@ def private_parameter(text: str) -> Any:
     except Error:
         return text
     return "" if value is None else value
+
+
+def misspelt(arguments: Sequence[str]) -> list[str]:
+    """Return a hint at each argument that is to set a private parameter and does not, such as ``_rate=10``."""
+    suspects = [argument for argument in arguments if argument.startswith("_")]
+    if not suspects:
+        return []
+    from pyros1.suggest import argument_hint  # noqa: PLC0415 - only who misspells needs it
+
+    return [hint for hint in map(argument_hint, suspects) if hint]
+
+
+def set_private(master: MasterClient, resolve: Callable[[str], str], given: Mapping[str, str]) -> tuple[Any, Any]:
+    """Set a node's private parameters, in one call.
+
+    Args:
+        master: of the node.
+        resolve: makes a full name.
+        given: name without ``~`` -> value as text.
+
+    Returns:
+        What is to be known at the start: /use_sim_time, and the tree of all private parameters; an Error for each that
+        is not set.
+    """
+    settings: list[tuple[str, tuple[Any, ...]]] = [
+        ("setParam", (resolve("~" + key), private_parameter(text))) for key, text in given.items()
+    ]
+    *_, sim_time, private = master.multicall(
+        [*settings, ("getParam", ("/use_sim_time",)), ("getParam", (master.caller_id,))]
+    )
+    return sim_time, private
+
+
+def left_over(node_name: str, tree: Any, given: Mapping[str, str]) -> list[str]:
+    """Return a line on the private parameters that were there before a node started, or none if there are none.
+
+    Args:
+        node_name: full name.
+        tree: what the parameter server has below that name; no dict if there is nothing.
+        given: those that the command line sets.
+    """
+    mine = {name.strip("/") for name in given}
+    found = [(name, value) for name, value in _leaves(tree, "") if name not in mine] if isinstance(tree, dict) else []
+    if not found:
+        return []
+    texts = [f"~{name} is {value!r:.40}" for name, value in found[:_MOST_SHOWN]]
+    more = f" and {len(found) - _MOST_SHOWN} more" if len(found) > _MOST_SHOWN else ""
+    forget = f"{node_name}/{found[0][0]}" if len(found) == 1 else node_name
+    return [f"set before this start: {', '.join(texts)}{more} (to forget: pyros1 param delete {forget})"]
+
+
+def _leaves(tree: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    for name, value in tree.items():
+        if isinstance(value, dict) and value:
+            yield from _leaves(value, f"{prefix}{name}/")
+        else:
+            yield prefix + name, value

@@ -1,0 +1,65 @@
+"""suggest: what misspelt words were meant to be."""
+
+from __future__ import annotations
+
+import pytest
+
+from pyros1.suggest import argument_hint, did_you_mean, meant_option, meant_remapping
+
+EN_DASH, EM_DASH, MINUS = "\u2013", "\u2014", "\u2212"
+
+
+def test_the_nearest_word() -> None:
+    assert did_you_mean("scren", ["screen", "other"]) == " (did you mean 'screen'?)"
+    assert did_you_mean("x", ["screen"]) == did_you_mean("screen", ["screen"]) == ""
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        (f"{EN_DASH}r", "-r"),
+        (f"{EM_DASH}screen", "--screen"),
+        (f"{EN_DASH}{EN_DASH}rate=5", "--rate=5"),
+        (f"-{MINUS}wait-for", "--wait-for"),
+        ("-r", None),
+        ("--screen", None),
+        (f"{EN_DASH} a text", None),
+        (f"{EN_DASH}5", None),
+        ("größe", None),
+        ("", None),
+    ],
+)
+def test_dashes_of_printed_texts(word: str, meant: str | None) -> None:
+    assert meant_option(word) == meant
+    assert argument_hint(word).endswith(f"write {meant}" if meant else "")
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("foo=1", "foo:=1"),
+        ("_rate=10", "_rate:=10"),
+        ("__name=left", "__name:=left"),
+        ("rate:10", "rate:=10"),
+        ("/a/b=/c", "/a/b:=/c"),
+        ("~x=/dev/null", "~x:=/dev/null"),
+        ("foo=:1", "foo:=1"),
+        ("text=a b\nc", "text:=a b\nc"),
+        ("foo:=1", None),
+        ("foo:=a=b", None),
+        ("--rate=10", None),
+        ("-Dx=1", None),
+        ("http://host:11311/", None),
+        ("C:\\robot", None),
+        ("robot:11311", None),
+        ("12:30", None),
+        ("a==1", None),
+        ("foo", None),
+        ("foo=", None),
+        ("=", None),
+        ("", None),
+    ],
+)
+def test_remappings_that_are_none(word: str, meant: str | None) -> None:
+    assert meant_remapping(word) == meant
+    assert argument_hint(word).endswith(f"write {meant}" if meant else "")
