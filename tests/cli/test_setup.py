@@ -38,7 +38,7 @@ offer rostopic ec
 offer roslaunch minimal_nodes minimal_nodes.launch ra
 offer rostopic pub /x std_msgs/String ''
 pyros1 --version >/dev/null && echo version
-pyros1 unsetup
+source <(pyros1 unsetup)
 snap >after
 """
 ZSH = r"""
@@ -63,7 +63,7 @@ offer roslaunch minimal_nodes minimal_nodes.launch ra
 offer rostopic pub /x std_msgs/String ''
 pyros1 --version >/dev/null && echo version
 unfunction compadd offer
-pyros1 unsetup
+source <(pyros1 unsetup)
 snap >after
 """
 FISH = r"""
@@ -94,7 +94,25 @@ offer 'roslaunch minimal_nodes minimal_nodes.launch ra'
 offer 'rostopic pub /x std_msgs/String '
 pyros1 --version >/dev/null; and echo version
 functions -e offer
-pyros1 unsetup
+pyros1 unsetup | source
+snap >after
+"""
+SH = r"""
+set -eu
+each=
+snap() { set | grep -vE "^(_|OLDPWD|PPID|OPTIND|LINENO)="; alias; command -v rostopic roscd _pyros1_undo || true; }
+snap >before
+eval "$(pyros1 setup)"
+eval "$(pyros1 setup)"
+case "$(command -v roscd)" in */*) ;; *) echo function ;; esac
+for each in rospack catkin_create_pkg rosed; do command -v $each | sed 's,.*/,,'; done
+rospack find minimal_nodes
+roscd minimal_nodes/launch && pwd
+roscd nope || true
+cd "$OLDPWD"
+pyros1 --version >/dev/null && echo version
+each=
+eval "$(pyros1 unsetup)"
 snap >after
 """
 SHELLS = {
@@ -115,14 +133,25 @@ def place(tmp_path: Path) -> Path:
     return folder
 
 
-def environment(place: Path) -> dict[str, str]:
+def environment(place: Path, master_port: int = 9) -> dict[str, str]:
     return {
         "PATH": f"{place / 'bin'}:/usr/bin:/bin",
         "HOME": str(place),
-        "ROS_MASTER_URI": "http://127.0.0.1:9",
+        "ROS_MASTER_URI": f"http://127.0.0.1:{master_port}",
         "LANG": "C.UTF-8",
         "TERM": "dumb",
     }
+
+
+def run_shell(
+    shell: str, command: list[str], place: Path, script: str, master_port: int = 9
+) -> subprocess.CompletedProcess[str]:
+    file = place / f"script.{shell}"
+    file.write_text(script)
+    return subprocess.run(
+        [*command, str(file)], cwd=place, env=environment(place, master_port), stdin=subprocess.DEVNULL,
+        capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("shell", SHELLS)
@@ -130,12 +159,7 @@ def test_what_comes_goes_without_a_trace(place: Path, shell: str) -> None:
     command, script, template = SHELLS[shell]
     if shutil.which(shell) is None:
         pytest.skip(f"there is no {shell} here")
-    file = place / "script"
-    file.write_text(script)
-    done = subprocess.run(
-        [*command, str(file)], cwd=place, env=environment(place), stdin=subprocess.DEVNULL, capture_output=True,
-        text=True, timeout=100, check=False,
-    )  # fmt: skip
+    done = run_shell(shell, command, place, script)
     packages = SOURCE / "pyros1" / "packages"
     assert done.stdout.splitlines() == [
         *["function"] * 3,
@@ -155,6 +179,57 @@ def test_what_comes_goes_without_a_trace(place: Path, shell: str) -> None:
         for name in ("before", "after")
     )
     assert before == after and len(before) > 10
+
+
+def test_plain_sh(place: Path) -> None:
+    if shutil.which("dash") is None:
+        pytest.skip("there is no dash here")
+    done = run_shell("dash", ["dash"], place, SH)
+    folder = SOURCE / "pyros1" / "packages" / "minimal_nodes"
+    assert done.stdout.splitlines() == [
+        *["function", "rospack", "catkin_create_pkg", "rosed"],
+        *[str(folder), str(folder / "launch"), "version"],
+    ], done.stderr
+    assert done.stderr.splitlines() == ["roscd: No such package/stack 'nope'"]
+    assert (place / "before").read_text() == (place / "after").read_text() != ""
+
+
+SET_UP = {
+    "dash": 'eval "$(pyros1 {})"',
+    "fish": "pyros1 {} | source",
+    **dict.fromkeys(("bash", "zsh"), "source <(pyros1 {})"),
+}
+
+
+@pytest.mark.parametrize("shell", SET_UP)
+def test_a_shell_that_was_not_set_up_says_so(place: Path, shell: str) -> None:
+    if shutil.which(shell) is None:
+        pytest.skip(f"there is no {shell} here")
+    done = run_shell(shell, SHELLS.get(shell, ([shell],))[0], place, SET_UP[shell].format("unsetup"))
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "pyros1: this shell was not set up\n")
+
+
+@pytest.mark.parametrize("shell", SET_UP)
+@pytest.mark.parametrize(("program", "number"), [("pyros1 core", "TERM"), ("pyros1 core", "INT"), ("roscore", "TERM")])
+def test_what_runs_in_the_background_is_the_program(
+    place: Path, shell: str, program: str, number: str, free_port: int
+) -> None:
+    """``kill $!`` must end the program and not a copy of the shell that waits for it."""
+    if shutil.which(shell) is None:
+        pytest.skip(f"there is no {shell} here")
+    pid, code, until = "$!", "$?", "until [ -s lines ]; do sleep 0.02; done"
+    if shell == "fish":
+        pid, code, until = "$last_pid", "$status", "while not test -s lines; sleep 0.02; end"
+    script = f"""
+{SET_UP[shell].format("setup")}
+{program} -p {free_port} >lines &
+{until}
+kill -{number} {pid}
+wait {pid}
+echo ended {code}
+"""
+    done = run_shell(shell, SHELLS.get(shell, ([shell],))[0], place, script, free_port)
+    assert (done.stdout, done.stderr) == ("ended 0\n", "")
 
 
 def programs(tmp_path: Path) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import io
 import os
+import signal
 import sys
 import threading
 import time
@@ -17,9 +18,12 @@ from pyros1.errors import LaunchError
 from pyros1.launch.console import Console
 from pyros1.launch.process import Process, ProcessSpec
 from pyros1.launch.screen import Screen
-from pyros1.launch.supervisor import Supervisor
+from pyros1.launch.supervisor import Supervisor, install_signals
+from pyros1.launch.warden import leaderless
 
 DEADLINE = 20.0
+LATE = "import signal, sys, time; signal.signal(2, lambda *_: (time.sleep(0.1), sys.exit())); print('ready', flush=True); time.sleep(60)"
+FORKS = "import os, signal\nif not os.fork(): print('ready', flush=True)\nsignal.pause()"
 STUBBORN = "import signal, time; signal.signal(2, signal.SIG_IGN); signal.signal(15, signal.SIG_IGN); print('ready', flush=True); time.sleep(60)"
 
 
@@ -130,12 +134,66 @@ def test_a_second_signal_hurries_x90(bench: Bench) -> None:
     bench.supervisor = Supervisor(Console(bench.out, bench.err), sigint_timeout=1000.0, sigterm_timeout=1000.0)
     bench.supervisor.start(bench.spec("stuck-1", STUBBORN))
     bench.wait_for_log("stuck-1", "ready")
-    for _ in range(3):
-        bench.supervisor.stop("SIGINT")
+    bench.supervisor.stop("SIGINT")
+    bench.supervisor.hurry()
+    bench.supervisor.hurry()
     assert bench.supervisor.run() == "SIGINT"
     bench.supervisor.shut_down()
     (stuck,) = bench.supervisor.dead
     assert stuck.exit_code == -9
+
+
+def test_asking_twice_for_the_end_is_not_hurrying(bench: Bench) -> None:
+    """A master that is told to shut down, and then a signal: the nodes keep the time that they have."""
+    bench.supervisor.start(bench.spec("late-1", LATE))
+    bench.wait_for_log("late-1", "ready")
+    bench.supervisor.stop("shutdown")
+    bench.supervisor.stop("SIGINT")
+    assert bench.supervisor.run() == "shutdown"
+    bench.supervisor.shut_down()
+    assert "escalating" not in bench.out.getvalue()
+
+
+def test_signals_that_come_together_are_one_x90(bench: Bench) -> None:
+    """``timeout -s INT`` sends two, to the launcher and to its group."""
+    came: list[str] = []
+    restore = install_signals(came.append, lambda: came.append("hurry"))
+    try:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGTERM)
+    finally:
+        restore()
+    assert came == ["SIGINT"]
+
+
+def test_a_life_ends_while_what_another_left_is_looked_at(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    process = Process(bench.spec("forks-1", FORKS), lambda process: None)
+
+    def end(said: str) -> None:
+        bench.wait_for_log("forks-1", said)
+        os.kill(process.pid, signal.SIGKILL)
+        while process.alive:
+            time.sleep(0.001)
+
+    process.start()
+    end("ready\n")
+    process.start()
+
+    def look(group: int) -> bool:
+        if process.alive:
+            end("ready\nready\n")
+        return leaderless(group)
+
+    monkeypatch.setattr("pyros1.launch.process.leaderless", look)
+    process.signal(0)
+    assert not process.alive and not process.gone
+    process.kill()  # reaches what both have left
+    deadline = time.monotonic() + DEADLINE
+    while not process.gone:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    process.join()
 
 
 class Running:

@@ -17,6 +17,7 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.reader import BagReader
 from pyros1.cli.bag_info import report_bag_error
 from pyros1.cli.common import CommandError
+from pyros1.interrupts import ENDINGS, Insistence, catch
 
 _NS = 1_000_000_000
 
@@ -31,18 +32,18 @@ def new_file(target: str) -> Iterator[str]:
     part = f"{target}.tmp"
     if os.path.isdir(target):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), target)
-    try:
-        with interruptible(f"{target} was not written"):
+    with interruptible(f"{target} was not written"):
+        try:
             yield part
             os.replace(part, target)
-    except BaseException as error:
-        with contextlib.suppress(OSError):
-            os.unlink(part)
-        if isinstance(error, BagError) and error.path == part:
-            raise type(error)(target, error.reason, error.offset) from error
-        if isinstance(error, OSError) and error.filename in (None, part):
-            error.filename = target
-        raise
+        except BaseException as error:
+            with contextlib.suppress(OSError):
+                os.unlink(part)
+            if isinstance(error, BagError) and error.path == part:
+                raise type(error)(target, error.reason, error.offset) from error
+            if isinstance(error, OSError) and error.filename in (None, part):
+                error.filename = target
+            raise
 
 
 @contextmanager
@@ -56,21 +57,22 @@ def interruptible(consequence: str) -> Iterator[None]:
         CommandError: one of them came.
     """
     came = signal.SIGINT
+    insistence = Insistence()
 
     def end(number: int, _: object) -> None:
         nonlocal came
-        came = signal.Signals(number)
-        raise KeyboardInterrupt
+        if insistence.again():  # another one that comes with the first must not end what that sets off
+            came = signal.Signals(number)
+            raise KeyboardInterrupt
 
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    old = {number: signal.signal(number, end) for number in numbers if signal.getsignal(number) is signal.SIG_DFL}
+    usual = (signal.SIG_DFL, signal.default_int_handler)
+    restore = catch(end, [number for number in ENDINGS if signal.getsignal(number) in usual])
     try:
         yield
     except KeyboardInterrupt:
         raise CommandError(f"interrupted: {consequence}", 128 + came, plain=True) from None
     finally:
-        for number, handler in old.items():
-            signal.signal(number, handler)
+        restore()
 
 
 def different(source: str, target: str, code: int = 1) -> None:

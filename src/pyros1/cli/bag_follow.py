@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 
 from pyros1.bag.record_topics import TopicSearch
 from pyros1.errors import NodeShutdownError
+from pyros1.interrupts import catch
 from pyros1.node import Node
 
 _LOOK_TIME = 1.0
@@ -25,9 +25,7 @@ class Ending:
 
     def __init__(self, node: Node) -> None:
         self._ends: SimpleQueue[None] = SimpleQueue()  # a signal handler may put into it
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-            if hasattr(signal, name):
-                signal.signal(getattr(signal, name), lambda *_: self.come())
+        catch(lambda *_: self.come())
         node.on_shutdown(self.come)
 
     def come(self) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import signal
 import sys
 import time
 from collections.abc import Callable
@@ -21,6 +20,7 @@ from pyros1.cli.bag_progress import LiveLine
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
 from pyros1.cli.subscribing import Decoder
 from pyros1.errors import MessageError
+from pyros1.interrupts import catch
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 
@@ -51,9 +51,7 @@ def play(invocation: Invocation) -> int:
             return 0  # Ctrl-C while the master was waited for
         control = Control(options.pause)
         try:
-            for number in ("SIGINT", "SIGTERM", "SIGHUP"):
-                if hasattr(signal, number):
-                    signal.signal(getattr(signal, number), lambda *_: control.end())
+            catch(lambda *_: control.end())
             node.on_shutdown(control.end)
             _wake_on_time()
             return _play(node, bags, options, control)

@@ -131,7 +131,7 @@ def launch(plan: Plan, values: Values, resources: Resources, *, title: str) -> i
     pid_file = Path(values.pid_file) if values.pid_file else None
     if pid_file is not None:
         _write_pid(pid_file)
-    restore = install_signals(session.stop)
+    restore = install_signals(session.stop, session.hurry)
     try:
         session.run()
     finally:

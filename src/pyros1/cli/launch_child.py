@@ -37,7 +37,7 @@ def run_child(values: Values, words: list[str], parser: OptionParser) -> int:
     )
     try:
         child = Child(values.child_name, values.server_uri, values.run_id, options, make_resources())
-        restore = install_signals(child.stop)
+        restore = install_signals(child.stop, child.hurry)
         end_with_stdin(child.stop)
         try:
             child.run()

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from pathlib import Path
-from threading import Event
+from queue import SimpleQueue
 
 from pyros1.cli.usage import Parser
 from pyros1.errors import Error
@@ -42,6 +41,7 @@ def main(argv: list[str]) -> int:
     if words:
         parser.error(f"unrecognized args: {' '.join(words)}")
 
+    from pyros1.interrupts import catch  # noqa: PLC0415
     from pyros1.launch.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
     from pyros1.launch.logs import log_folder  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment, master_uri, parse_uri  # noqa: PLC0415
@@ -49,8 +49,8 @@ def main(argv: list[str]) -> int:
     if options.level not in LOG_LEVELS:
         parser.error(f"the level must be one of {', '.join(LOG_LEVELS)}, not {options.level!r}")
     if not options.core:
-        print(_BANNER)
-    ended = Event()
+        print(_BANNER, flush=True)
+    ended: SimpleQueue[str] = SimpleQueue()  # a signal handler may put into it
     try:
         port = options.port or parse_uri(master_uri(os.environ, special))[1]
         address = host_from_environment(os.environ, special)
@@ -62,7 +62,7 @@ def main(argv: list[str]) -> int:
             uri=f"http://{address.advertised}:{port}/",
             log_folder=folder,
             environ=os.environ,
-            on_shutdown=lambda reason: ended.set(),
+            on_shutdown=ended.put,
             notify_timeout=options.timeout,
             log_level=options.level,
         )
@@ -70,12 +70,10 @@ def main(argv: list[str]) -> int:
     except (Error, OSError) as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
-    for number in (signal.SIGINT, signal.SIGTERM):  # SIGINT, too: shells let what runs in the background ignore it
-        signal.signal(number, signal.default_int_handler)
+    restore = catch(lambda *_: ended.put("signal"))
     try:
-        ended.wait()
-    except KeyboardInterrupt:
-        pass
+        ended.get()
     finally:
         core.stop_master()
+        restore()
     return 0

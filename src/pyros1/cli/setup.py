@@ -17,10 +17,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pyros1.cli.setup_names import stock_names
-from pyros1.cli.setup_shells import SHELLS, Names
+from pyros1.cli.setup_shells import PLAIN, SHELLS, Names
 from pyros1.errors import Error
 
-_HOW = {"bash": "source <(pyros1 {0})", "zsh": "source <(pyros1 {0})", "fish": "pyros1 {0} | source"}
 _DESCRIPTION = {
     "setup": "Prints what gives a shell the stock names (rostopic, roscd, ...) and completion, for it to read.",
     "unsetup": "Takes back what `pyros1 setup` did to this shell.",
@@ -41,7 +40,7 @@ def main(argv: list[str], word: str = "setup") -> int:
     Returns:
         The exit code.
     """
-    examples = "\n".join(f"  {shell:5} {how.format(word)}" for shell, how in _HOW.items())
+    examples = "\n".join(f"  {name:5} {shell.how.format(f'pyros1 {word}')}" for name, shell in SHELLS.items())
     parser = argparse.ArgumentParser(
         prog=f"pyros1 {word}",
         description=_DESCRIPTION[word],
@@ -49,21 +48,25 @@ def main(argv: list[str], word: str = "setup") -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--shell", choices=sorted(SHELLS), help="default: the shell that calls")
-    shell = parser.parse_args(argv).shell or detect_shell(os.environ)
+    name = parser.parse_args(argv).shell or detect_shell(os.environ)
+    shell = SHELLS[name]
     if sys.stdout.isatty():
-        print(f"This text is for the shell to read. For {shell} type:\n\n  {_HOW[shell].format(word)}\n")
+        print(f"This text is for the shell to read. For {name} type:\n\n  {shell.how.format(f'pyros1 {word}')}\n")
         return 0
     if word == "unsetup":
-        print(SHELLS[shell].undo())
+        print(shell.undo())
         return 0
     names = stock_names()
     folder = make_programs(names, os.environ)
-    print(SHELLS[shell].setup(str(folder), Names([*names, "pyros1"])), end="")
+    print(shell.setup(str(folder), Names([*names, "pyros1"])), end="")
     return 0
 
 
 def detect_shell(environ: Mapping[str, str]) -> str:
-    """Return the shell that called: of the processes above this one the first that is a shell we know."""
+    """Return the shell that called: of the processes above this one the first that is a shell we know.
+
+    A shell that only runs a script named pyros1 with our own arguments did not ask.
+    """
     pid = os.getppid()
     for _ in range(4):
         try:
@@ -71,11 +74,21 @@ def detect_shell(environ: Mapping[str, str]) -> str:
         except OSError:
             break
         name = status[status.find("(") + 1 : status.rfind(")")].lstrip("-")
-        if name in SHELLS:
-            return name
+        if (name in SHELLS or name in PLAIN) and not _is_wrapper(pid):
+            return name if name in SHELLS else "sh"
         pid = int(status[status.rfind(")") + 2 :].split()[1])
     name = os.path.basename(environ.get("SHELL", ""))
     return name if name in SHELLS else "bash"
+
+
+def _is_wrapper(pid: int) -> bool:
+    own = [os.fsencode(word) for word in sys.argv[1:]]
+    try:
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[:-1]
+    except OSError:
+        return False
+    script = len(words) - len(own) - 1
+    return script > 0 and os.path.basename(words[script]) == b"pyros1" and words[script + 1 :] == own
 
 
 def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, str]) -> Path:

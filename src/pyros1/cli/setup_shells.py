@@ -1,7 +1,8 @@
-"""What shells read to be set up, and to be as before: texts for bash, zsh and fish.
+"""What shells read to be set up, and to be as before: texts for bash, zsh, fish and plain sh.
 
-Each keeps what it covers (functions and completions of the same names) and brings it back. The function ``pyros1``
-exists for ``pyros1 unsetup`` alone: only the shell itself can undo what was done to it.
+Each keeps what it covers (functions and completions of the same names) and brings it back; plain sh cannot show a
+function's text, so there what was covered is lost. Nothing that starts a program may be a function: a shell runs a
+function in the background as a copy of itself, and ``kill $!`` would end that copy and not the program.
 """
 
 from __future__ import annotations
@@ -30,10 +31,12 @@ class Shell:
     Attributes:
         text: with ``@bin``, ``@names`` and ``@functions`` to be put in.
         take_back: undoes, if there is something to undo.
+        how: how a user has the shell read a text, with the command in braces.
     """
 
     text: str
     take_back: str
+    how: str
 
     def setup(self, folder: str, names: Names) -> str:
         """Return what sets the shell up.
@@ -42,13 +45,14 @@ class Shell:
             folder: of the programs.
             names: to be completed.
         """
-        functions = " ".join([*FUNCTIONS, "pyros1"])
-        values = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": self.take_back}
+        functions = " ".join(FUNCTIONS)
+        undo = self.take_back.replace("@@otherwise", "true")
+        values = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": undo}
         return _AtTemplate(self.text).substitute(values).lstrip()
 
     def undo(self) -> str:
-        """Return what undoes the setup."""
-        return self.take_back
+        """Return what undoes the setup, or says that there is none."""
+        return self.take_back.replace("@@otherwise", "echo 'pyros1: this shell was not set up' >&2")
 
 
 class _AtTemplate(Template):
@@ -57,7 +61,7 @@ class _AtTemplate(Template):
 
 _BASH = Shell(
     r"""
-# pyros1 for bash; `pyros1 unsetup` takes it back.
+# pyros1 for bash; `source <(pyros1 unsetup)` takes it back.
 @@undo
 _pyros1_bin=@@bin
 _pyros1_names='@@names'
@@ -78,9 +82,6 @@ function rospd {
   esac
 }
 function rosd { dirs -v; }
-function pyros1 {
-  if [ "${1-}" = unsetup ] && [ $# -eq 1 ]; then _pyros1_undo; else command pyros1 "$@"; fi
-}
 function _pyros1_complete {
   local each
   COMPREPLY=()
@@ -105,12 +106,13 @@ function _pyros1_undo {
 complete -F _pyros1_complete $_pyros1_names
 hash -r
 """,
-    "if declare -F _pyros1_undo >/dev/null; then _pyros1_undo; fi",
+    "if declare -F _pyros1_undo >/dev/null; then _pyros1_undo; else @@otherwise; fi",
+    "source <({})",
 )
 
 _ZSH = Shell(
     r"""
-# pyros1 for zsh; `pyros1 unsetup` takes it back.
+# pyros1 for zsh; `source <(pyros1 unsetup)` takes it back.
 @@undo
 typeset -g _pyros1_bin=@@bin
 typeset -ga _pyros1_names=(@@names)
@@ -135,9 +137,6 @@ function rospd {
   esac
 }
 function rosd { dirs -v; }
-function pyros1 {
-  if [[ "${1-}" == unsetup && $# == 1 ]]; then _pyros1_undo; else command pyros1 "$@"; fi
-}
 function _pyros1_complete {
   local -a found open
   found=("${(@0)$(command pyros1 __complete zsh '' $((CURRENT - 1)) "${words[@]}" 2>/dev/null)}")
@@ -159,12 +158,13 @@ function _pyros1_undo {
 (( $+functions[compdef] )) && compdef _pyros1_complete $_pyros1_names
 rehash
 """,
-    "if (( $+functions[_pyros1_undo] )); then _pyros1_undo; fi",
+    "if (( $+functions[_pyros1_undo] )); then _pyros1_undo; else @@otherwise; fi",
+    "source <({})",
 )
 
 _FISH = Shell(
     r"""
-# pyros1 for fish; `pyros1 unsetup` takes it back.
+# pyros1 for fish; `pyros1 unsetup | source` takes it back.
 @@undo
 set -g _pyros1_bin @@bin
 set -g _pyros1_names @@names
@@ -190,13 +190,6 @@ function rospd
 end
 function rosd
     dirs
-end
-function pyros1
-    if test (count $argv) -eq 1; and test "$argv[1]" = unsetup
-        _pyros1_undo
-    else
-        command pyros1 $argv
-    end
 end
 function _pyros1_complete
     set -l words (commandline -opc) (commandline -ct)
@@ -230,8 +223,38 @@ for each in $_pyros1_names
     complete -c $each -f -a '(_pyros1_complete)'
 end
 """,
-    "if functions -q _pyros1_undo; _pyros1_undo; end",
+    "if functions -q _pyros1_undo; _pyros1_undo; else; @@otherwise; end",
+    "{} | source",
 )
 
-SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
+_SH = Shell(
+    r"""
+# pyros1 for sh; `eval "$(pyros1 unsetup)"` takes it back.
+@@undo
+_pyros1_bin=@@bin
+case ":$PATH:" in
+  *:"$_pyros1_bin":*) ;;
+  *) PATH="$_pyros1_bin:$PATH" ;;
+esac
+roscd() {
+  _pyros1_folder="$(command pyros1 pkg cd "$@")" && cd "$_pyros1_folder"
+}
+_pyros1_undo() {
+  PATH=":$PATH:"
+  case "$PATH" in *:"$_pyros1_bin":*) PATH="${PATH%%":$_pyros1_bin:"*}:${PATH#*":$_pyros1_bin:"}" ;; esac
+  PATH="${PATH#:}"
+  PATH="${PATH%:}"
+  unset _pyros1_bin _pyros1_folder
+  unset -f roscd _pyros1_undo
+  hash -r
+}
+hash -r
+""",
+    "if command -v _pyros1_undo >/dev/null; then _pyros1_undo; else @@otherwise; fi",
+    'eval "$({})"',
+)
+
+SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH, "sh": _SH}
 """Shell -> its texts."""
+PLAIN = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
+"""Names of processes that are shells like sh."""

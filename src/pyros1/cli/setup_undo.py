@@ -1,4 +1,4 @@
-"""``pyros1 unsetup``: see `setup`. In a shell that was set up a function of the shell answers to it."""
+"""``pyros1 unsetup``: see `setup`."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def _run(run: TestRun, path: Path, text: bool) -> int:
     print(f"... logging to {log}")
     if not text:
         print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
-    restore = install_signals(run.stop)
+    restore = install_signals(run.stop, run.hurry)
     try:
         run.run()
     finally:

@@ -174,6 +174,10 @@ class Child:
         """Ask `run` to end everything; from any thread and from signal handlers."""
         self._supervisor.stop(reason)
 
+    def hurry(self) -> None:
+        """Give nodes that are to end no more time; from any thread and from signal handlers."""
+        self._supervisor.hurry()
+
     def run(self) -> None:
         """Register, serve, and return when all is over.
 

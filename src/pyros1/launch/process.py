@@ -90,6 +90,7 @@ class Process:
     _ended: threading.Event = field(default_factory=threading.Event)
     _watcher: threading.Thread | None = None
     _remains: set[int] = field(default_factory=set)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
 
     @property
     def pid(self) -> int:
@@ -108,8 +109,12 @@ class Process:
 
     def _groups(self) -> set[int]:
         """The groups of former lives that still have members."""
-        self._remains = {pid for pid in self._remains if leaderless(pid)}
-        return self._remains
+        with self._lock:  # a life that ends right now adds to them
+            known = set(self._remains)
+        over = {pid for pid in known if not leaderless(pid)}
+        with self._lock:
+            self._remains -= over
+            return set(self._remains)
 
     def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
         """Start it, or start it again.
@@ -160,7 +165,8 @@ class Process:
     def _watch(self, popen: subprocess.Popen[bytes], ended: threading.Event) -> None:
         self.exit_code = popen.wait()
         if group_exists(popen.pid):
-            self._remains.add(popen.pid)
+            with self._lock:
+                self._remains.add(popen.pid)
         if self.warden is not None:
             self.warden.ended(popen.pid)
         ended.set()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
+import time
 import uuid
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -80,7 +80,7 @@ class Session:
     _server: LaunchServer | None = None
     _starter: Starter | None = None
     _log: TextIO | None = None
-    _stop: threading.Event = field(default_factory=threading.Event)
+    _stopped: bool = False  # no Event: a signal handler may take no lock
 
     def __post_init__(self) -> None:
         self._address: LocalAddress = host_from_environment(self.environ, {})
@@ -118,8 +118,12 @@ class Session:
 
     def stop(self, reason: str = "") -> None:
         """Ask `run` to end everything; from any thread and from signal handlers."""
-        self._stop.set()
+        self._stopped = True
         self._supervisor.stop(reason)
+
+    def hurry(self) -> None:
+        """Give nodes that are to end no more time; from any thread and from signal handlers."""
+        self._supervisor.hurry()
 
     def run(self, trial: Trial | None = None) -> None:
         """Launch, watch, and return when all is over.
@@ -167,7 +171,8 @@ class Session:
                 if not waiting:
                     waiting = True
                     self.console.line("roscore/master is not yet running, will wait for it to start")
-                if self._stop.wait(_WAIT_STEP):
+                time.sleep(_WAIT_STEP)
+                if self._stopped:
                     raise LaunchError("interrupted while waiting for the master") from None
                 continue
             if self.options.core:
@@ -257,7 +262,7 @@ class Session:
         self._set_params()
         with self._starter.many():
             for node in self.plan.nodes:
-                if self._stop.is_set():
+                if self._stopped:
                     return
                 if not (self.options.local and self._starter.is_remote(node)):
                     self._starter.start(node)

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable
 from typing import Literal
 
 from pyros1.errors import LaunchError
+from pyros1.interrupts import Insistence, catch
 from pyros1.launch.console import Console
 from pyros1.launch.process import Process, ProcessSpec
 from pyros1.launch.screen import Screen
@@ -66,7 +67,6 @@ class Supervisor:
         self._timers: dict[str, tuple[float, Callable[[], object]]] = {}
         self._processes: dict[str, Process] = {}
         self._dead: dict[str, Process] = {}
-        self._stopping = False
         self.required_failed = False
         self.expected = 0
         self.keep_running = keep_running
@@ -114,9 +114,12 @@ class Supervisor:
         self._events.put(("exit", process))
 
     def stop(self, reason: str = "") -> None:
-        """Ask `run` to return; callable from any thread and from a signal handler. A second time hurries the end."""
-        self._events.put(("hurry" if self._stopping else "stop", reason))
-        self._stopping = True
+        """Ask `run` to return; callable from any thread and from a signal handler."""
+        self._events.put(("stop", reason))
+
+    def hurry(self) -> None:
+        """Send those that have not ended the next signal at once; callable from any thread and a signal handler."""
+        self._events.put(("hurry", None))
 
     def do(self, action: Callable[[], object]) -> None:
         """Let the thread in `run` do something; callable from any thread."""
@@ -132,7 +135,7 @@ class Supervisor:
                 self._fire_timers()
                 continue
             kind, what = event
-            if kind in ("stop", "hurry"):
+            if kind == "stop":
                 return str(what or "")
             if kind == "do" and callable(what):
                 what()
@@ -286,7 +289,6 @@ class Supervisor:
 
     def shut_down(self) -> None:
         """End all processes: SIGINT to all in reverse order, SIGTERM to the deaf, SIGKILL to the stuck."""
-        self._stopping = True
         self._timers.clear()
         running = [process for process in reversed([*self.dead, *self.active]) if not process.gone]
         for stage, (number, seconds) in enumerate(self._stages):
@@ -306,7 +308,7 @@ class Supervisor:
             self._warden = None
 
     def _wait(self, running: list[Process], seconds: float) -> list[Process]:
-        """Wait for the processes; return those still running after `seconds`, or at once when a signal hurries us."""
+        """Wait for the processes; return those still running after `seconds`, or at once when we are to hurry."""
         deadline = time.monotonic() + seconds
         while True:
             running = [process for process in running if not process.gone]
@@ -319,20 +321,28 @@ class Supervisor:
                 kind, _ = self._events.get(timeout=left)
             except queue.Empty:
                 continue
-            if kind in ("stop", "hurry"):
+            if kind == "hurry":
                 return [process for process in running if not process.gone]
 
 
-def install_signals(stop: Callable[[str], None]) -> Callable[[], None]:
-    """Let SIGINT, SIGTERM and SIGHUP call `stop` with the signal's name; return a function that undoes it."""
-    old = {}
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None:
-            old[number] = signal.signal(number, lambda received, frame: stop(signal.Signals(received).name))
+def install_signals(stop: Callable[[str], object], hurry: Callable[[], object] = lambda: None) -> Callable[[], None]:
+    """Let signals end a run.
 
-    def restore() -> None:
-        for number, handler in old.items():
-            signal.signal(number, handler)
+    Args:
+        stop: called with the name of the first signal.
+        hurry: called at each later one that a person can have meant, see `Insistence`.
 
-    return restore
+    Returns:
+        A function that undoes it.
+    """
+    insistence = Insistence()
+
+    def handle(number: int, frame: object) -> None:
+        if not insistence.again():
+            return
+        if insistence.count == 1:
+            stop(signal.Signals(number).name)
+        else:
+            hurry()
+
+    return catch(handle)

@@ -110,6 +110,11 @@ class TestRun:
         if self._session is not None:
             self._session.stop(reason)
 
+    def hurry(self) -> None:
+        """Give what is to end no more time; callable from a signal handler."""
+        if self._session is not None:
+            self._session.hurry()
+
     def run(self) -> None:
         """Run all tests, in the order of their names."""
         names = [test.test_name for test in self.plan.tests]

@@ -1,4 +1,7 @@
-"""SIGINT and SIGTERM: the first asks the node to end, a second interrupts the program wherever it is."""
+"""SIGINT and SIGTERM: the first asks the node to end, a second interrupts the program wherever it is.
+
+A second one is one that a person can have meant, see `Insistence`.
+"""
 
 from __future__ import annotations
 
@@ -8,28 +11,33 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
+from pyros1.interrupts import Insistence, catch
+
 
 class SignalHandlers:
     """Handlers that are installed for a node's life.
 
     Args:
         on_signal: called with the signal's number at the first signal, in the handler: it must take no locks.
-
-    Attributes:
-        count: signals so far.
     """
 
     def __init__(self, on_signal: Callable[[int], None]) -> None:
         self._on_signal = on_signal
         self._previous: dict[int, Any] = {}
-        self.count = 0
+        self._insistence = Insistence()
+
+    @property
+    def count(self) -> int:
+        """How many signals there were, those that came together as one."""
+        return self._insistence.count
 
     def install(self) -> None:
         """Install the handlers; nothing happens outside the main thread, where Python allows none."""
         if threading.current_thread() is not threading.main_thread():
             return
-        for number in (signal.SIGINT, signal.SIGTERM):
-            self._previous[number] = signal.signal(number, self._handle)
+        numbers = (signal.SIGINT, signal.SIGTERM)
+        self._previous = {number: signal.getsignal(number) for number in numbers}
+        catch(self._handle, numbers)
 
     def restore(self) -> None:
         """Put the former handlers back, unless somebody has put others in place of ours."""
@@ -41,13 +49,13 @@ class SignalHandlers:
         self._previous.clear()
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
-        self.count += 1
-        if self.count == 1:
+        counts = self._insistence.again()
+        if counts and self.count == 1:
             self._on_signal(number)
         previous = self._previous.get(number)
         if callable(previous) and previous is not signal.default_int_handler:
             previous(number, frame)
-        elif self.count > 1:
+        elif counts and self.count > 1:
             if number == signal.SIGTERM:
                 raise SystemExit(128 + number)
             raise KeyboardInterrupt
