@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
-from pyros1 import names
+from pyros1 import names, shown
 from pyros1.errors import (
     NodeShutdownError,
 )
@@ -25,7 +25,7 @@ from pyros1.node.clock import Clock, Rate, Timer, TimerEvent
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
 from pyros1.node.life import Life
-from pyros1.node.log import Log, LogSink, default_log_file, level_from_name
+from pyros1.node.log import ERROR, WARN, Log, LogSink, default_log_file, level_from_name
 from pyros1.node.parameters import Parameters
 from pyros1.node.publisher import Publisher, topic_type
 from pyros1.node.registrar import Registrar, await_master
@@ -98,7 +98,8 @@ class Node:
 
         stopping = threading.Event()
         self._clock = Clock(stopping)
-        self._sink = LogSink(self.name, environ, default_log_file(self.name, environ, special), self._log_time)
+        log_file = default_log_file(self.name, environ, special)
+        self._sink = LogSink(self.name, environ, log_file, self._log_time, self._later)
         self.log = Log(self._sink, level=level_from_name(log_level))
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         loop = Loop(f"{self.name}:loop", on_error=self._on_loop_error)
@@ -168,8 +169,14 @@ class Node:
     def _log_time(self) -> tuple[Time, bool]:
         return self._clock.now(), self._clock.simulated
 
+    def _later(self, seconds: float, function: Callable[..., object], argument: object) -> None:
+        self._context.loop.call_later(seconds, function, argument)
+
     def _on_loop_error(self, error: BaseException) -> None:
-        self.log.exception("internal error (please report it)", error)
+        from traceback import format_exception  # noqa: PLC0415 - it takes as long to load as much of a node
+
+        trace = "".join(format_exception(type(error), error, error.__traceback__)).rstrip()
+        self.log.peer(ERROR, shown.lines(f"internal error (please report it)\n{trace}"))
 
     # Names ------------------------------------------------------------------------------------------------------------
 
@@ -413,7 +420,7 @@ class Node:
 
     def _on_shutdown_request(self, reason: str) -> None:
         if reason:
-            self.log.warn("shutdown request: %s", reason)
+            self.log.peer(WARN, "shutdown request: %s", reason)
         self._life.request(reason)
 
     def __enter__(self) -> Node:
