@@ -10,13 +10,21 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pyros1 import shown
 from pyros1.errors import Error, LaunchError
+from pyros1.net.background import Background, GiveUp, Item
 from pyros1.net.hosts import LocalAddress
+from pyros1.net.log_file import LogFile
 
 if TYPE_CHECKING:
     from pyros1.node.node import Node
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
+MASTER_LOG_SIZE = 100_000_000
+MASTER_LOG_PARTS = 10
+"""Bytes of master.log, and its older parts that are kept."""
+LONGEST_LINE = 100_000
+"""Characters of a line in master.log."""
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
 CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
@@ -52,8 +60,8 @@ class Core:
         from pyros1.master.server import NOTIFY_TIMEOUT_S, Master  # noqa: PLC0415 - only if no master runs yet
 
         self._log_folder = log_folder
-        self._log = open(log_folder / "master.log", "a", encoding="utf-8", buffering=1)  # noqa: SIM115 - stays open
-        self._log_lock = threading.Lock()
+        self._log = LogFile(str(log_folder / "master.log"), MASTER_LOG_SIZE, MASTER_LOG_PARTS)
+        self._log_thread = Background("master:log", self._write_items)  # the master's loop must not wait for a disk
         self._master = Master(
             port=port,
             bind_host=address.bind,
@@ -138,18 +146,20 @@ class Core:
     def stop_master(self) -> None:
         """End the master."""
         self._master.stop()
-        with self._log_lock:
-            self._log.close()
+        self._log_thread.close()
+        self._log.close()
 
     def _write_log(self, level: str, text: str) -> None:
         if level not in self._logged:
             return
         now = time.time()
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now))
-        with self._log_lock:
-            if not self._log.closed:
-                millis = int(now * 1000) % 1000
-                self._log.write(f"[rosmaster.master][{level.upper()}] {stamp},{millis:03d}: {text}\n")
+        millis = int(now * 1000) % 1000
+        what = shown.one_line(text, LONGEST_LINE)
+        self._log_thread.write("", f"[rosmaster.master][{level.upper()}] {stamp},{millis:03d}: {what}\n")
+
+    def _write_items(self, items: list[Item], _give_up: GiveUp) -> None:
+        self._log.write("".join(text for _, text in items))
 
 
 def write_pid_file(environ: Mapping[str, str], port: int, home: Path) -> None:

@@ -38,7 +38,7 @@ class Master:
         notify_timeout: seconds that a node has to answer a notification.
         log_calls: log each call, too, with level ``debug``.
         limits: what clients may cost.
-        on_error: gets unexpected exceptions; None: printed by ``sys.excepthook``.
+        on_error: gets unexpected exceptions; None: written to stderr.
     """
 
     def __init__(

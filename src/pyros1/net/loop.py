@@ -14,7 +14,6 @@ import os
 import select
 import selectors
 import socket
-import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -25,6 +24,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from pyros1.errors import DeadlineError
 
 if TYPE_CHECKING:
+    from pyros1.net.reports import ErrorReports
     from pyros1.net.resolve import Resolver
 
 _yield: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
@@ -127,17 +127,13 @@ class LoopThread(threading.Thread):
     owner: object | None = None
 
 
-def _report(error: BaseException) -> None:
-    sys.excepthook(type(error), error, error.__traceback__)
-
-
 class Loop:
     """A selector, a queue of calls, and a heap of timers on one daemon thread.
 
     Args:
         name: the thread's name.
-        on_error: gets an exception that a callback let escape, on the loop; the loop goes on. None: printed by
-            ``sys.excepthook``.
+        on_error: gets an exception that a callback let escape, on the loop; the loop goes on. None: its traceback is
+            written to stderr.
         linger: seconds after an event in which the loop looks for the next one instead of sleeping: for a server whose
             callers ask again as soon as they have the answer, and would wait longer for its awaking than for its work.
     """
@@ -148,7 +144,8 @@ class Loop:
         self.name = name
         self._linger = linger
         self._last_event = 0.0
-        self._on_error = on_error or _report
+        self._on_error = on_error or self._print
+        self._reports: ErrorReports | None = None
         self._selector = _Epoll() if hasattr(select, "epoll") else _Portable()
         self._callbacks: dict[int, Callable[[int], object]] = {}
         self._calls: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
@@ -249,7 +246,20 @@ class Loop:
             self._on_error(error)
         except Exception as other:  # noqa: BLE001 - the loop must go on
             with contextlib.suppress(Exception):
-                sys.stderr.write(f"{self.name}: {error!r}, and that could not be told: {other!r}\n")
+                self._reporter.say(f"{self.name}: {error!r}, and that could not be told: {other!r}")
+
+    def _print(self, error: BaseException) -> None:
+        from traceback import format_exception  # noqa: PLC0415 - rarely needed
+
+        self._reporter.say("".join(format_exception(type(error), error, error.__traceback__)).rstrip())
+
+    @property
+    def _reporter(self) -> ErrorReports:
+        if self._reports is None:
+            from pyros1.net.reports import ErrorReports  # noqa: PLC0415 - rarely needed
+
+            self._reports = ErrorReports(self)
+        return self._reports
 
     # ---- on the loop
 
@@ -377,6 +387,8 @@ class Loop:
         self._timers.clear()
         if self._resolver is not None:
             self._resolver.close()
+        if self._reports is not None:
+            self._reports.close()
         self._selector.close()
         self._wake_in.close()
         self._wake_out.close()

@@ -28,6 +28,7 @@ from pyros1.net.connect import connect
 from pyros1.node.context import find_local_context
 from pyros1.node.inlink import InLink
 from pyros1.node.keepalive import keep_alive
+from pyros1.node.log import ERROR, WARN
 from pyros1.wire.handshake import Refusal, check_publisher_answer
 from pyros1.wire.header import HeaderReader, encode_header
 
@@ -105,7 +106,7 @@ class Connector:
         self.linked = False
         self._rest = FIRST_REST
         if reason is not None:
-            self._context.log.warn("lost %s from %s: %s", self._subscription.topic, self.uri, reason)
+            self._context.log.peer(WARN, "lost %s from %s: %s", self._subscription.topic, self.uri, reason)
         self._retry()
 
     # Steps ------------------------------------------------------------------------------------------------------------
@@ -266,7 +267,7 @@ class Connector:
     def _refuse(self, reason: str) -> None:
         if not self._ended and reason != self._told:
             self._told = reason
-            self._context.log.error("%s", reason)
+            self._context.log.peer(ERROR, "%s", reason)
         if self._again or self._ended:
             self._retry()
         else:

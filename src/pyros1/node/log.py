@@ -1,5 +1,9 @@
 """A node's log: to the terminal in rosconsole's format, to its log file and to /rosout.
 
+What a thread of the program logs is written before the call returns, and so is on the screen if the program crashes in
+the next line. A loop's thread must not wait for a terminal that is held or a full pipe: its lines go through threads of
+their own, in their order.
+
 Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT).
 Not built on the `logging` module: importing that costs as much as the rest of a small node, and has other levels.
 """
@@ -13,8 +17,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
+from types import CodeType
 from typing import NamedTuple, TextIO
 
+from pyros1 import shown
+from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
+from pyros1.net.loop import LoopThread
+from pyros1.net.repeats import Repeats
 from pyros1.timing import Time
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
@@ -71,6 +80,8 @@ class LogSink:
         environ: for ROSCONSOLE_FORMAT.
         file_path: the log file; made, with its folder, at the first line; None for none.
         now: returns (time, whether it is simulated).
+        later: ``later(seconds, function, argument)`` calls a function some time later; None: what is counted is told at
+            the end.
     """
 
     def __init__(
@@ -79,26 +90,42 @@ class LogSink:
         environ: Mapping[str, str],
         file_path: str | None,
         now: Callable[[], tuple[Time, bool]],
+        later: Callable[..., object] | None = None,
     ) -> None:
         self.node_name = node_name
         self.now = now
         self.levels: dict[str, int] = {}
         self.seen: dict[tuple[str, int], float] = {}
         self.publish: Callable[[Record], None] | None = None
+        self.repeats = Repeats(later or (lambda *_: None))
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
         self._path = file_path
         self._file: TextIO | None = None
         self._lock = threading.Lock()
+        self._terminal_thread = Background(f"{node_name}:log", write_to_terminal)
+        self._file_thread = Background(f"{node_name}:log file", self._write_items)
 
     def emit(self, record: Record, simulated: bool) -> None:
         """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node."""
-        stream = sys.stdout if record.level <= INFO else sys.stderr
-        text = self.format(record, simulated)
+        where = "stdout" if record.level <= INFO else "stderr"
+        stream = getattr(sys, where)
+        may_wait = not isinstance(threading.current_thread(), LoopThread)
+        text = shown.coloured_lines(self.format(record, simulated)) + "\n"
         with contextlib.suppress(OSError, ValueError, AttributeError):
             colour = _COLOURS.get(record.level) if stream.isatty() else None
-            stream.write(f"{colour}{text}\x1b[0m\n" if colour else text + "\n")
-            stream.flush()
-        self.write_file(record)
+            if colour:
+                text = f"{colour}{text[:-1]}\x1b[0m\n"
+            if may_wait:
+                stream.write(text)
+                stream.flush()
+            else:
+                self._terminal_thread.write(where, text)
+        if self._path is not None:
+            line = self._file_line(record)
+            if may_wait:
+                self._write_file(line)
+            else:
+                self._file_thread.write("", line)
         if self.publish is not None:
             try:
                 self.publish(record)
@@ -130,20 +157,25 @@ class LogSink:
 
         return _TOKEN.sub(replace, self._format)
 
-    def write_file(self, record: Record) -> None:
-        """Append the record to the log file."""
-        if self._path is None:
-            return
+    def _file_line(self, record: Record) -> str:
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.wall))
-        line = f"[{record.logger}][{NAMES[record.level]}] {stamp},{int(record.wall % 1 * 1000):03d}: {record.text}\n"
+        text = shown.coloured_lines(record.text)
+        return f"[{record.logger}][{NAMES[record.level]}] {stamp},{int(record.wall % 1 * 1000):03d}: {text}\n"
+
+    def _write_items(self, items: list[Item], _give_up: GiveUp) -> None:
+        self._write_file("".join(text for _, text in items))
+
+    def _write_file(self, line: str) -> None:
         with self._lock:
+            if self._path is None:
+                return
             try:
                 if self._file is None:
                     os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
                     self._file = open(self._path, "a", encoding="utf-8", errors="replace")  # noqa: SIM115 - stays open
                 self._file.write(line)
                 self._file.flush()
-                if self._file.tell() > MAX_FILE_SIZE:
+                if self._file.seekable() and self._file.tell() > MAX_FILE_SIZE:
                     self._file.close()
                     self._file = None
                     os.replace(self._path, self._path + ".1")
@@ -152,12 +184,19 @@ class LogSink:
                 sys.stderr.write(f"WARNING: cannot write the log file {path}: {error.strerror}; going on without it\n")
 
     def close(self) -> None:
-        """Close the log file."""
-        with self._lock:
+        """Write what is left, for at most a second or two, and close the log file."""
+        self.repeats.close()
+        self._terminal_thread.close()
+        self._file_thread.close()
+        if not self._lock.acquire(timeout=1.0):
+            return  # somebody waits for the disk
+        try:
             if self._file is not None:
                 self._file.close()
                 self._file = None
             self._path = None
+        finally:
+            self._lock.release()
 
 
 class Log:
@@ -217,20 +256,44 @@ class Log:
             error = sys.exc_info()[1]
             if len(args) == 1 and isinstance(args[0], BaseException) and "%" not in str(text):
                 error, args = args[0], ()
-        trace = "" if error is None else "\n" + _trace(error)
-        self._log(ERROR, _filled(text, args) + trace, (), None, False)
+        trace = "" if error is None else "\n" + trace_of(error)
+        self._log(ERROR, shown.lines(_filled(text, args) + trace), (), None, False)
+
+    def peer(self, level: int, text: str, *args: object) -> None:
+        """Log what another process did. A text that comes again and again is counted: ``... (repeated 37 times)``.
+
+        Args:
+            level: 1, 2, 4, 8 or 16.
+            text: with %s where the arguments go.
+            args: shown in one line each, without control characters.
+        """
+        sink = self._sink
+        if level < sink.levels[self.name]:
+            return
+        frame = sys._getframe(1)
+        code, line = frame.f_code, frame.f_lineno
+
+        def emit(message: str) -> None:
+            self._emit(level, message, code, line)
+
+        sink.repeats.say((code.co_filename, line), text % tuple(map(shown.one_line, args)) if args else text, emit)
 
     def _log(self, level: int, text: object, args: tuple[object, ...], throttle: float | None, once: bool) -> None:
         sink = self._sink
         if level < sink.levels[self.name]:
             return
         frame = sys._getframe(2)
-        file, line = frame.f_code.co_filename, frame.f_lineno
-        stamp, simulated = sink.now()
-        if (throttle is not None or once) and not self._due((file, line), stamp.to_sec(), throttle, once):
-            return
-        where = (os.path.basename(file), line, frame.f_code.co_name)
-        sink.emit(Record(level, _filled(text, args), self.name, *where, time.time(), stamp), simulated)
+        code, line = frame.f_code, frame.f_lineno
+        if throttle is not None or once:
+            now = sink.now()[0].to_sec()
+            if not self._due((code.co_filename, line), now, throttle, once):
+                return
+        self._emit(level, _filled(text, args), code, line)
+
+    def _emit(self, level: int, message: str, code: CodeType, line: int) -> None:
+        stamp, simulated = self._sink.now()
+        file = os.path.basename(code.co_filename)
+        self._sink.emit(Record(level, message, self.name, file, line, code.co_name, time.time(), stamp), simulated)
 
     def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
         seen = self._sink.seen
@@ -254,7 +317,8 @@ def _filled(text: object, args: tuple[object, ...]) -> str:
         return f"{message} {args!r} (bad log arguments: {error})"
 
 
-def _trace(error: BaseException) -> str:
+def trace_of(error: BaseException) -> str:
+    """Return an exception's traceback as text."""
     try:
         from traceback import format_exception  # noqa: PLC0415 - it takes as long to load as much of a node
 

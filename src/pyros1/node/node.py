@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
-from pyros1 import names
+from pyros1 import names, shown
 from pyros1.errors import (
     NodeShutdownError,
 )
@@ -26,7 +26,7 @@ from pyros1.node.clock import Clock, Rate, Timer, TimerEvent
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
 from pyros1.node.life import Life
-from pyros1.node.log import Log, LogSink, default_log_file, level_from_name
+from pyros1.node.log import ERROR, WARN, Log, LogSink, default_log_file, level_from_name, trace_of
 from pyros1.node.parameters import Parameters
 from pyros1.node.publisher import Publisher, topic_type
 from pyros1.node.registrar import Registrar, await_master
@@ -101,7 +101,8 @@ class Node:
 
         stopping = threading.Event()
         self._clock = Clock(stopping)
-        self._sink = LogSink(self.name, environ, default_log_file(self.name, environ, special), self._log_time)
+        log_file = default_log_file(self.name, environ, special)
+        self._sink = LogSink(self.name, environ, log_file, self._log_time, self._later)
         self.log = Log(self._sink, level=level_from_name(log_level))
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         loop = Loop(f"{self.name}:loop", on_error=self._on_loop_error)
@@ -172,8 +173,11 @@ class Node:
     def _log_time(self) -> tuple[Time, bool]:
         return self._clock.now(), self._clock.simulated
 
+    def _later(self, seconds: float, function: Callable[..., object], argument: object) -> None:
+        self._context.loop.call_later(seconds, function, argument)
+
     def _on_loop_error(self, error: BaseException) -> None:
-        self.log.exception("internal error (please report it)", error=error)
+        self.log.peer(ERROR, shown.lines(f"internal error (please report it)\n{trace_of(error)}"))
 
     # Names ------------------------------------------------------------------------------------------------------------
 
@@ -427,7 +431,7 @@ class Node:
 
     def _on_shutdown_request(self, reason: str) -> None:
         if reason:
-            self.log.warn("shutdown request: %s", reason)
+            self.log.peer(WARN, "shutdown request: %s", reason)
         self._life.request(reason)
 
     def __enter__(self) -> Node:

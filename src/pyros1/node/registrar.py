@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error, MasterError, MasterUnreachableError, NodeShutdownError, UnknownHostError
 from pyros1.net.master_client import MasterClient
+from pyros1.node.log import WARN
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -202,7 +203,7 @@ class Registrar:
                 except MasterUnreachableError:
                     raise
                 except MasterError as error:
-                    self._context.log.warn("%s of %s failed: %s", entry[0], entry[1], error)
+                    self._context.log.peer(WARN, "%s of %s failed: %s", entry[0], entry[1], error)
                     continue
                 if entry[0] == "registerSubscriber":
                     self._on_publishers(entry[1], value)
@@ -210,7 +211,7 @@ class Registrar:
             self._away = self._incomplete = False
         except Error as error:  # the next check goes on with it
             self._away = isinstance(error, MasterUnreachableError)
-            self._context.log.warn("registering again failed, will try again: %s", error, throttle=30.0)
+            self._context.log.peer(WARN, "registering again failed, will try again: %s", error)
 
 
 _INVERSE = {

@@ -5,11 +5,11 @@ Subscribes /rosout, publishes everything again on /rosout_agg and writes it to a
 
 from __future__ import annotations
 
-import os
-import sys
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
+from pyros1 import shown
 from pyros1.msgs import load_message
+from pyros1.net.log_file import LogFile
 from pyros1.node.log import NAMES
 
 if TYPE_CHECKING:
@@ -32,8 +32,7 @@ class RosoutAggregator:
     def __init__(self, node: Node, log_file: str | None) -> None:
         self._node = node
         disabled = node.environ.get("ROSOUT_DISABLE_FILE_LOGGING", "").lower() in _OFF
-        self._path = None if disabled else log_file
-        self._file: TextIO | None = None
+        self._file = None if disabled or log_file is None else LogFile(log_file, MAX_FILE_SIZE, BACKUPS)
         self._with_topics = node.params.get("/rosout/omit_topics", False) is not True
         log_class = load_message("rosgraph_msgs/Log")
         self._publisher = node.advertise("/rosout_agg", log_class, queue_size=0)
@@ -41,44 +40,19 @@ class RosoutAggregator:
         node.on_shutdown(self.close)
 
     def _take(self, message: Any) -> None:
-        self._write(message)
-        self._publisher.publish(message)
-
-    def _write(self, message: Any) -> None:
-        if self._path is None:
-            return
-        try:
-            if self._file is None:
-                os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
-                self._file = open(self._path, "a", encoding="utf-8", errors="replace")  # noqa: SIM115 - stays open
+        if self._file is not None:
             self._file.write(self._line(message))
-            self._file.flush()
-            if self._file.tell() > MAX_FILE_SIZE:
-                self._rotate()
-        except OSError as error:
-            path, self._path = self._path, None
-            sys.stderr.write(f"WARNING: cannot write {path}: {error.strerror}; going on without it\n")
+        self._publisher.publish(message)
 
     def _line(self, message: Any) -> str:
         stamp = message.header.stamp
         topics = f"[topics: {', '.join(message.topics)}] " if self._with_topics else ""
-        return (
+        return shown.lines(
             f"{stamp.secs}.{stamp.nsecs:09d} {NAMES.get(message.level, message.level)} {message.name} "
             f"[{message.file}:{message.line}({message.function})] {topics}{message.msg}\n"
         )
-
-    def _rotate(self) -> None:
-        assert self._file is not None and self._path is not None
-        self._file.close()
-        self._file = None
-        for number in range(BACKUPS - 1, 0, -1):
-            if os.path.exists(f"{self._path}.{number}"):
-                os.replace(f"{self._path}.{number}", f"{self._path}.{number + 1}")
-        os.replace(self._path, f"{self._path}.1")
 
     def close(self) -> None:
         """Close the file."""
         if self._file is not None:
             self._file.close()
-            self._file = None
-        self._path = None

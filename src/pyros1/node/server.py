@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.errors import Error, ProtocolError
+from pyros1.node.log import ERROR, WARN
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header
 
@@ -85,7 +86,7 @@ class TcprosServer:
         except BlockingIOError:
             return
         except OSError as error:  # no descriptors left: leave the peer in the backlog for a while
-            self._context.log.error("cannot accept a connection: %s", error, throttle=5.0)
+            self._context.log.peer(ERROR, "cannot accept a connection: %s", error)
             self._context.loop.unregister(self._listener)
             self._context.loop.call_later(1.0, self._start)
             return
@@ -144,9 +145,10 @@ class TcprosServer:
         header = header or {}
         what = header.get("topic") or header.get("service")
         if what:
-            self._context.log.warn("refused a connection of %s for %s: %s", header.get("callerid", "?"), what, reason)
+            who = header.get("callerid", "?")
+            self._context.log.peer(WARN, "refused a connection of %s for %s: %s", who, what, reason)
         else:  # not a ROS node, or a broken one
-            self._context.log.warn("refused a connection that names no topic or service: %s", reason, throttle=30.0)
+            self._context.log.peer(WARN, "refused a connection that names no topic or service: %s", reason)
         with contextlib.suppress(OSError):
             greeting.sock.send(encode_header({"error": reason}))
             greeting.sock.shutdown(socket.SHUT_WR)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error, XmlRpcFault
 from pyros1.net.hosts import parse_uri
+from pyros1.node.log import WARN
 from pyros1.wire.handshake import Refusal
 
 if TYPE_CHECKING:
@@ -181,7 +182,7 @@ class SlaveApi:
                 return None
             link = publication.accept_datagrams(*wanted)
         except (Refusal, Error) as refusal:
-            self._context.log.warn("refused datagrams for %s: %s", topic, refusal)
+            self._context.log.peer(WARN, "refused datagrams for %s: %s", topic, refusal)
             return [0, str(refusal), 0]
         return [1, "", link.answer(self._tcpros()[0])]
 

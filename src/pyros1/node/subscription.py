@@ -14,6 +14,7 @@ from pyros1.errors import MessageError, NodeError
 from pyros1.msgs.large import layout
 from pyros1.node.connector import Connector
 from pyros1.node.inlink import LARGE, InLink
+from pyros1.node.log import ERROR
 from pyros1.node.publisher import topic_type
 from pyros1.node.reader import Item, Reader, Source
 from pyros1.wire.handshake import ANY, subscriber_header
@@ -270,9 +271,8 @@ class Subscription:
                 try:
                     message = subscriber.decode(data, start, end) if end >= 0 else subscriber.take(data)
                 except MessageError as error:
-                    self.context.log.error(
-                        "%s from %s: %s (message dropped)", self.topic, header.get("callerid", "?"), error, throttle=5.0
-                    )
+                    who = header.get("callerid", "?")
+                    self.context.log.peer(ERROR, "%s from %s: %s (message dropped)", self.topic, who, error)
                     continue
                 message._connection_header = header
                 made_by = subscriber.decode

@@ -1,0 +1,43 @@
+"""What others sent, made fit for a terminal.
+
+A name, an error text or a message of another process may hold escape sequences, which move the cursor, change the
+window's title or hide text, line breaks, which forge lines of ours, and marks that turn the direction of writing round.
+Whatever came from elsewhere passes through here before a person sees it. Each such character is shown as Python would
+write it in a string: ``\\x1b``.
+"""
+
+from __future__ import annotations
+
+import re
+
+_CONTROLS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff"
+_IN_LINES = re.compile(f"\r(?!\n)|(?!\r)[{_CONTROLS}]")
+_IN_ONE_LINE = re.compile(f"[\t\n{_CONTROLS}]")
+_BUT_COLOURS = re.compile(f"(\x1b\\[[0-9;]*m)|\r(?!\n)|(?!\r)[{_CONTROLS}]")
+
+
+def one_line(value: object, most: int = 1000) -> str:
+    """Return what a value says as one line without control characters, for names and for parts of sentences.
+
+    Args:
+        value: what ``str`` makes a text of.
+        most: characters to show; the rest of a longer text is left out, which is said.
+    """
+    text = str(value)
+    if len(text) > most:
+        text = f"{text[:most]}... ({len(text) - most} more characters)"
+    return text if text.isprintable() and text.isascii() else _IN_ONE_LINE.sub(_escape, text)
+
+
+def lines(text: str) -> str:
+    """Return a text without control characters but line breaks and tabs, which are taken to be ours."""
+    return _IN_LINES.sub(_escape, text)
+
+
+def coloured_lines(text: str) -> str:
+    """Return the same with colours: for texts that a program writes itself, as those of its log."""
+    return _BUT_COLOURS.sub(lambda found: found.group(1) or _escape(found), text)
+
+
+def _escape(found: re.Match[str]) -> str:
+    return repr(found.group())[1:-1]

@@ -1,0 +1,57 @@
+"""repeats: lines that others cause are counted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.net.repeats import MOST_TEXTS, PERIOD, Repeats
+
+
+class Timers:
+    """Calls that are due later, when the test says so."""
+
+    def __init__(self) -> None:
+        self.due: list[tuple[Any, Any]] = []
+
+    def __call__(self, seconds: float, function: Any, argument: Any) -> None:
+        assert seconds == PERIOD
+        self.due.append((function, argument))
+
+    def run(self) -> None:
+        due, self.due = self.due, []
+        for function, argument in due:
+            function(argument)
+
+
+def test_a_text_is_written_once_and_then_counted() -> None:
+    timers, lines = Timers(), []
+    repeats = Repeats(timers)
+    for _ in range(38):
+        repeats.say("here", "refused", lines.append)
+    repeats.say("here", "refused another", lines.append)
+    assert lines == ["refused", "refused another"]
+    timers.run()
+    assert lines[2:] == ["refused (repeated 37 times)"]
+    repeats.say("here", "refused", lines.append)
+    assert lines[3:] == ["refused"]
+
+
+def test_texts_that_differ_are_bounded_for_each_place() -> None:
+    timers, lines = Timers(), []
+    repeats = Repeats(timers)
+    for number in range(1000):
+        repeats.say("here", f"refused {number}", lines.append)
+    repeats.say("there", "lost", lines.append)
+    assert lines == [*(f"refused {number}" for number in range(MOST_TEXTS)), "lost"]
+    timers.run()
+    assert lines[-1] == f"{1000 - MOST_TEXTS} more messages like the last ones were left out"
+
+
+def test_what_was_counted_is_told_at_the_end() -> None:
+    timers, lines = Timers(), []
+    repeats = Repeats(timers)
+    for _ in range(2):
+        repeats.say("here", "refused", lines.append)
+    repeats.close()
+    timers.run()
+    assert lines == ["refused", "refused (repeated once)"]

@@ -1,0 +1,48 @@
+"""shown: what others sent reaches a terminal without what would steer it."""
+
+from __future__ import annotations
+
+import pytest
+
+from pyros1 import shown
+
+HOSTILE = "\x1b[2J\x07\x9b1m\x7f\u202e\u2028\r\udc80"
+SHOWN = r"\x1b[2J\x07\x9b1m\x7f\u202e\u2028\r\udc80"
+
+
+def test_controls_are_shown_as_in_a_string() -> None:
+    assert shown.one_line(f"a{HOSTILE}b") == shown.lines(f"a{HOSTILE}b") == f"a{SHOWN}b"
+
+
+@pytest.mark.parametrize("text", ["", "/robot/arm", "zwei Wörter", "日本語", "שלום", "👩\u200d🔬"])
+def test_plain_text_stays(text: str) -> None:
+    assert shown.one_line(text) == shown.lines(text) == shown.coloured_lines(text) == text
+
+
+def test_line_breaks_and_tabs_are_ours_or_not() -> None:
+    assert shown.one_line("a\r\n\tb") == r"a\r\n\tb"
+    assert shown.lines("a\r\n\tb\rc") == "a\r\n\tb\\rc"
+
+
+def test_colours_of_a_program_stay() -> None:
+    assert shown.coloured_lines("\x1b[1;31mred\x1b[0m\x1b[2Jx\x1b]0;title\x07") == (
+        "\x1b[1;31mred\x1b[0m\\x1b[2Jx\\x1b]0;title\\x07"
+    )
+
+
+def test_what_is_no_text_and_what_is_long() -> None:
+    assert shown.one_line(17) == "17"
+    assert shown.one_line("x" * 50, most=10) == "xxxxxxxxxx... (40 more characters)"
+
+
+def test_every_control_character_is_known() -> None:
+    for code in [
+        *range(0x20),
+        *range(0x7F, 0xA0),
+        0x61C,
+        0x200E,
+        0x200F,
+        *range(0x2028, 0x202F),
+        *range(0x2066, 0x206A),
+    ]:
+        assert shown.one_line(chr(code)) == repr(chr(code))[1:-1]
