@@ -12,17 +12,11 @@ from typing import Any
 import pytest
 
 import pyros1
-from pyros1.bag import BagWriter
-from pyros1.msgs import Message, load_message
+
+from .made import write_bag
 
 Make = Callable[..., Path]
 DEADLINE = 20.0
-
-
-def header_of(cls: type[Message], **more: str) -> dict[str, bytes]:
-    """A connection header, as a publisher sends it."""
-    fields = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text, **more}
-    return {name: value.encode() for name, value in fields.items()}
 
 
 @pytest.fixture
@@ -36,23 +30,7 @@ def make_bag(tmp_path: Path) -> Make:
         chunk_threshold: int = 1000,
         close: bool = True,
     ) -> Path:
-        number, text = load_message("std_msgs/Int32"), load_message("std_msgs/String")
-        path = tmp_path / name
-        writer = BagWriter(path, compression, chunk_threshold)
-        a = writer.add_connection("/a", header_of(number, callerid="/talker", latching="1", tcp_nodelay="0"))
-        b = writer.add_connection("/b", header_of(text, callerid="/other"))
-        for i in range(count):
-            time = 100_000_000_000 + i * 10_000_000
-            if i % 2:
-                writer.write(b, time, text._encode(text(data=str(i))))
-            else:
-                writer.write(a, time, number._encode(number(data=i)))
-        if close:
-            writer.close()
-        else:
-            writer.flush()
-            writer.abort()
-        return path
+        return write_bag(tmp_path / name, count, compression, chunk_threshold, close)
 
     return make
 

@@ -12,7 +12,8 @@ from pyros1.bag import BagError, BagWriter
 from pyros1.msgs import Message, from_definition
 from pyros1.timing import Duration, Time
 
-from .conftest import Make, header_of
+from .conftest import Make
+from .made import header_of
 
 SAMPLE = """float32 speed
 bool on

@@ -30,6 +30,8 @@ from .conftest import Make, values
         (b"SQLite format 3\0", "a ROS 2 bag"),
         (b"\x89MCAP0\r\n", "an MCAP file"),
         (b"#ROSRECORD V1.1\n", "version 1.1 is not supported"),
+        (b"#ROSLOG V1.0\n1\n", "version 1.0 is not supported"),
+        (b"#ROSRECORD V1.", "ends in its first line"),
         (b"#ROSBAG V3.0\n", "version 3.0 is not supported"),
         (b"#ROSBAG V2.0\n\x10", "the bag header cannot be read"),
     ],
@@ -220,24 +222,3 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "x.bag")
     with pytest.raises(NotABagError, match="pipe"):
         BagReader(tmp_path / "x.bag")
-
-
-def test_version_1_2_is_read_and_converted(tmp_path: Path) -> None:
-    names = {"topic": b"/chat", "type": b"std_msgs/String", "md5": b"992ce8a1687cec8c8bd883ec73ca41d1"}
-    records = [make_record({"op": b"\1", **names, "def": b"string data\n"})]
-    for i in (2, 0, 1):
-        data = struct.pack("<I", 1) + str(i).encode()
-        stamp = {"sec": struct.pack("<I", 10 + i), "nsec": bytes(4)}
-        records.append(make_record({"op": b"\2", **names, **stamp, "callerid": b"/talker"}, data))
-        records.append(make_record({"op": b"\4", "ver": bytes(4), "topic": b"/chat"}, b"whatever"))
-    path = tmp_path / "old.bag"
-    path.write_bytes(
-        b"#ROSBAG V1.2\n" + make_record({"op": b"\3", "index_pos": bytes(8)}, b" " * 50) + b"".join(records)
-    )
-    with pytest.raises(UnindexedError, match=r"version 1\.2; `pyros1 bag reindex`"):
-        BagReader(path)
-    assert values(path) == [0, 1, 2]
-    assert reindex(path, tmp_path / "new.bag").messages == 3
-    assert values(tmp_path / "new.bag", unindexed=False) == [0, 1, 2]
-    with BagReader(tmp_path / "new.bag") as bag:
-        assert bag.connections[0].callerid == "/talker"

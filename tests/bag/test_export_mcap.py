@@ -24,7 +24,8 @@ from pyros1.cli import bag as command
 from pyros1.errors import Error
 from pyros1.msgs import load_message
 
-from .conftest import Make, header_of
+from .conftest import Make
+from .made import header_of
 
 Run = Callable[..., tuple[int, str, str]]
 STRING = load_message("std_msgs/String")

@@ -14,7 +14,8 @@ from pyros1.bag import BagWriter
 from pyros1.cli import bag as command
 from pyros1.msgs import from_definition, load_message
 
-from .conftest import Make, header_of
+from .conftest import Make
+from .made import header_of
 
 OLD = from_definition("std_msgs/Int32", "int16 value")
 NEW = load_message("std_msgs/Int32")

@@ -28,6 +28,25 @@ def surroundings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(work)
 
 
+def test_files_behind_links_in_a_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package = tmp_path / "src" / "p"
+    for name, file, mode in (("launch", "x.launch", 0o644), ("bin", "tool", 0o755)):
+        (tmp_path / "elsewhere" / name).mkdir(parents=True)
+        (tmp_path / "elsewhere" / name / file).touch(mode)
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>p</name></package>")
+    for name, target in (("launch", "../../elsewhere/launch"), ("bin", "../../elsewhere/bin"), ("loop", "loop")):
+        (package / name).symlink_to(target)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    assert offered(capsys, "pyros1 launch p ") == ["x.launch"]
+    assert offered(capsys, "pyros1 run p ") == ["tool"]
+    assert offered(capsys, "pyros1 pkg ls p/") == ["p/bin/", "p/launch/"]
+    monkeypatch.chdir(package)
+    assert offered(capsys, "pyros1 wtf l") == ["launch/"]
+
+
 @pytest.fixture
 def system(master: Master, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setenv("ROS_MASTER_URI", master.uri)

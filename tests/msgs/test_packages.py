@@ -159,6 +159,50 @@ def test_resources(tmp_path: Path) -> None:
         packages.find_resource("q", "x.launch")
 
 
+def linked_package(tmp_path: Path) -> Path:
+    """A package whose folders are links to elsewhere, with links that lead back, to themselves and nowhere."""
+    package = make_package(tmp_path / "ws/p")
+    elsewhere = tmp_path / "elsewhere"
+    for file, mode in (("launch/deep/x.launch", 0o644), ("bin/tool", 0o755), (".git/hook", 0o755)):
+        (elsewhere / file).parent.mkdir(parents=True, exist_ok=True)
+        (elsewhere / file).touch(mode)
+    for name in ("launch", "bin", ".git"):
+        (package / name).symlink_to(elsewhere / name)
+    (package / "sub").mkdir()
+    targets = {"up": "..", "self": ".", "top": tmp_path, "loop": "loop", "nowhere": "/nowhere", "again": "../launch"}
+    for name, target in targets.items():
+        (package / "sub" / name).symlink_to(target)
+    make_package(tmp_path / "ws/q")
+    (tmp_path / "ws/q/x.launch").touch()
+    (tmp_path / "ws/q/more").symlink_to(package)
+    (tmp_path / "ws/loop").symlink_to("loop")
+    return package
+
+
+def test_links_to_folders_in_a_package_are_followed(tmp_path: Path) -> None:
+    package = linked_package(tmp_path)
+    packages = index(tmp_path, "ws")
+    assert packages.list() == ["p", "q"]
+    assert packages.find_resource("p", "x.launch") == [package / "launch/deep/x.launch"]
+    assert packages.find_executable("p", "tool") == [package / "bin/tool"]
+    assert packages.executables("p") == ["tool"]
+    assert packages.find_resource("q", "x.launch") == [
+        tmp_path / "ws/q/x.launch",
+        tmp_path / "ws/q/more/launch/deep/x.launch",
+    ]
+    assert [found.name for found in all_packages({"ROS_PACKAGE_PATH": str(tmp_path / "ws")})][:2] == ["p", "q"]
+
+
+def test_links_between_many_folders_are_followed_once(tmp_path: Path) -> None:
+    package = make_package(tmp_path / "ws/p")
+    for i in range(30):
+        (package / f"f{i}").mkdir()
+        (package / f"f{i}" / "file").touch()
+        for j in range(30):
+            (package / f"f{i}" / f"to{j}").symlink_to(package / f"f{j}")
+    assert index(tmp_path, "ws").find_resource("p", "file") == sorted(package / f"f{i}/file" for i in range(30))
+
+
 def test_executables_in_libexec_then_in_the_package(tmp_path: Path) -> None:
     package = make_package(tmp_path / "stock/share/p")
     libexec = tmp_path / "stock/lib/p"

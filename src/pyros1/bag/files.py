@@ -13,8 +13,7 @@ from pyros1.bag.encryption import NONE, Cipher, KeyUnavailableError, open_cipher
 from pyros1.bag.errors import BagError, EncryptedError, NotABagError
 from pyros1.bag.records import (
     BAG_HEADER_SIZE,
-    MAGIC_12,
-    MAGIC_20,
+    FIRST_LINE,
     MAX_HEADER,
     OP_BAG,
     OP_CHUNK,
@@ -138,8 +137,8 @@ class BagFile:
         self._file = FileIO(self.path, "rb")
         try:
             self.size = os.fstat(self._file.fileno()).st_size
-            self.version = self._version()
-            self.header, self.begin = self._bag_header()
+            self.version, behind = self._version()
+            self.header, self.begin = self._bag_header(behind)
         except BaseException:
             self._file.close()
             raise
@@ -266,23 +265,22 @@ class BagFile:
             raise RecordError(f"the record would have {size} bytes")
         return self.plain(self.read(start, size)), start + size
 
-    def _version(self) -> int:
+    def _version(self) -> tuple[int, int]:
+        """The version, and the offset behind the first line, which says it."""
         if self.size == 0:
             raise NotABagError(self.path, "the file is empty; nothing was recorded into it")
         line = self.read(0, 64)
-        if line.startswith(MAGIC_20):
-            return 200
-        if line.startswith(MAGIC_12):
-            return 102
-        if MAGIC_20.startswith(line):
+        first = FIRST_LINE.match(line)
+        if first is not None:
+            major, minor = map(int, first.groups())
+            if (major, minor) in ((2, 0), (1, 2)):
+                return 100 * major + minor, first.end()
+            raise NotABagError(self.path, f"bag version {major}.{minor} is not supported; only 2.0 and 1.2 are")
+        if len(line) == self.size and line.startswith(b"#ROS"):
             raise NotABagError(self.path, "the file ends in its first line; nothing can be saved")
-        if line.startswith(b"#ROSBAG V") or line.startswith(b"#ROSRECORD V"):
-            version = line.split(b"\n")[0].rpartition(b"V")[2].decode("latin-1")
-            raise NotABagError(self.path, f"bag version {version} is not supported; only 2.0 and 1.2 are")
         raise NotABagError(self.path, f"this is not a bag file{_looks_like(line)}")
 
-    def _bag_header(self) -> tuple[Fields, int]:
-        begin = len(MAGIC_20)
+    def _bag_header(self, begin: int) -> tuple[Fields, int]:
         try:
             fields, data, length = self.record(begin)
             if op_of(fields) == OP_BAG:
@@ -292,7 +290,7 @@ class BagFile:
                 raise BagError(
                     self.path, f"the bag header cannot be read ({error}); nothing can be saved", begin
                 ) from None
-        return {}, begin  # behind a damaged header there may be chunks, and in 1.2 it may be absent
+        return {}, begin  # behind a damaged header there may be chunks, and 1.2 without an index has none
 
     def _behind_padding(self, begin: int, end: int) -> int:
         """`end`, where the first record is; if the padding's length is damaged `begin`, so that it is searched for."""

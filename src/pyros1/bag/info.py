@@ -115,20 +115,24 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
     for number, connection in connections.items():
         types.setdefault(connection.type, connection.md5sum)
         by_topic.setdefault(connection.topic, []).append(number)
-    rates = _frequencies(bag, by_topic) if frequencies else {}
+    old = bag.file.version == 102
+    rates = _frequencies(bag, by_topic) if frequencies or old else {}  # stock has them of old bags at once
     topics = [
         Topic(name, connections[ids[0]].type, sum(counts.get(i, 0) for i in ids), len(ids), rates.get(name))
         for name, ids in sorted(by_topic.items())
     ]
-    version = "2.0" if bag.file.version == 200 else "1.2"
+    version = "1.2" if old else "2.0"
+    indexed = bag.file.index_pos > 0 if old else not bag.scanned
+    # The index's order of chunks counts, as stock's, though it may be unsorted. Old bags have none.
+    start, end = (bag.start, bag.end) if old or not chunks else (chunks[0].start, chunks[-1].end)
     return Summary(
         path=bag.path,
-        version=f"{version} (unindexed)" if bag.scanned else version,
+        version=version if indexed else f"{version} (unindexed)",
         size=bag.file.size,
-        start=chunks[0].start / NS if chunks else 0,  # the index's order counts, as stock's, though it may be unsorted
-        end=chunks[-1].end / NS if chunks else 0,
+        start=start / NS,
+        end=end / NS,
         messages=sum(counts.values()),
-        storage=_storage(bag),
+        storage={} if old else _storage(bag),
         types=dict(sorted(types.items())),
         topics=topics,
         empty=not bag.chunks and not bag.connections,

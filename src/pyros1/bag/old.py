@@ -1,7 +1,13 @@
-"""Version 1.2 of bag files: messages without chunks, each with the names of its topic and type. Read only."""
+"""Version 1.2 of bag files (http://wiki.ros.org/Bags/Format/1.2): messages without chunks, each with the names of its
+topic and type. Read only.
+
+Recorders that knew an index wrote a file header first and the index last; older ones wrote neither. The index is not
+needed: messages and definitions stand one after the other, so one pass over the file finds them all.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from pyros1.bag.records import (
@@ -19,6 +25,12 @@ from pyros1.bag.records import (
 
 _Key = tuple[bytes, bytes, bytes, bytes, bytes]
 
+_BEGINS = re.compile(rb"...\0...\0(?:callerid|def|latching|md5|nsec|op|sec|topic|type)=", re.DOTALL)
+"""What a record of a message or definition begins with: two lengths below 16 MiB and a field's name."""
+
+LONGEST_BEGIN = 17
+"""Bytes of the longest of these."""
+
 
 class OldConnections:
     """Gives the connections of a 1.2 bag numbers.
@@ -35,7 +47,9 @@ class OldConnections:
     def define(self, fields: Fields) -> None:
         """Take a definition record."""
         definition = fields.get("def", b"")
-        self._definitions[fields.get("type", b""), fields.get("md5", b"")] = definition
+        kind = fields.get("type", b"")
+        self._definitions[kind, fields.get("md5", b"")] = definition
+        self._definitions.setdefault((kind, b""), definition)
 
     def number(self, fields: Fields) -> int:
         """Return the number of a message's connection."""
@@ -45,7 +59,8 @@ class OldConnections:
         found = self._numbers.get(key)
         if found is None:
             found = self._numbers[key] = len(self._numbers)
-            definition = self._definitions.get((kind, md5), b"")
+            known = self._definitions
+            definition = known.get((kind, md5)) or known.get((kind, b""), b"")
             header = {"topic": topic, "type": kind, "md5sum": md5, "message_definition": definition}
             header |= {"callerid": caller} if caller else {}
             header |= {"latching": latching} if latching else {}
@@ -74,3 +89,11 @@ def walk_old(content: bytes, connections: OldConnections) -> Iterator[tuple[Mess
         except RecordError:
             return
         position = stop
+
+
+def record_begins(data: bytes, position: int) -> Iterator[int]:
+    """Yield the places from `position` on where a record may begin, to go on behind a damage."""
+    found = _BEGINS.search(data, position)
+    while found is not None:
+        yield found.start()
+        found = _BEGINS.search(data, found.start() + 1)

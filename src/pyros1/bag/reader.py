@@ -36,6 +36,9 @@ MAX_OPEN = 256 << 20
 """Most bytes of chunks that are kept at a time for chunks that overlap in time."""
 
 
+_NOT_CLOSED = "the bag was not closed, so that it has no index; `pyros1 bag reindex` makes one"
+
+
 class RawMessage(NamedTuple):
     """A message as it is stored.
 
@@ -55,14 +58,14 @@ class BagReader:
 
     Args:
         path: the file.
-        unindexed: also read bags without a good index, and those of version 1.2: the file is scanned first.
+        unindexed: also read bags without a good index: the file is scanned first, as those of version 1.2 always are.
         progress: called with the offset in bytes while the file is scanned.
 
     Attributes:
         connections: by id.
         chunks: in the order of the index.
         damages: places that could not be read, if the file was scanned.
-        scanned: whether the file was scanned because it has no index.
+        scanned: whether the file was scanned.
 
     Raises:
         NotABagError: the file is something else.
@@ -86,6 +89,11 @@ class BagReader:
         self._old: OldConnections | None = None
         try:
             self.file.unlock()
+            if self.file.version == 102:
+                self._scan(progress)
+                if not unindexed:
+                    self._check_old()
+                return
             try:
                 self._read_index()
             except UnindexedError:
@@ -291,12 +299,8 @@ class BagReader:
 
     def _read_index(self) -> None:
         file = self.file
-        if file.version != 200:
-            raise UnindexedError(self.path, "the bag is of version 1.2; `pyros1 bag reindex` makes it one of 2.0")
         if file.index_pos == 0:
-            raise UnindexedError(
-                self.path, "the bag was not closed, so that it has no index; `pyros1 bag reindex` makes one"
-            )
+            raise UnindexedError(self.path, _NOT_CLOSED)
         position = file.index_pos
         try:
             if position >= file.size and u32(file.header, "conn_count") + u32(file.header, "chunk_count"):
@@ -309,6 +313,17 @@ class BagReader:
         except RecordError as error:
             what = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
             raise UnindexedError(self.path, f"{what} ({error}); `pyros1 bag reindex` makes a new index") from None
+
+    def _check_old(self) -> None:
+        """Raise UnindexedError if a 1.2 bag is not whole."""
+        if self.file.header and self.file.index_pos == 0:
+            raise UnindexedError(self.path, _NOT_CLOSED)
+        if self.file.index_pos > self.file.size:
+            raise UnindexedError(self.path, "the file is cut off; `pyros1 bag reindex` saves what can be read")
+        for damage in self.damages:
+            raise UnindexedError(
+                self.path, f"{damage.reason}; `pyros1 bag reindex` saves what can be read", damage.offset
+            )
 
     def _read_chunk_info(self, position: int) -> int:
         fields, start, length = self.file.record(position)

@@ -16,7 +16,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 MAGIC_20 = b"#ROSBAG V2.0\n"
-MAGIC_12 = b"#ROSBAG V1.2\n"
+
+FIRST_LINE = re.compile(rb"#ROS[^\n]{0,32}? V(\d)\.(\d)\r?\n")
+"""The first line of every version; recorders before 2.0 wrote another word into it."""
 
 OP_DEFINITION = 0x01
 OP_MESSAGE = 0x02

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from pyros1.bag.codecs import decompress
 from pyros1.bag.files import BagFile, Chunk, ChunkHeader
-from pyros1.bag.old import OldConnections, walk_old
+from pyros1.bag.old import LONGEST_BEGIN, OldConnections, record_begins, walk_old
 from pyros1.bag.records import (
     OP_CHUNK,
     OP_CONNECTION,
@@ -249,7 +249,12 @@ class Scanner:
         return self._search(position + 1)
 
     def _search(self, position: int) -> int:
-        """Offset of the next chunk behind a damage; if there is none, that of the index or the file's end."""
+        """Offset of the next chunk behind a damage; if there is none, that of the index or the file's end.
+
+        In a 1.2 bag, of the next message or definition.
+        """
+        if self._file.version == 102:
+            return self._search_old(position)
         word = b"compression="
         index = self._file.index_pos
         last = index if position < index else self._file.size
@@ -267,6 +272,24 @@ class Scanner:
                 break
             position += len(block) - len(word)
         return min(last, self._file.size)
+
+    def _search_old(self, position: int) -> int:
+        while position < self._file.size:
+            block = self._file.read(position, _SEARCH)
+            for at in record_begins(block, 0):
+                if self._is_old(position + at):
+                    return position + at
+            if len(block) < _SEARCH:
+                break
+            position += len(block) - LONGEST_BEGIN
+        return self._file.size
+
+    def _is_old(self, position: int) -> bool:
+        try:
+            fields, data, length = self._file.record(position)
+            return op_of(fields) in (OP_MESSAGE, OP_DEFINITION) and data + length <= self._file.size
+        except RecordError:
+            return False
 
     def _is_chunk(self, position: int) -> bool:
         try:

@@ -11,8 +11,10 @@ from optparse import OptionParser
 
 from pyros1.bag import edit
 from pyros1.bag.api import Bag
+from pyros1.bag.errors import BagError
 from pyros1.bag.reader import BagReader, RawMessage
 from pyros1.bag.records import NS
+from pyros1.bag.reindex import Saved
 from pyros1.bag.reindex import reindex as reindex_bag
 from pyros1.cli.bag_choice import add_choice, choice_of, warn_of_strangers
 from pyros1.cli.bag_files import different, interruptible, new_file, parse_time, rewrite_each
@@ -92,6 +94,8 @@ def reindex(invocation: Invocation) -> int:
     def operation(source: str, target: str) -> None:
         with Progress(source, os.path.getsize(source), quiet=options.quiet) as progress:
             saved = reindex_bag(source, target, progress)
+        if not saved.messages:
+            raise BagError(source, f"{_no_messages(saved)}; the file is left as it is")
         if options.quiet:
             return
         for damage in saved.damages[:_SHOWN_DAMAGES]:
@@ -104,6 +108,13 @@ def reindex(invocation: Invocation) -> int:
     return rewrite_each(
         paths, operation, output_dir=options.output_dir, force=bool(options.force), quiet=bool(options.quiet)
     )
+
+
+def _no_messages(saved: Saved) -> str:
+    if saved.lost:
+        return f"the {saved.lost} messages found in it have lost their connection record, or have an impossible time"
+    reasons = "".join(f"; at byte {damage.offset}: {damage.reason}" for damage in saved.damages[:1])
+    return f"no messages were found in it{reasons}"
 
 
 def merge(invocation: Invocation) -> None:

@@ -68,6 +68,8 @@ def export(invocation: Invocation) -> int:
         stack.callback(writer.abort)
         progress = stack.enter_context(Progress(target, run.size, quiet=options.quiet or target == _STDOUT))
         count = run.into(writer, progress)
+        if not count and not run.skipped:
+            raise CommandError(f"there are no messages of the times chosen in {', '.join(paths)}")
         writer.close()
     for text in run.skipped_texts():
         print(text, file=sys.stderr)

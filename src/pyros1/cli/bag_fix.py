@@ -98,6 +98,8 @@ def fix(invocation: Invocation) -> int:
     different(source, target)
     migrator = make_migrator(rules)
     with Bag(source, unindexed=False) as bag:
+        if not len(bag):
+            raise BagError(source, f"there are no messages in it; {target} was not written")
         failing = migrate(bag, target, migrator, force=bool(options.force))
         if failing:
             print("Bag could not be migrated.  The following migrations could not be performed:")

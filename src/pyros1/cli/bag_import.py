@@ -54,6 +54,9 @@ def import_(invocation: Invocation) -> None:
         if patterns and not done.topics:
             hint = did_you_mean(patterns[0], there)
             raise CommandError(f"there is no topic {' '.join(patterns)} in {source}{hint}")
+        if not done.messages:
+            reasons = "".join(f"; {topic} is left out: {reason}" for topic, reason in done.skipped.items())
+            raise CommandError(f"there are no messages in {source}{reasons}; {target} was not written")
     for topic, reason in done.skipped.items():
         print(f"WARNING: {topic} is left out: {reason}", file=sys.stderr)
     if not options.quiet:

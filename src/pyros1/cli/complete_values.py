@@ -169,22 +169,20 @@ def _packages(_: Line) -> list[str]:
 def _places(line: Line) -> list[str]:
     """Folders in a package, and the places with names of their own."""
     from pyros1.cli.pkg_files import folder_of, special_places  # noqa: PLC0415
+    from pyros1.msgs.packages import is_folder  # noqa: PLC0415
 
     place, slash, _ = line.token.rpartition("/")
     if not slash:
         return sorted(special_places())
     with os.scandir(folder_of(place)) as entries:
-        return sorted(f"{place}/{entry.name}/" for entry in entries if entry.name[0] != "." and entry.is_dir())
+        return sorted(f"{place}/{entry.name}/" for entry in entries if entry.name[0] != "." and is_folder(entry))
 
 
 def _package_files(line: Line) -> list[str]:
     from pyros1.cli.pkg_files import folder_of  # noqa: PLC0415
+    from pyros1.msgs.packages import files_below  # noqa: PLC0415
 
-    found: set[str] = set()
-    for _, folders, files in os.walk(folder_of(line.given[0])):
-        folders[:] = [name for name in folders if name[0] != "."]
-        found.update(files)
-    return sorted(found)
+    return sorted({name for _, files in files_below(folder_of(line.given[0])) for name in files})
 
 
 def _executables(line: Line) -> list[str]:
@@ -197,13 +195,15 @@ def _executables(line: Line) -> list[str]:
 
 
 def _files(line: Line, *endings: str) -> list[str]:
+    from pyros1.msgs.packages import is_folder  # noqa: PLC0415
+
     folder, slash, start = line.token.rpartition("/")
     result = []
     with os.scandir(os.path.expanduser(folder) or slash or ".") as entries:
         for entry in entries:
             if entry.name.startswith(".") and not start.startswith("."):
                 continue
-            if entry.is_dir():
+            if is_folder(entry):
                 result.append(f"{folder}{slash}{entry.name}/")
             elif not endings or entry.name.endswith(endings):
                 result.append(f"{folder}{slash}{entry.name}")

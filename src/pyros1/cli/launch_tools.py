@@ -18,7 +18,7 @@ from pyros1.launch.resources import Resources
 from pyros1.launch.scope import ArgNotSetError
 from pyros1.launch.words import find_files, parse_arguments
 from pyros1.launch.world import make_resources
-from pyros1.msgs.packages import package_of
+from pyros1.msgs.packages import files_below, package_of
 
 
 def _parser(tool: str, usage: str) -> OptionParser:
@@ -208,9 +208,8 @@ def _launch_files(place: str) -> list[str]:
         return [place]
     print(f"checking *.launch in directory {place}")
     found = []
-    for base, folders, files in os.walk(place):
-        folders[:] = sorted(name for name in folders if name[0] != ".")
-        found += [os.path.join(base, name) for name in sorted(files) if name.endswith(".launch")]
+    for base, files in files_below(place):
+        found += [os.path.join(base, name) for name in files if name.endswith(".launch")]
     return found
 
 

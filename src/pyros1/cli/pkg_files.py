@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from pyros1.cli.common import did_you_mean
 from pyros1.errors import Error
+from pyros1.msgs.packages import files_below
 from pyros1.packaging.crawl import all_packages
 
 NAMES = {"cd": "roscd", "ls": "rosls", "edit": "rosed", "cat": "roscat", "cp": "roscp", "mv": "rosmv"}
@@ -102,19 +103,11 @@ def _file(words: list[str], usage: str) -> str:
     if os.path.dirname(name):
         found = [direct] if os.path.isfile(direct) else []
     else:
-        found = [os.path.join(base, name) for base, files in _walk(folder) if name in files]
+        found = [os.path.join(base, name) for base, files in files_below(folder) if name in files]
     if not found:
-        everything = {file for _, files in _walk(folder) for file in files}
+        everything = {file for _, files in files_below(folder) for file in files}
         raise _FilesError(f"there is no file {name} in {folder}{did_you_mean(name, everything)}")
     return found[0] if len(found) == 1 else _choose(found)
-
-
-def _walk(folder: str) -> list[tuple[str, list[str]]]:
-    result = []
-    for base, folders, files in os.walk(folder):
-        folders[:] = sorted(name for name in folders if name[0] != ".")
-        result.append((base, files))
-    return result
 
 
 def _choose(found: list[str]) -> str:

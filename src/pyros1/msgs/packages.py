@@ -219,8 +219,7 @@ class PackageIndex:
         own = self._is_own(folder)
         names: set[str] = set()
         for place in [*self._libraries(folder, package), folder]:
-            for base, folders, files in os.walk(place):
-                folders[:] = [name for name in folders if name[0] != "."]
+            for base, files in files_below(place):
                 names.update(name for name in files if os.access(os.path.join(base, name), os.X_OK))
                 if own:
                     names.update(name[:-3] for name in files if name.endswith(".py"))
@@ -315,13 +314,59 @@ def _packages_below(root: str, depth: int = 0, above: tuple[tuple[int, int], ...
         return
     if depth >= MAX_DEPTH or not _IGNORE_MARKS.isdisjoint(names):
         return
-    for name in sorted(name for name, entry in entries.items() if name[0] != "." and entry.is_dir()):
+    for name in sorted(name for name, entry in entries.items() if name[0] != "." and is_folder(entry)):
         yield from _packages_below(os.path.join(root, name), depth + 1, (*above, here))
 
 
+def files_below(folder: str) -> Iterator[tuple[str, _Names]]:
+    """Yield a folder and those below, each with the names of its files, in order; hidden folders are passed over.
+
+    Links to folders are followed, as stock follows them, behind everything that is there without them. Each folder is
+    entered once, and those that `folder` is in are not: links that lead back or to each other end nowhere.
+    """
+    seen = {_identity(parent) for parent in _parents(os.path.realpath(folder))}
+    behind = [folder]
+    for start in behind:  # it grows
+        waiting = [start]
+        while waiting:
+            base = waiting.pop()
+            try:
+                here = _identity(base)
+                with os.scandir(base) as listing:
+                    entries = sorted(listing, key=lambda entry: entry.name)
+            except OSError:
+                continue
+            if here in seen:
+                continue
+            seen.add(here)
+            below = {entry.name for entry in entries if is_folder(entry)}
+            yield base, [entry.name for entry in entries if entry.name not in below]
+            inside = [entry for entry in entries if entry.name in below and entry.name[0] != "."]
+            behind += [entry.path for entry in inside if entry.is_symlink()]
+            waiting += [entry.path for entry in reversed(inside) if not entry.is_symlink()]
+
+
+def is_folder(entry: os.DirEntry[str]) -> bool:
+    """Tell whether an entry of a folder is a folder, or a link to one. Of a link to itself is_dir() raises OSError."""
+    try:
+        return entry.is_dir()
+    except OSError:
+        return False
+
+
+def _identity(folder: str) -> tuple[int, int]:
+    status = os.stat(folder)
+    return status.st_dev, status.st_ino
+
+
+def _parents(folder: str) -> Iterator[str]:
+    while folder != os.path.dirname(folder):
+        folder = os.path.dirname(folder)
+        yield folder
+
+
 def _walk(folder: str, filename: str) -> Iterator[str]:
-    for base, folders, files in os.walk(folder):
-        folders[:] = sorted(name for name in folders if name[0] != ".")
+    for base, files in files_below(folder):
         if filename in files:
             yield os.path.join(base, filename)
 
