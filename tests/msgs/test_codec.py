@@ -282,6 +282,21 @@ def test_large_bytes_are_not_copied() -> None:
     assert cls._decode(b"".join(frame)[4:], 0, len(b"".join(frame)) - 4).x == bytes(50_000)
 
 
+@pytest.mark.parametrize("first", ["Point[4] corners", "time[2] t", "duration[1] t", "Inner[2] inners", "string[2] s"])
+def test_a_fixed_array_as_the_first_field(first: str) -> None:
+    cls = make(f"{first}\n{SEPARATOR}\nMSG: p/Point\nfloat64 x\n{SEPARATOR}\nMSG: p/Inner\nstring s")
+    assert roundtrip(cls()) == cls()
+
+
+@pytest.mark.parametrize("kind", ["time", "duration", "Point", "string"])
+def test_an_array_of_messages_that_hold_arrays(kind: str) -> None:
+    cls = make(f"Inner[] f\n{SEPARATOR}\nMSG: p/Inner\n{kind}[] t\n{SEPARATOR}\nMSG: p/Point\nfloat64 x")
+    inner = cls._classes["p/Inner"]
+    value: Any = {"time": Time(1), "duration": Duration(2), "string": "s"}.get(kind) or inner._classes["p/Point"](3.0)
+    message = cls([inner([value]), inner([]), inner([value, value])])
+    assert roundtrip(message) == message
+
+
 def test_messages_with_more_fields_than_one_function_inlines() -> None:
     inner = "\n".join(f"int8 f{i}\nstring s{i}" for i in range(MAX_INLINE // 4))
     text = f"A a\nA b\nA c\nint8 last\n{SEPARATOR}\nMSG: p/A\n{inner}\n"

@@ -13,21 +13,18 @@ from pyros1.msgs.spec import STRUCT_CODES
 def make_init(cls: type[Message]) -> Callable[..., None]:
     """Generate ``__init__``."""
     source = Source(cls)
-    names = list(cls.__slots__)
-    values = [_default(source, cls, slot_type) for slot_type in cls._slot_types]
-    source.names["arrange"] = arrange
-    source.lines.append("if args or kwds:")
-    source.lines.append(
-        f"    {''.join(f'a_{name}, ' for name in names) or '_'} = arrange({source.ref(cls)}, args, kwds)"
-    )
-    for name, value in zip(names, values, strict=True):
-        source.lines.append(f"    self.{name} = {value} if a_{name} is None else a_{name}")
-    source.lines.append("else:")
-    plain = Source(cls)
-    plain._known, plain.names, plain._count = source._known, source.names, 1000
-    _fill_defaults(plain, cls, "self")
-    source.lines += [f"    {line}" for line in plain.lines or ["pass"]]
-    return source.function("__init__(self, *args, **kwds)")
+    me, args, kwds = "self", "args", "kwds"  # without a number: as people know them from other signatures
+    given = Source(cls, source.scope)
+    values = [given.fresh("value") for _ in cls.__slots__]
+    arranged = f"{given.ref(arrange)}({given.ref(cls)}, {args}, {kwds})"
+    given.emit(f"{', '.join(values)}, = {arranged}" if values else arranged)
+    for name, slot_type, value in zip(cls.__slots__, cls._slot_types, values, strict=True):
+        given.emit(f"{me}.{name} = {_default(given, cls, slot_type)} if {value} is None else {value}")
+    plain = Source(cls, source.scope)
+    _fill_defaults(plain, cls, me)
+    source.block(f"if {args} or {kwds}:", given.lines)
+    source.block("else:", plain.lines)
+    return source.function("init", [me, f"*{args}", f"**{kwds}"])
 
 
 def arrange(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> tuple[Any, ...]:
@@ -54,11 +51,11 @@ def _fill_defaults(source: Source, cls: type[Message], target: str) -> None:
         base, length = split_type(slot_type)
         nested = cls._classes.get(base)
         if nested is not None and length is None and source.inlines(nested):
-            local = source.local()
-            source.lines.append(f"{target}.{name} = {local} = new({source.ref(nested)})")
+            local = source.fresh("new")
+            source.emit(f"{target}.{name} = {local} = {source.new(source.class_of(base, nested))}")
             _fill_defaults(source, nested, local)
         else:
-            source.lines.append(f"{target}.{name} = {_default(source, cls, slot_type)}")
+            source.emit(f"{target}.{name} = {_default(source, cls, slot_type)}")
 
 
 def _default(source: Source, cls: type[Message], slot_type: str) -> str:
@@ -73,8 +70,7 @@ def _default(source: Source, cls: type[Message], slot_type: str) -> str:
     elif base in STRUCT_CODES:
         value = "False" if base == "bool" else "0.0" if base.startswith("float") else "0"
     else:
-        value = {"time": "Time", "duration": "Duration"}.get(base) or source.ref(cls._classes[base])
-        value += "()"
-    if length is None:
-        return value
-    return f"[{value} for _ in range({length})]" if value.endswith("()") else f"[{value}] * {length}"
+        value = f"{source.class_of(base, cls._classes.get(base))}()"
+        if length is not None:
+            return f"[{value} for {source.fresh('i')} in range({length})]"
+    return value if length is None else f"[{value}] * {length}"

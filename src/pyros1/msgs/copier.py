@@ -43,7 +43,7 @@ class Copier(Source):
         if self.codes:
             packed = self.pack("".join(code.replace("?", "B") for code in self.codes))
             unpack = self.unpack("".join(self.codes))
-            self.lines.append(f"{', '.join(self.targets)}, = {unpack}({packed}({', '.join(self.sources)}))")
+            self.emit(f"{', '.join(self.targets)}, = {unpack}({packed}({', '.join(self.sources)}))")
             self.lines += self.after
 
     def convert(self, code: str, source: str, target: str) -> None:
@@ -54,62 +54,59 @@ class Copier(Source):
     def _single(self, base: str, nested: type[Message] | None, source: str, target: str) -> None:
         code = STRUCT_CODES.get(base)
         if code == "d":
-            local = self.local()
-            self.lines.append(f"{local} = {source}")
-            self.lines.append(
-                f"if {local}.__class__ is not float: {local}, = {self.unpack('d')}({self.pack('d')}({local}))"
-            )
-            self.lines.append(f"{target} = {local}")
+            local = self.assign("number", source)
+            converted = f"{self.unpack('d')}({self.pack('d')}({local}))"
+            self.emit(f"if {local}.__class__ is not float: {local}, = {converted}")
+            self.emit(f"{target} = {local}")
         elif code is not None:
             self.convert("?" if base == "bool" else code, source, target)
         elif base == "string":
-            local = self.local()
-            self.lines.append(f"{local} = {source}")
-            self.lines.append(f"if {local}.__class__ is not str or not {local}.isascii(): "
-                              f"{local} = {local}.encode().decode()")  # fmt: skip
-            self.lines.append(f"{target} = {local}")
-        elif nested is None:
-            original, copy = self.local(), self.local()
-            self.lines += [f"{original} = {source}", f"{target} = {copy} = new({base.capitalize()})"]
+            local = self.assign("text", source)
+            converted = f"{local}.encode().decode()"
+            self.emit(f"if {local}.__class__ is not str or not {local}.isascii(): {local} = {converted}")
+            self.emit(f"{target} = {local}")
+        elif nested is None or self.inlines(nested):
+            original, copy = self.assign("m", source), self.fresh("copy")
+            self.emit(f"{target} = {copy} = {self.new(self.class_of(base, nested))}")
+            if nested is not None:
+                self.message(nested, original, copy)
+                return
             for part in ("secs", "nsecs"):
                 self.convert(TIME_CODES[base], f"{original}.{part}", f"{copy}.{part}")
             self.after.append(f"if not -1 < {copy}.nsecs < 1000000000: {copy}.canon()")
-        elif self.inlines(nested):
-            original, copy = self.local(), self.local()
-            self.lines.append(f"{original} = {source}")
-            self.lines.append(f"{target} = {copy} = new({self.ref(nested)})")
-            self.message(nested, original, copy)
         else:
-            self.lines.append(f"{target} = {self.ref(nested._copy)}({source})")
+            self.emit(f"{target} = {self._copy(nested)}({source})")
+
+    def _copy(self, nested: type[Message]) -> str:
+        return self.ref(nested._copy, "copy")
 
     def _array(self, base: str, length: int, nested: type[Message] | None, source: str, target: str) -> None:
         code = STRUCT_CODES.get(base)
-        local = self.local()
-        self.lines.append(f"{local} = {source}")
+        local = self.assign("array", source)
         if code == "B" and base != "bool":
-            octets = f"{self.ref(arrays.octets)}({local}, {length})"
-            self.lines.append(f"if {local}.__class__ is not bytes: {local} = {octets}")
+            octets = f"{self.ref(arrays.octets, 'octets')}({local}, {length})"
+            self.emit(f"if {local}.__class__ is not bytes: {local} = {octets}")
             if length >= 0:
-                self.lines.append(f"if len({local}) > {length}: raise ValueError('too long')")
+                self.emit(f"if len({local}) > {length}: raise ValueError('too long')")
                 local += f".ljust({length}, b'\\0')"
-            self.lines.append(f"{target} = {local}")
+            self.emit(f"{target} = {local}")
             return
         if length >= 0:
-            self.lines.append(f"if len({local}) != {length}: raise ValueError('wrong length')")
+            self.emit(f"if len({local}) != {length}: raise ValueError('wrong length')")
         if code is not None:
-            packers = self.ref(arrays.Packers(code), ("packers", code))
+            packers = self.ref(arrays.Packers(code), "packers", ("packers", code))
             unpack_code = "?" if base == "bool" else code
-            unpackers = self.ref(arrays.Unpackers(unpack_code), ("unpackers", unpack_code))
+            unpackers = self.ref(arrays.Unpackers(unpack_code), "unpackers", ("unpackers", unpack_code))
             copied = f"{unpackers}[len({local})]({packers}.pack({local}), 0)"
-            self.lines.append(f"{target} = {f'list({copied})' if base == 'bool' else copied}")
+            self.emit(f"{target} = {f'list({copied})' if base == 'bool' else copied}")
         elif base == "string":
-            self.lines.append(f"{target} = {self.ref(_copy_strings)}({local})")
+            self.emit(f"{target} = {self.ref(_copy_strings, 'strings')}({local})")
         elif nested is None:
-            codes = TIME_CODES[base] * 2
-            copied = f"{self.ref(_copy_time)}(e, {base.capitalize()}, {self.pack(codes)}, {self.unpack(codes)})"
-            self.lines.append(f"{target} = [{copied} for e in {local}]")
+            codes, each = TIME_CODES[base] * 2, self.fresh("each")
+            given = f"{each}, {self.class_of(base, nested)}, {self.pack(codes)}, {self.unpack(codes)}"
+            self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({given}) for {each} in {local}]")
         else:
-            self.lines.append(f"{target} = list(map({self.ref(nested._copy)}, {local}))")
+            self.emit(f"{target} = list(map({self._copy(nested)}, {local}))")
 
 
 def _copy_time(
@@ -129,9 +126,10 @@ def _copy_strings(values: Sequence[str]) -> list[str]:
 def make_copy(cls: type[Message]) -> Callable[[Any], Any]:
     """Generate ``_copy``."""
     source = Copier(cls)
-    source.lines.append(f"n = new({source.ref(cls)})")
-    source.message(cls, "m", "n")
+    message = source.fresh("message")
+    copy = source.assign("copy", source.new(source.ref(cls, "cls")))
+    source.message(cls, message, copy)
     source.flush()
-    source.lines.append("return n")
-    source.names.update(WrongValue=WRONG_VALUE, refusal=refusal)
-    return source.function("copy(m)", ("WrongValue", f"refusal({source.ref(cls)}, m, error)"))
+    source.emit(f"return {copy}")
+    reason = f"{source.ref(refusal, 'refusal')}({source.ref(cls, 'cls')}, {message}"
+    return source.function("copy", [message], WRONG_VALUE, lambda error: f"{reason}, {error})")

@@ -14,54 +14,113 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from itertools import repeat
-from typing import Any
+from typing import Any, NamedTuple
 
 from pyros1.errors import DeserializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.check import explain
 from pyros1.msgs.factory import MAX_EMPTY
-from pyros1.msgs.source import TIME_CODES, Source, split_type
+from pyros1.msgs.source import TIME_CLASSES, TIME_CODES, Source, split_type
 from pyros1.msgs.spec import STRUCT_CODES
-from pyros1.timing import Duration, Time
 
 _WRONG = (struct.error, DeserializationError, ValueError, OverflowError, TypeError)
 
 
+class _Arguments(NamedTuple):
+    """Names of a decoder's parameters."""
+
+    buffer: str
+    start: str
+    end: str
+    view: str
+
+
 class Decoder(Source):
-    """Emits statements in field order; ``self.at`` is the name of the variable that holds the position.
+    """Emits statements in field order.
 
     Args:
         cls: the message class.
         views: leave the making of numeric arrays to the function ``view``, a fourth argument of the decoder.
+        outer: the decoder in which this is a loop, over messages of ``cls``; None begins a function.
+
+    Attributes:
+        at: name of the variable that holds the position. A step takes it to the other one of two variables, so that
+            what lies between can be cut out.
+        begin: the variable that it was in first.
+        moved: whether it has moved since.
+        made: in a loop: what to make for each turn, names of object and class; else None.
     """
 
-    def __init__(self, cls: type[Message], views: bool = False) -> None:
-        super().__init__(cls)
+    def __init__(self, cls: type[Message], *, views: bool = False, outer: Decoder | None = None) -> None:
+        super().__init__(cls, None if outer is None else outer.scope)
         self.views = views
-        self.at = "start"
-        self.objects: list[tuple[str, str]] | None = None  # in a loop: what to make for each turn, name and class
+        self._places = self.fresh("p"), self.fresh("q")
+        self.made: list[tuple[str, str]] | None
+        if outer is None:
+            self.arguments = _Arguments(*map(self.fresh, _Arguments._fields))
+            self.at, self.made = self.arguments.start, None
+            self.root = self.assign("m", self.new(self.ref(cls, "cls")))
+        else:
+            self.arguments = outer.arguments
+            self.root = self.fresh("m")
+            self.at, self.made = self._places[0], [(self.root, self.ref(cls, "cls"))]
+        self.begin, self.moved = self.at, False
         self.codes: list[str] = []
-        self.targets: list[str] = []
+        self._targets: list[str] = []
         self.after: list[str] = []
+
+    # Positions --------------------------------------------------------------------------------------------------------
+
+    def move(self) -> str:
+        """Let the next position be in the other variable, for the caller to set; return the one that holds this one."""
+        begin, self.at, self.moved = self.at, self._places[self.at == self._places[0]], True
+        return begin
+
+    def step(self, size: str | int) -> str:
+        """Emit a step over ``size`` bytes; return the variable that holds where they begin."""
+        begin = self.move()
+        self.emit(f"{self.at} = {begin} + {size}")
+        return begin
+
+    def reserve(self, count: str, size: int) -> str:
+        """The same for ``count`` values of ``size`` bytes each, which must be there."""
+        begin = self.step(f"{count} * {size}" if size != 1 else count)
+        self.emit(f"if {self.at} > {self.arguments.end}: raise ValueError('count')")
+        return begin
+
+    # Values of fixed size, which are unpacked together ----------------------------------------------------------------
 
     def value(self, code: str, target: str) -> None:
         self.codes.append(code)
-        self.targets.append(target)
+        self._targets.append(target)
 
-    def flush(self) -> None:
-        """Emit the unpacking of the values collected, and move the position behind them."""
+    def number(self) -> str:
+        """Emit the reading of a length; return its name."""
+        count = self.fresh("n")
+        self.value("I", count)
+        self.flush()
+        return count
+
+    def assignment(self, values: str) -> list[str]:
+        """Return the statements that give the values collected to their targets."""
+        return [f"{', '.join(self._targets)}, = {values}", *self.after]
+
+    def flush(self, *, last: bool = False) -> None:
+        """Emit the unpacking of the values collected, and move the position behind them.
+
+        Args:
+            last: the position is not needed any more.
+        """
         if not self.codes:
             return
         fmt = "".join(self.codes)
-        self.lines.append(f"{', '.join(self.targets)}, = {self.unpack(fmt)}(buf, {self.at})")
-        self.lines += self.after
-        self.move(struct.calcsize("<" + fmt))
-        self.codes, self.targets, self.after = [], [], []
+        self.lines += self.assignment(f"{self.unpack(fmt)}({self.arguments.buffer}, {self.at})")
+        if not last:
+            self.step(struct.calcsize("<" + fmt))
+        self.codes, self._targets, self.after = [], [], []
 
-    def move(self, size: int) -> None:
-        self.lines.append(f"p = {self.at} + {size}")
-        self.at = "p"
+    # Fields -----------------------------------------------------------------------------------------------------------
 
     def message(self, cls: type[Message], owner: str) -> None:
         for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
@@ -76,164 +135,158 @@ class Decoder(Source):
         if base in STRUCT_CODES:
             self.value("?" if base == "bool" else STRUCT_CODES[base], target)
         elif base == "string":
-            self.value("I", "n")
-            self.flush()
-            self.lines.append(f"q = {self.at} + n")
-            self.lines.append(f"{target} = buf[{self.at}:q].decode()")
-            self.at = "q"
+            begin = self.step(self.number())
+            self.emit(f"{target} = {self.arguments.buffer}[{begin}:{self.at}].decode()")
         elif nested is None:
-            local = self.new(base.capitalize(), target)
+            local = self._make(self.class_of(base, nested), target)
             self.value(TIME_CODES[base], f"{local}.secs")
             self.value(TIME_CODES[base], f"{local}.nsecs")
             self.after.append(f"if not -1 < {local}.nsecs < 1000000000: {local}.canon()")
         elif self.inlines(nested):
-            self.message(nested, self.new(self.ref(nested), target))
+            self.message(nested, self._make(self.class_of(base, nested), target))
         else:
             self.flush()
-            self.lines.append(f"{target}, q = {self.read(nested)}(buf, {self.at}, end{self.more})")
-            self.at = "q"
+            self._call(self._read(nested), target)
 
-    def new(self, cls: str, target: str) -> str:
+    def _make(self, cls: str, target: str) -> str:
         """Emit the making of an object; return its name."""
-        local = self.local()
-        if self.objects is None:
-            self.lines.append(f"{target} = {local} = new({cls})")
+        local = self.fresh("m")
+        if self.made is None:
+            self.emit(f"{target} = {local} = {self.new(cls)}")
         else:
-            self.objects.append((local, cls))
-            self.lines.append(f"{target} = {local}")
+            self.made.append((local, cls))
+            self.emit(f"{target} = {local}")
         return local
 
-    @property
-    def more(self) -> str:
-        """The further argument of nested decoders."""
-        return ", view" if self.views else ""
+    def _call(self, function: str, target: str, *arguments: str) -> None:
+        """Emit the call of a function that returns what it has read, and the position behind it."""
+        begin = self.move()
+        given = ", ".join([self.arguments.buffer, begin, *arguments, self.arguments.end, *self._view])
+        self.emit(f"{target}, {self.at} = {function}({given})")
 
-    def read(self, nested: type[Message]) -> str:
-        return self.ref(nested._read_arrays if self.views else nested._read)
+    @property
+    def _view(self) -> list[str]:
+        """The further argument of nested decoders."""
+        return [self.arguments.view] if self.views else []
+
+    def _read(self, nested: type[Message]) -> str:
+        return self.ref(nested._read_arrays if self.views else nested._read, "read")
+
+    def _decode(self, nested: type[Message], begin: str, end: str) -> str:
+        decode = self.ref(nested._decode_arrays if self.views else nested._decode, "decode")
+        return f"{decode}({', '.join([self.arguments.buffer, begin, end, *self._view])})"
+
+    # Arrays -----------------------------------------------------------------------------------------------------------
 
     def _array(self, base: str, length: int, nested: type[Message] | None, target: str) -> None:
         code = "?" if base == "bool" else STRUCT_CODES.get(base)
-        count = "n" if length < 0 else str(length)
         if code == "B" and length >= 0 and not self.views:
             self.value(f"{length}s", target)
             return
         if length < 0:
-            self.value("I", "n")
-        self.flush()
-        if code is not None:
-            self._numbers(code, length, target)
-        elif base == "string":
-            self.lines.append(f"{target}, q = {self.ref(arrays.read_strings)}(buf, {self.at}, {count}, end)")
-            self.at = "q"
+            count = self.number()
         else:
-            if self.at == "q":
-                self.move(0)
-            if nested is None:
-                self._times(base, count)
-            elif not nested._fixed_size:
-                self._variable(nested, count)
-            else:
-                self._fixed(nested, count)
-            self.lines.append(f"{target} = items")
-            self.at = "q"
+            count = str(length)
+            self.flush()
+        if code is not None:
+            self._numbers(code, count, length, target)
+        elif base == "string":
+            self._strings(count, target)
+        elif nested is None:
+            begin = self.reserve(count, 8)
+            cls = TIME_CLASSES[base]
+            given = f"{self.arguments.buffer}, {begin}, {count}, '{TIME_CODES[base]}', {self.ref(cls, 'cls')}"
+            self.emit(f"{target} = {self.ref(arrays.read_times, 'times')}({given})")
+        elif nested._fixed_size:
+            self._fixed(nested, nested._fixed_size, count, target)
+        elif nested._min_size:
+            self._variable(nested, nested._min_size, count, target)
+        else:
+            self.emit(f"if {count} > {MAX_EMPTY}: raise ValueError('count')")
+            element = self._decode(nested, self.at, self.at)
+            self.emit(f"{target} = [{element} for {self.fresh('i')} in range({count})]")
 
-    def _times(self, base: str, count: str) -> None:
-        time_class, fmt = {"time": Time, "duration": Duration}[base], TIME_CODES[base]
-        self._reserve(count, 8)
-        self.lines.append(f"items = {self.ref(arrays.read_times)}(buf, p, {count}, '{fmt}', {self.ref(time_class)})")
-
-    def _reserve(self, count: str, size: int) -> None:
-        self.lines.append(f"q = p + {count} * {size}")
-        self.lines.append("if q > end: raise ValueError('count')")
-
-    def _fixed(self, nested: type[Message], count: str) -> None:
-        """An array of messages that are all of one size."""
-        size = nested._fixed_size
-        assert size is not None
-        self._reserve(count, size)
-        loop = self._loop(nested)
-        if loop is None or any(" = " not in line or "(" in line for line in loop.lines):
-            decode = self.ref(nested._decode_arrays if self.views else nested._decode)
-            self.lines.append(f"items = [{decode}(buf, i, i + {size}{self.more}) for i in range(p, q, {size})]")
-            return
-        values = self.local()
-        unpack = self.ref(struct.Struct("<" + "".join(loop.codes)).iter_unpack, ("iter_unpack", *loop.codes))
-        assignment = f"{', '.join(loop.targets)}, = {values}"
-        self._emit(loop, count, [*loop.lines, assignment, *loop.after], (values, f"{unpack}(buf[p:q])"))
-
-    def _variable(self, nested: type[Message], count: str) -> None:
-        """An array of messages of which each has a size of its own; or of messages without content."""
-        least = nested._min_size
-        if not least:
-            self.lines.append(f"if {count} > {MAX_EMPTY}: raise ValueError('count')")
-            self.lines.append(f"items = [{self.ref(nested)}() for _ in range({count})]")
-            self.lines.append("q = p")
-            return
-        self.lines.append(f"if {count} > (end - p) // {least}: raise ValueError('count')")
-        self.lines.append("q = p")
-        loop = self._loop(nested)
-        if loop is None:
-            items = self.local()
-            self.lines.append(f"{items} = []")
-            self.lines.append(f"for _ in range({count}):")
-            self.lines.append(f"    item, q = {self.read(nested)}(buf, q, end{self.more})")
-            self.lines.append(f"    {items}.append(item)")
-            self.lines.append(f"items = {items}")
-            return
-        loop.flush()
-        self._emit(loop, count, loop.lines + (["q = p"] if loop.at == "p" else []))
-
-    def _loop(self, nested: type[Message]) -> Decoder | None:
-        """Return the decoding of one element, which begins at ``q``; None if that is better a function of its own."""
-        if self.objects is not None or not self.inlines(nested) or not _is_plain(nested):
-            return None
-        loop = Decoder(nested, self.views)
-        loop.names, loop._known, loop._count, loop.budget = self.names, self._known, self._count, self.budget
-        loop.objects, loop.at = [(loop.local(), self.ref(nested))], "q"
-        loop.message(nested, loop.objects[0][0])
-        self._count = loop._count
-        return loop
-
-    def _emit(self, loop: Decoder, count: str, body: list[str], *more: tuple[str, str]) -> None:
-        """Emit a loop over new objects, and over what else is given as names and iterables."""
-        assert loop.objects is not None
-        self.names["repeat"] = repeat
-        self.lines.append(f"items = list(map(new, repeat({loop.objects[0][1]}, {count})))")
-        sources = [*((name, f"map(new, repeat({cls}, {count}))") for name, cls in loop.objects[1:]), *more]
-        names = ", ".join([loop.objects[0][0], *(name for name, _ in sources)])
-        iterables = ", ".join(["items", *(iterable for _, iterable in sources)])
-        self.lines.append(f"for {names}, in zip({iterables}):")
-        self.lines += [f"    {line}" for line in body]
-
-    def _numbers(self, code: str, length: int, target: str) -> None:
+    def _numbers(self, code: str, count: str, length: int, target: str) -> None:
+        buffer, size = self.arguments.buffer, struct.calcsize("<" + code)
         if self.views:
-            count = "n" if length < 0 else str(length)
-            if self.at == "q":
-                self.move(0)
-            self.lines.append(f"q = {self.at} + {count} * {struct.calcsize('<' + code)}")
-            self.lines.append("if q > end: raise ValueError('count')")
-            self.lines.append(f"{target} = view(buf, {self.at}, {count}, '{code}')")
-            self.at = "q"
+            begin = self.reserve(count, size)
+            self.emit(f"{target} = {self.arguments.view}({buffer}, {begin}, {count}, '{code}')")
             return
         if code == "B":  # those of a fixed length are values
-            self.lines.append(f"q = {self.at} + n")
-            self.lines.append(f"{target} = buf[{self.at}:q]")
-            self.at = "q"
+            begin = self.step(count)
+            self.emit(f"{target} = {buffer}[{begin}:{self.at}]")
             return
         if length >= 0:
-            read = f"{self.unpack(f'{length}{code}')}(buf, {self.at})"
-            size = struct.calcsize(f"<{length}{code}")
+            begin = self.at
+            read = f"{self.unpack(f'{length}{code}')}({buffer}, {begin})"
         else:
-            size = struct.calcsize("<" + code)
-            self.lines.append(f"q = {self.at} + n * {size}" if size > 1 else f"q = {self.at} + n")
-            self.lines.append("if q > end: raise ValueError('count')")
-            unpackers = self.ref(arrays.Unpackers(code), ("unpackers", code))
-            read = f"{unpackers}[n](buf, {self.at})"
-        self.lines.append(f"{target} = list({read})" if code == "?" else f"{target} = {read}")
+            begin = self.reserve(count, size)
+            unpackers = self.ref(arrays.Unpackers(code), "unpackers", ("unpackers", code))
+            read = f"{unpackers}[{count}]({buffer}, {begin})"
+        self.emit(f"{target} = list({read})" if code == "?" else f"{target} = {read}")
         if length >= 0:
-            self.move(size)
-        else:
-            self.at = "q"
+            self.step(length * size)
+
+    def _strings(self, count: str, target: str) -> None:
+        begin = self.move()
+        read, end = self.ref(arrays.read_strings, "strings"), self.arguments.end
+        self.emit(f"{target}, {self.at} = {read}({self.arguments.buffer}, {begin}, {count}, {end})")
+
+    def _fixed(self, nested: type[Message], size: int, count: str, target: str) -> None:
+        """An array of messages that are all of one size."""
+        begin = self.reserve(count, size)
+        loop = self._loop(nested)
+        if loop is None or loop.moved:  # more than values to unpack
+            i = self.fresh("i")
+            element = self._decode(nested, i, f"{i} + {size}")
+            self.emit(f"{target} = [{element} for {i} in range({begin}, {self.at}, {size})]")
+            return
+        values = self.fresh("values")
+        unpack = struct.Struct("<" + "".join(loop.codes)).iter_unpack
+        name = self.ref(unpack, "unpack", ("iter_unpack", *loop.codes))
+        body = [*loop.lines, *loop.assignment(values)]
+        self._emit_loop(loop, count, target, body, (values, f"{name}({self.arguments.buffer}[{begin}:{self.at}])"))
+
+    def _variable(self, nested: type[Message], least: int, count: str, target: str) -> None:
+        """An array of messages of which each has a size of its own, at least ``least`` bytes."""
+        self.emit(f"if {count} > ({self.arguments.end} - {self.at}) // {least}: raise ValueError('count')")
+        loop = self._loop(nested)
+        if loop is None:
+            place, items, item = self.assign("p", self.at), self.assign("items", "[]"), self.fresh("item")
+            given = ", ".join([self.arguments.buffer, place, self.arguments.end, *self._view])
+            read = f"{item}, {place} = {self._read(nested)}({given})"
+            self.block(f"for {self.fresh('i')} in range({count}):", [read, f"{items}.append({item})"])
+            self.emit(f"{target} = {items}")
+            self.at = place
+            return
+        loop.flush()
+        if loop.at != loop.begin:
+            loop.emit(f"{loop.begin} = {loop.at}")
+        self.emit(f"{loop.begin} = {self.at}")
+        self._emit_loop(loop, count, target, loop.lines)
+        self.at = loop.begin
+
+    def _loop(self, nested: type[Message]) -> Decoder | None:
+        """Return the decoding of one element; None if that is better a function of its own."""
+        if self.made is not None or not self.fits(nested) or not _is_plain(nested):
+            return None
+        self.inlines(nested)
+        loop = Decoder(nested, views=self.views, outer=self)
+        loop.message(nested, loop.root)
+        return loop
+
+    def _emit_loop(self, loop: Decoder, count: str, target: str, body: list[str], *more: tuple[str, str]) -> None:
+        """Emit a loop over new objects, and over what else is given as names and iterables."""
+        assert loop.made is not None
+        sources = [(name, self._objects(cls, count)) for name, cls in loop.made]
+        items = self.assign("items", f"list({sources[0][1]})")
+        sources[0] = sources[0][0], items
+        names, iterables = zip(*sources, *more, strict=True)
+        self.block(f"for {', '.join(names)}, in zip({', '.join(iterables)}):", body)
+        self.emit(f"{target} = {items}")
+
+    def _objects(self, cls: str, count: str) -> str:
+        return f"map({self.ref(object.__new__, 'new')}, {self.ref(repeat, 'repeat')}({cls}, {count}))"
 
 
 def _is_plain(cls: type[Message]) -> bool:
@@ -268,28 +321,27 @@ def make_read_arrays(cls: type[Message]) -> Callable[..., tuple[Any, int]]:
 
 def _make_decode(source: Decoder) -> Callable[..., Any]:
     cls = source.cls
-    _fill(source)
+    buffer, start, end, _ = source.arguments
     if cls._fixed_size is not None:
-        source.lines.insert(0, f"if end - start != {cls._fixed_size}: raise ValueError('size')")
-        # The position needs no second look: drop its last computation.
-        if source.lines[-1].startswith("p = "):
-            source.lines.pop()
+        source.emit(f"if {end} - {start} != {cls._fixed_size}: raise ValueError('size')")
+        source.message(cls, source.root)
+        source.flush(last=True)
     else:
-        source.lines.append(f"if {source.at} != end: raise ValueError('size')")
-    source.lines.append("return m")
-    source.names.update(WrongBytes=_WRONG, explain=explain)
-    guard = ("WrongBytes", f"explain({source.ref(cls)}, buf, start, end)")
-    return source.function(f"decode(buf, start, end{source.more})", guard)
+        source.message(cls, source.root)
+        source.flush()
+        source.emit(f"if {source.at} != {end}: raise ValueError('size')")
+    source.emit(f"return {source.root}")
+    reason = f"{source.ref(explain)}({source.ref(cls, 'cls')}, {buffer}, {start}, {end})"
+    return source.function("decode", _parameters(source), _WRONG, lambda error: reason)
 
 
 def _make_read(source: Decoder) -> Callable[..., tuple[Any, int]]:
-    _fill(source)
-    source.lines.append(f"if {source.at} > end: raise ValueError('size')")
-    source.lines.append(f"return m, {source.at}")
-    return source.function(f"read(buf, start, end{source.more})")
-
-
-def _fill(source: Decoder) -> None:
-    source.lines.append(f"m = new({source.ref(source.cls)})")
-    source.message(source.cls, "m")
+    source.message(source.cls, source.root)
     source.flush()
+    source.emit(f"if {source.at} > {source.arguments.end}: raise ValueError('size')")
+    source.emit(f"return {source.root}, {source.at}")
+    return source.function("read", _parameters(source))
+
+
+def _parameters(source: Decoder) -> tuple[str, ...]:
+    return source.arguments if source.views else source.arguments[:3]

@@ -20,32 +20,48 @@ from pyros1.msgs.spec import STRUCT_CODES
 LARGE = 16384
 """Bodies from this size on are sent as a list of buffers, their large arrays not copied."""
 
+_PREFIX = 4
+"""Bytes of a frame's length."""
+_SUMMANDS = 50
+"""Most lengths that are added one by one: Python's compiler does not take sums of any length."""
+
 WRONG_VALUE = (struct.error, SerializationError, AttributeError, TypeError, ValueError, OverflowError)
 
 
+class _Run:
+    """Neighbouring values of fixed size, which one struct packs."""
+
+    def __init__(self) -> None:
+        self.codes: list[str] = []
+        self.expressions: list[str] = []
+
+
 class Encoder(Source):
-    """Collects the parts of the body: runs of fixed values, and pieces of bytes between them."""
+    """Collects the parts of the body: runs of fixed values, and pieces of bytes between them.
+
+    Attributes:
+        parts: the runs, and the variables of the pieces, in order.
+        fixed: size of all runs in bytes.
+        large: whether a piece can be large.
+    """
 
     def __init__(self, cls: type[Message]) -> None:
         super().__init__(cls)
-        self.parts: list[tuple[str, list[str]] | str] = []
+        self.parts: list[_Run | str] = []
         self.fixed = 0
-        self.pieces: list[str] = []
         self.large = False
 
     def value(self, code: str, expression: str) -> None:
-        if not self.parts or isinstance(self.parts[-1], str):
-            self.parts.append(("", []))
-        run = self.parts[-1]
-        assert not isinstance(run, str)
-        self.parts[-1] = (run[0] + code, [*run[1], expression])
+        run = self.parts[-1] if self.parts else None
+        if not isinstance(run, _Run):
+            run = _Run()
+            self.parts.append(run)
+        run.codes.append(code)
+        run.expressions.append(expression)
         self.fixed += struct.calcsize("<" + code)
 
-    def piece(self, expression: str) -> str:
-        local = self.local()
-        self.lines.append(f"{local} = {expression}")
-        self.pieces.append(local)
-        return local
+    def piece(self, expression: str) -> None:
+        self.parts.append(self.assign("piece", expression))
 
     def message(self, cls: type[Message], owner: str) -> None:
         for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
@@ -60,60 +76,56 @@ class Encoder(Source):
         if base in STRUCT_CODES:
             self.value(STRUCT_CODES[base], expression)
         elif base == "string":
-            text = self.piece(f"{expression}.encode()")
+            text = self.assign("text", f"{expression}.encode()")
             self.value("I", f"len({text})")
             self.parts.append(text)
         elif nested is None:
-            local = self.local()
-            self.lines.append(f"{local} = {expression}")
+            local = self.assign("time", expression)
             self.value(TIME_CODES[base], f"{local}.secs")
             self.value(TIME_CODES[base], f"{local}.nsecs")
         elif self.inlines(nested):
-            local = self.local()
-            self.lines.append(f"{local} = {expression}")
-            self.message(nested, local)
+            self.message(nested, self.assign("m", expression))
         else:
-            self.parts.append(self.piece(f"{self.ref(nested._encode)}({expression})"))
+            self.piece(f"{self._encode(nested)}({expression})")
+
+    def _encode(self, nested: type[Message]) -> str:
+        return self.ref(nested._encode, "encode")
 
     def _array(self, base: str, length: int, nested: type[Message] | None, expression: str) -> None:
         code = STRUCT_CODES.get(base)
-        local = self.local()
-        self.lines.append(f"{local} = {expression}")
+        local = self.assign("array", expression)
         if code == "B" and base != "bool":
-            self.lines.append(
-                f"if {local}.__class__ is not bytes: {local} = {self.ref(arrays.octets)}({local}, {length})"
-            )
+            octets = f"{self.ref(arrays.octets, 'octets')}({local}, {length})"
+            self.emit(f"if {local}.__class__ is not bytes: {local} = {octets}")
             if length >= 0:
                 # Stock pads bytes that are too short; too many it would cut, which hides an error.
-                self.lines.append(f"if len({local}) > {length}: raise ValueError('too long')")
+                self.emit(f"if len({local}) > {length}: raise ValueError('too long')")
                 self.value(f"{length}s", local)
                 return
             self.large = True
-            self.pieces.append(local)
             self.value("I", f"len({local})")
             self.parts.append(local)
             return
         if length >= 0:
-            self.lines.append(f"if len({local}) != {length}: raise ValueError('wrong length')")
+            self.emit(f"if len({local}) != {length}: raise ValueError('wrong length')")
             if code is not None and base != "bool" and length:
                 self.value(f"{length}{code}", f"*{local}")
                 return
         else:
             self.value("I", f"len({local})")
         if code is not None:
-            packers = self.ref(arrays.Packers(code), ("packers", code))
+            packers = self.ref(arrays.Packers(code), "packers", ("packers", code))
             self.large = True
             # numpy's booleans do not pass for integers, its arrays of them do as a whole.
             whole = f"{local}.__class__ is not list" if base == "bool" else f"len({local}) > 256"
-            piece = self.piece(f"{packers}.pack({local}) if {whole} else {packers}[len({local})](*{local})")
+            self.piece(f"{packers}.pack({local}) if {whole} else {packers}[len({local})](*{local})")
         elif base == "string":
-            piece = self.piece(f"{self.ref(arrays.pack_strings)}({local})")
+            self.piece(f"{self.ref(arrays.pack_strings, 'strings')}({local})")
         elif nested is None:
-            piece = self.piece(f"{self.ref(arrays.pack_times)}({local}, '{TIME_CODES[base]}')")
+            self.piece(f"{self.ref(arrays.pack_times, 'times')}({local}, '{TIME_CODES[base]}')")
         else:
-            encode = self.ref(nested._encode)
-            piece = self.piece(f"b''.join([{encode}(e) for e in {local}])")
-        self.parts.append(piece)
+            each = self.fresh("each")
+            self.piece(f"b''.join([{self._encode(nested)}({each}) for {each} in {local}])")
 
 
 def make_encode_frame(cls: type[Message]) -> Callable[[Any], Any]:
@@ -128,27 +140,31 @@ def make_encode(cls: type[Message]) -> Callable[[Any], bytes]:
 
 def _make_encoder(cls: type[Message], *, frame: bool) -> Callable[[Any], Any]:
     source = Encoder(cls)
+    message, size = source.fresh("message"), source.fresh("size")
     if frame:
-        source.value("I", "size")
-    source.message(cls, "m")
-    sizes = [f"len({piece})" for piece in source.pieces]
-    total = " + ".join([str(source.fixed - 4), *sizes] if source.fixed > 4 or not sizes else sizes)
-    expressions = []
-    for part in source.parts:
-        if isinstance(part, str):
-            expressions.append(part)
-        else:
-            values = ", ".join("size" if value == "size" else value for value in part[1])
-            expressions.append(f"{source.pack(part[0])}({values})")
+        source.value("I", size)
+    source.message(cls, message)
+    expressions = [
+        part if isinstance(part, str) else f"{source.pack(''.join(part.codes))}({', '.join(part.expressions)})"
+        for part in source.parts
+    ]
     if frame:
-        source.lines.append(f"size = {total}")
+        pieces = [part for part in source.parts if isinstance(part, str)]
+        source.emit(f"{size} = {_total(source.fixed - _PREFIX, pieces)}")
     joined = ", ".join(expressions)
     if len(expressions) <= 2 and not source.large:
-        source.lines.append(f"return {' + '.join(expressions) or repr(b'')}")
+        source.emit(f"return {' + '.join(expressions) or repr(b'')}")
     elif frame and source.large:
-        source.lines.append(f"if size < {LARGE}: return b''.join(({joined}))")
-        source.lines.append(f"return {source.ref(arrays.gather)}(({joined}), {LARGE})")
+        source.emit(f"if {size} < {LARGE}: return b''.join(({joined}))")
+        source.emit(f"return {source.ref(arrays.gather, 'gather')}(({joined}), {LARGE})")
     else:
-        source.lines.append(f"return b''.join(({joined},))")
-    source.names.update(WrongValue=WRONG_VALUE, refusal=refusal)
-    return source.function("encode(m)", ("WrongValue", f"refusal({source.ref(cls)}, m, error)"))
+        source.emit(f"return b''.join(({joined},))")
+    reason = f"{source.ref(refusal, 'refusal')}({source.ref(cls, 'cls')}, {message}"
+    return source.function("encode", [message], WRONG_VALUE, lambda error: f"{reason}, {error})")
+
+
+def _total(fixed: int, pieces: list[str]) -> str:
+    """Return the expression of the body's size."""
+    if len(pieces) > _SUMMANDS:
+        return f"{fixed} + sum(map(len, ({', '.join(pieces)})))"
+    return " + ".join([str(fixed)] * (fixed > 0 or not pieces) + [f"len({piece})" for piece in pieces])

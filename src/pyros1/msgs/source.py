@@ -1,14 +1,18 @@
 """Python source for the constructor and the codec of a message class: what constructor, encoder and decoder share.
 
-The source is built from field names that the parser has checked (``[A-Za-z][A-Za-z0-9_]*``) and from names made here,
-never from other text. Neighbouring values of fixed size share one ``struct.Struct``, across nested messages: these are
-inlined up to a limit. The length prefixes of strings and arrays are part of the struct before them.
+Every name in the source, but for attributes and builtins, is made by `Scope.fresh` and so belongs to one thing only:
+it ends in a number that no other name of the function has, and no builtin or keyword looks like that. Names out of a
+definition, which the parser has checked (``[A-Za-z][A-Za-z0-9_]*``), stand behind a dot only.
+
+Neighbouring values of fixed size share one ``struct.Struct``, across nested messages: these are inlined up to a limit.
+The length prefixes of strings and arrays are part of the struct before them.
 """
 
 from __future__ import annotations
 
+import itertools
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pyros1.msgs.base import Message
@@ -20,6 +24,8 @@ MAX_INLINE = 200
 TIME_CODES = {"time": "I", "duration": "i"}
 """Struct codes of both parts of a time."""
 
+TIME_CLASSES: dict[str, type[Time | Duration]] = {"time": Time, "duration": Duration}
+
 
 def split_type(slot_type: str) -> tuple[str, int | None]:
     """Return base type and length of a ``_slot_types`` entry; the length is as in :class:`pyros1.msgs.spec.Field`."""
@@ -28,61 +34,139 @@ def split_type(slot_type: str) -> tuple[str, int | None]:
 
 
 def inline_size(cls: type[Message]) -> int:
-    """Return how many values a function handles that inlines all of ``cls``, counted up to the limit."""
+    """Return how many values and messages a function handles that inlines all of ``cls``, counted up to the limit."""
     total = 0
     for slot_type in cls._slot_types:
         base, length = split_type(slot_type)
-        total += inline_size(cls._classes[base]) if length is None and base in cls._classes else 1
+        total += 1  # a message counts, too: it may be empty
+        if length is None and base in cls._classes:
+            total += inline_size(cls._classes[base])
         if total > MAX_INLINE:
-            return total
+            break
     return total
 
 
-class Source:
-    """Lines of a function body and the objects that they refer to."""
+class Scope:
+    """What all parts of one generated function share: its names and what may still be inlined.
 
-    def __init__(self, cls: type[Message]) -> None:
-        self.cls = cls
-        self.lines: list[str] = []
-        self.names: dict[str, Any] = {"new": object.__new__, "Time": Time, "Duration": Duration}
-        self._known: dict[Any, str] = {}
-        self._count = 0
+    Attributes:
+        objects: what the function refers to, by name.
+        budget: how many values may still be inlined.
+    """
+
+    def __init__(self) -> None:
+        self.objects: dict[str, Any] = {}
         self.budget = MAX_INLINE
+        self._names: dict[Any, str] = {}
+        self._numbers = itertools.count(1)
 
-    def local(self) -> str:
-        self._count += 1
-        return f"x{self._count}"
+    def fresh(self, hint: str) -> str:
+        """Return a name that nothing else in the function has.
 
-    def ref(self, value: Any, key: Any = None) -> str:
-        """Return the name under which the function sees ``value``."""
-        key = id(value) if key is None else key
-        if key not in self._known:
-            self._known[key] = f"_{len(self._known)}"
-            self.names[self._known[key]] = value
-        return self._known[key]
+        Args:
+            hint: what it begins with, an identifier.
+        """
+        return f"{hint}_{next(self._numbers)}"
+
+    def ref(self, value: Any, hint: str, key: Any) -> str:
+        """Return the name under which the function sees an object: that of the first one with the same key."""
+        name = self._names.get(key)
+        if name is None:
+            name = self._names[key] = self.fresh(hint)
+            self.objects[name] = value
+        return name
+
+
+class Source:
+    """Lines of a function body.
+
+    Args:
+        cls: the message class.
+        scope: that of the function whose part this is; None begins a function.
+    """
+
+    def __init__(self, cls: type[Message], scope: Scope | None = None) -> None:
+        self.cls = cls
+        self.scope = Scope() if scope is None else scope
+        self.fresh = self.scope.fresh
+        self.lines: list[str] = []
+
+    def emit(self, line: str) -> None:
+        self.lines.append(line)
+
+    def block(self, head: str, lines: Sequence[str]) -> None:
+        """Emit a compound statement."""
+        self.lines.append(head)
+        self.lines += [f"    {line}" for line in lines or ["pass"]]
+
+    def assign(self, hint: str, expression: str) -> str:
+        """Emit an assignment to a new variable; return its name."""
+        local = self.fresh(hint)
+        self.lines.append(f"{local} = {expression}")
+        return local
+
+    def ref(self, value: Any, hint: str = "ref", key: Any = None) -> str:
+        """Return the name under which the function sees ``value``.
+
+        Args:
+            value: any object.
+            hint: what the name begins with.
+            key: objects with the same key are the same; None: each object is only like itself.
+        """
+        return self.scope.ref(value, hint, id(value) if key is None else key)
+
+    def new(self, cls: str) -> str:
+        """Return the expression of a new object without fields; ``cls`` is the name of its class."""
+        return f"{self.ref(object.__new__, 'new')}({cls})"
+
+    def class_of(self, base: str, nested: type[Message] | None) -> str:
+        """Return the name of the class of a field that is a message, time or duration."""
+        return self.ref(TIME_CLASSES[base] if nested is None else nested, "cls")
 
     def pack(self, fmt: str) -> str:
-        return self.ref(struct.Struct("<" + fmt).pack, ("pack", fmt))
+        return self.ref(struct.Struct("<" + fmt).pack, "pack", ("pack", fmt))
 
     def unpack(self, fmt: str) -> str:
-        return self.ref(struct.Struct("<" + fmt).unpack_from, ("unpack", fmt))
+        return self.ref(struct.Struct("<" + fmt).unpack_from, "unpack", ("unpack", fmt))
+
+    def fits(self, cls: type[Message]) -> bool:
+        """Tell whether a nested message of this class may be inlined."""
+        return inline_size(cls) <= self.scope.budget
 
     def inlines(self, cls: type[Message]) -> bool:
         """Tell whether a nested message of this class is inlined, and count it."""
         size = inline_size(cls)
-        if size > self.budget:
+        if size > self.scope.budget:
             return False
-        self.budget -= size
+        self.scope.budget -= size
         return True
 
-    def function(self, header: str, guard: tuple[str, str] | None = None) -> Callable[..., Any]:
-        lines = [f"def {header}:"]
-        if guard is None:
-            lines += [f"    {line}" for line in self.lines]
+    def function(
+        self,
+        name: str,
+        parameters: Sequence[str],
+        wrong: tuple[type[Exception], ...] = (),
+        reason: Callable[[str], str] | None = None,
+    ) -> Callable[..., Any]:
+        """Return the function.
+
+        Args:
+            name: what its name begins with.
+            parameters: its parameters.
+            wrong: what its body raises when it is given what it cannot work on.
+            reason: returns the expression of the error that is raised instead, given the name of the first one.
+        """
+        body = Source(self.cls, self.scope)
+        if reason is None:
+            body.lines = self.lines
         else:
-            lines += ["    try:", *(f"        {line}" for line in self.lines)]
-            lines += [f"    except {guard[0]} as error:", f"        raise {guard[1]} from error"]
-        code = compile("\n".join(lines), f"<codec of {self.cls._type}>", "exec")
-        exec(code, self.names)
-        function: Callable[..., Any] = self.names[header.partition("(")[0]]
+            error = self.fresh("error")
+            body.block("try:", self.lines)
+            body.block(f"except {self.ref(wrong, 'wrong')} as {error}:", [f"raise {reason(error)} from {error}"])
+        whole = Source(self.cls, self.scope)
+        name = self.fresh(name)
+        whole.block(f"def {name}({', '.join(parameters)}):", body.lines)
+        code = compile("\n".join(whole.lines), f"<codec of {self.cls._type}>", "exec")
+        exec(code, self.scope.objects)
+        function: Callable[..., Any] = self.scope.objects[name]
         return function
