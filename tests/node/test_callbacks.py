@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import threading
 from typing import Any
 
 from pyros1.node.callbacks import CallbackQueue
@@ -57,16 +56,9 @@ def test_waiting(in_thread: Any) -> None:
 
 def test_wake_ends_a_wait(in_thread: Any) -> None:
     queue = CallbackQueue()
-    entered = threading.Event()
-    wait = queue._changed.wait
-
-    def watched(timeout: float | None = None) -> bool:
-        entered.set()
-        return wait(timeout)
-
-    queue._changed.wait = watched  # type: ignore[method-assign]
     waiting = in_thread(queue.wait, 30.0)
-    assert entered.wait(5)
+    while not queue._changed._waiters:
+        waiting.thread.join(0.001)
     queue.wake()
     assert waiting.join() is False
 

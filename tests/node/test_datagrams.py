@@ -159,7 +159,7 @@ def test_bad_offers_are_refused_and_tcp_is_still_there(make_node: Any, call_node
 
 
 def test_there_is_an_end_to_subscribers(make_node: Any, call_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.publisher.MOST_LINKS", 3)
+    monkeypatch.setattr("pyros1.node.publication.MOST_LINKS", 3)
     talker = make_node("talker")
     talker.advertise("t", Float64)
     fields = {"callerid": "/x", "topic": "/t", "type": "std_msgs/Float64", "md5sum": Float64._md5sum}

@@ -12,6 +12,7 @@ from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray
 
 from pyros1.net.loop import Loop
+from pyros1.node.lane import Lane
 from pyros1.node.link import SubscriberLink, WaitingLink
 
 IMAGE_SIZE = 1 << 20
@@ -131,11 +132,11 @@ def blocked(make_node: Any, raw_peer: Any, in_thread: Any) -> Any:
             publisher.publish(Image(height=number, data=bytes(IMAGE_SIZE)))
             sent.append(number)
 
-    def watch(until: float, drain: Any = link._drain) -> None:
+    def watch(push_on: Any = link._push_on) -> None:
         full.set()
-        drain(until)
+        push_on()
 
-    link._drain = watch
+    link._push_on = watch
     thread = in_thread(flood)
     assert full.wait(10)
     yield talker, peer, thread, sent
@@ -173,6 +174,22 @@ def loop() -> Any:
     loop.stop()
 
 
+class InLane:
+    """A link to which messages are given as its topic does it."""
+
+    def __init__(self, link: Any, lane: Lane) -> None:
+        self._link = link
+        self._lane = lane
+
+    def send(self, frame: Any) -> None:
+        self._lane.do(self._link.send, frame)
+        if isinstance(self._link, WaitingLink):
+            self._link.wait()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._link, name)
+
+
 @pytest.fixture
 def linked(loop: Any) -> Any:
     """A link and the socket at its other end."""
@@ -186,9 +203,10 @@ def linked(loop: Any) -> Any:
 
     def make(queue_size: int | None) -> Any:
         link_class = WaitingLink if queue_size is None else SubscriberLink
-        link = link_class(loop, near, {"callerid": "/far"}, b"", queue_size, lambda _: closed.set())
+        lane = Lane(loop.call_soon)
+        link = link_class(loop, lane, near, {"callerid": "/far"}, b"", queue_size, lambda _: closed.set())
         links.append(link)
-        return link, far, closed
+        return InLane(link, lane), far, closed
 
     yield make
     for link in links:
@@ -269,8 +287,9 @@ def test_small_and_large_frames_keep_their_order(linked: Any, in_thread: Any) ->
     for item in frames:
         link.send(item)
     assert reading.join() == whole
-    with link._lock:  # the last bytes may arrive before they are counted
-        assert link.bytes_sent == len(whole)
+    counted = threading.Event()
+    link._lane.do(counted.set)  # the last bytes may arrive before they are counted
+    assert counted.wait(5) and link.bytes_sent == len(whole)
 
 
 def test_finish_sends_what_waits(linked: Any, in_thread: Any) -> None:

@@ -12,7 +12,7 @@ from pyros1.msgs.std_msgs.msg import Float64
 
 from pyros1.node.link import SubscriberLink
 from pyros1.node.local import UNBOUNDED_LIMIT
-from pyros1.node.publisher import Publication
+from pyros1.node.publication import Publication
 from pyros1.wire.handshake import Refusal
 
 BIG = 20_000_000
@@ -116,7 +116,7 @@ def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(
     locked: list[bool] = []
 
     def wait(_: Any) -> None:
-        locked.append(link._lock.locked())
+        locked.append(link._lane.mine)
         talker._context.loop.run(link._linger_over, timeout=5)
         link.close()
 
@@ -125,12 +125,46 @@ def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(
     assert locked == [False] and not link.connected
 
 
+@pytest.mark.parametrize("message_class", [Float64, Image])
+def test_who_is_connected_and_who_comes_later_end_with_the_same_message(
+    make_node: Any, transport: str, collect: Any, in_thread: Any, message_class: Any
+) -> None:
+    talker, early, late = make_node("talker"), collect(), collect()
+    make_node("early").subscribe("t", message_class, early)
+    publisher = talker.advertise("t", message_class, latch=True, queue_size=10)
+    assert publisher.wait_for_subscribers(timeout=5)
+    link = publisher._publication.links[0]
+    entered, second_is_out = threading.Event(), threading.Event()
+    send = link.send
+
+    def hold(frame: Any) -> None:
+        if not entered.is_set():
+            entered.set()
+            second_is_out.wait(5)
+        send(frame)
+
+    link.send = hold
+    messages = [message_class(1), message_class(2)] if message_class is Float64 else [Image(height=1), Image(height=2)]
+    first = in_thread(publisher.publish, messages[0])
+    assert entered.wait(5)
+    publisher.publish(messages[1])  # while the first is on its way
+    second_is_out.set()
+    first.join()
+    early.wait(2)
+    make_node("late").subscribe("t", message_class, late)
+    assert late.wait(1)[-1] == early.items[-1]
+    if message_class is Image:
+        assert [message.header.seq for message in early.items] == [1, 2]
+        assert [message.height for message in early.items] == [1, 2]
+
+
+@pytest.mark.parametrize("queue_size", [None, 0])
 def test_sequence_numbers_of_several_threads_run_forward(
-    make_node: Any, transport: str, collect: Any, in_thread: Any
+    make_node: Any, transport: str, collect: Any, in_thread: Any, queue_size: int | None
 ) -> None:
     talker, got = make_node("talker"), collect()
     make_node("listener").subscribe("t", Image, lambda message: got(message.header.seq))
-    publisher = talker.advertise("t", Image, queue_size=0)
+    publisher = talker.advertise("t", Image, queue_size=queue_size)
     assert publisher.wait_for_subscribers(timeout=5)
 
     def flood() -> None:

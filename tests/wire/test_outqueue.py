@@ -41,7 +41,8 @@ def test_any_interleaving_sends_whole_frames_in_order(actions: list, limit: int 
             if not data:
                 assert not len(queue)
                 continue
-            queue.sent(len(data))
+            queue.unsettled = len(data)
+            queue.settle()
             wire += data
             count = len(data)
             while count:

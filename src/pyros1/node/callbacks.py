@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import threading
 from collections import deque
 from collections.abc import Callable
+
+from pyros1.node.bell import Bell
 
 
 class CallbackQueue:
@@ -12,28 +13,23 @@ class CallbackQueue:
 
     def __init__(self) -> None:
         self._ready: deque[Callable[[], object]] = deque()
-        self._changed = threading.Condition()
+        self._changed = Bell()
 
     def __len__(self) -> int:
         return len(self._ready)
 
     def push(self, callback: Callable[[], object]) -> None:
         """Add a callback. Any thread."""
-        with self._changed:
-            self._ready.append(callback)
-            self._changed.notify()
+        self._ready.append(callback)
+        self._changed.ring()
 
     def wake(self) -> None:
         """End all waits, with or without callbacks."""
-        with self._changed:
-            self._changed.notify_all()
+        self._changed.ring()
 
     def wait(self, timeout: float) -> bool:
         """Wait until there is a callback, at most ``timeout`` seconds; tell whether there is one."""
-        with self._changed:
-            if not self._ready and timeout > 0:
-                self._changed.wait(timeout)
-            return bool(self._ready)
+        return self._changed.wait(lambda: self._ready, timeout)
 
     def run_available(self) -> int:
         """Run what is queued now, not what these callbacks add; return how many were run."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.net.rpc_caller import RpcCaller
     from pyros1.node.callbacks import CallbackQueue
     from pyros1.node.log import Log
-    from pyros1.node.publisher import Publication
+    from pyros1.node.publication import Publication
 
 _MOST_HOSTS = 1000
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 import contextlib
 import itertools
 import socket
-import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from pyros1.net.loop import READ
+from pyros1.node.inbox import Inbox
 from pyros1.node.local import UNBOUNDED_LIMIT
 from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE, Assembler, split
 from pyros1.wire.header import decode_header, encode_header
@@ -22,6 +22,8 @@ from pyros1.wire.header import decode_header, encode_header
 if TYPE_CHECKING:
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.loop import Loop
+    from pyros1.node.lane import Lane
+    from pyros1.node.sources import Item, Source
     from pyros1.node.subscription import Subscription
     from pyros1.wire.outqueue import Frame
 
@@ -38,6 +40,7 @@ class DatagramLink:
 
     Args:
         loop: of the node, to look up the subscriber's host.
+        lane: of the topic, in which `send` is called, and all that concerns the socket is done.
         header: the subscriber's connection header.
         answer: the publisher's.
         place: its host and port.
@@ -51,6 +54,7 @@ class DatagramLink:
     def __init__(
         self,
         loop: Loop,
+        lane: Lane,
         header: dict[str, str],
         answer: dict[str, str],
         place: tuple[str, int],
@@ -71,7 +75,7 @@ class DatagramLink:
         self._connection = connection
         self._on_closed = on_closed
         self._numbers = itertools.count()
-        self._lock = threading.Lock()
+        self._lane = lane
         self._sock: socket.socket | None = None
         self._early: bytes | None = None  # the last message from before the host's address was known
         self._open = True
@@ -87,9 +91,14 @@ class DatagramLink:
         port = sock.getsockname()[1] if sock is not None else 0
         return [PROTOCOL, host, port, self._connection, self._size, encode_header(self._answer)[_LENGTH:]]
 
-    def starting(self) -> contextlib.AbstractContextManager[None]:
+    def start(self) -> None:
         """There is no greeting: the answer to `requestTopic` is."""
-        return contextlib.nullcontext()
+
+    def recover(self) -> None:
+        """Nothing is kept that could be half done."""
+
+    def wait(self) -> None:
+        """What the system does not take is lost, not waited for."""
 
     @property
     def connected(self) -> bool:
@@ -103,39 +112,38 @@ class DatagramLink:
         address = addresses[0]
         sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM)
         sock.setblocking(False)
-        with self._lock:
-            try:
-                sock.connect((address, self._place[1]))
-            except OSError:
-                sock.close()
-                broken = True
-            else:
-                port, number = sock.getsockname()[1], sock.fileno()
-                self.address = f"UDPROS connection on port {port} to [{address}:{self._place[1]} on socket {number}]"
-                self._sock, early, self._early = sock, self._early, None
-                broken = not self._open or (early is not None and not self._send(early))
-        if broken:
+        try:
+            sock.connect((address, self._place[1]))
+        except OSError:
+            sock.close()
             self.close()
+            return
+        self._lane.do(self._begin, sock, address)
+
+    def _begin(self, sock: socket.socket, address: str) -> None:
+        if not self._open:
+            sock.close()
+            return
+        port, number = sock.getsockname()[1], sock.fileno()
+        self.address = f"UDPROS connection on port {port} to [{address}:{self._place[1]} on socket {number}]"
+        self._sock, early, self._early = sock, self._early, None
+        if early is not None and not self._send(early):
+            self._end()
 
     def send(self, frame: Frame) -> None:
         """Send a frame, or lose it. Never waits."""
+        if not self._open:
+            return
         data = frame if isinstance(frame, bytes) else b"".join(frame)
-        with self._lock:
-            if not self._open:
-                return
-            self.messages += 1
-            if self._sock is None:
-                self.dropped += self._early is not None
-                self._early = data
-                return
-            alive = self._send(data)
-        if not alive:
-            self.close()
-
-    offer = send
+        self.messages += 1
+        if self._sock is None:
+            self.dropped += self._early is not None
+            self._early = data
+        elif not self._send(data):
+            self._end()
 
     def _send(self, data: bytes) -> bool:
-        """Send a frame's datagrams; return False if nobody listens any more. With the lock."""
+        """Send a frame's datagrams; return False if nobody listens any more."""
         sock = self._sock
         if sock is None:
             return False
@@ -151,15 +159,16 @@ class DatagramLink:
         return True
 
     def close(self) -> None:
-        """End the link."""
-        with self._lock:
-            if not self._open:
-                return
+        """End the link. Any thread."""
+        self._lane.do(self._end)
+
+    def _end(self) -> None:
+        if self._open:
             self._open = False
             sock, self._sock = self._sock, None
-        if sock is not None:
-            sock.close()
-        self._on_closed(self)
+            if sock is not None:
+                sock.close()
+            self._on_closed(self)
 
     def finish(self, until: float) -> None:
         """End the link; nothing waits on this side."""
@@ -196,6 +205,7 @@ class DatagramInLink:
         self._host = address.advertised
         self._size = size
         self._open = False
+        self._inbox: Inbox[Source, Item] = Inbox(self)
         self._assembler = Assembler(0)
         self._sock = socket.socket(address.family, socket.SOCK_DGRAM)
         try:
@@ -229,11 +239,11 @@ class DatagramInLink:
         port, number = self._sock.getsockname()[1], self._sock.fileno()
         self.address = f"UDPROS connection on port {port} to [{place[0]}:{place[1]} on socket {number}]"
         self._open = True
+        self._subscription.reader.open(self._inbox)
         self._loop.register(self._sock, READ, self._receive)
 
     def _receive(self, _mask: int) -> None:
         reader = self._subscription.reader
-        limit = UNBOUNDED_LIMIT if reader.limit is None else None  # the loop must not wait for callbacks
         for _ in range(_AT_ONCE):
             try:
                 datagram = self._sock.recv(LARGEST_SIZE)
@@ -242,13 +252,12 @@ class DatagramInLink:
             except OSError:
                 self.close()
                 return
-            lost = self._assembler.lost
             body = self._assembler.feed(datagram)
-            reader.dropped += self._assembler.lost - lost
+            self._inbox.lost = self._assembler.lost
             if body is not None:
                 self.messages += 1
                 self.bytes_received += len(body) + _LENGTH
-                reader.push_local(self, body, limit)
+                reader.push(self._inbox, body, UNBOUNDED_LIMIT)  # the loop must not wait for callbacks
             if not self._open:
                 return
 

@@ -1,16 +1,17 @@
 """A publisher's link to one subscriber, over TCP.
 
-`send` runs in the thread that publishes. States of a link, under its lock:
+All that a link does happens in the lane of its topic (``lane.py``), so it has no lock. States of a link:
 
-* *idle*: nothing waits. A message goes out at once, in this thread.
+* *idle*: nothing waits. A message goes out at once, in the thread that works in the lane.
 * *coalescing*: messages come faster than every HOT_GAP seconds, RUN_UP of them in a row. They gather in the queue and
-  leave together: by the publishing thread when BATCH have gathered or WINDOW seconds passed, by the loop's timer when
-  the publisher fell silent. A lone message never waits.
+  go out together: sent by the publishing thread when BATCH have gathered or WINDOW seconds passed, by the loop's timer
+  when the publisher fell silent. A lone message never waits.
 * *blocked*: the socket is full. Messages gather in the queue (the oldest are dropped whole); the loop sends when the
   socket takes more, and a publisher in a tight loop tries as well, because it seldom lets the loop thread run.
 * *closed*.
 
-The lock is never held while a socket is waited for: the loop takes it too.
+What was sent is noted by ``(self._sent,) = map(send, (frame,))``: no signal handler can run between the end of `send`
+and the noting, as it could with a plain call. One that raises (KeyboardInterrupt) then tears no frame: see `recover`.
 """
 
 from __future__ import annotations
@@ -19,13 +20,12 @@ import contextlib
 import select
 import selectors
 import socket
-import threading
-from collections.abc import Callable, Iterator
-from math import inf
+import time
+from collections.abc import Callable
 from time import perf_counter
-from typing import Any
 
 from pyros1.net.loop import Loop
+from pyros1.node.lane import Lane
 from pyros1.wire.outqueue import Frame, OutQueue, frame_size
 
 HOT_GAP = 30e-6
@@ -35,6 +35,7 @@ WINDOW = 100e-6
 LINGER = 0.0005
 """Seconds after which the loop sends what the publisher left behind."""
 SMALL = 4096
+PAUSE = 0.0001
 
 
 class SubscriberLink:
@@ -42,11 +43,12 @@ class SubscriberLink:
 
     Args:
         loop: the node's loop.
+        lane: of the topic. `start`, `send` and `recover` are called in it, all else from any thread.
         sock: connected and past the handshake; owned by the link from now on.
         header: the subscriber's connection header.
-        greeting: our connection header, encoded; goes out first, see `starting`.
+        greeting: our connection header, encoded; goes out first, see `start`.
         queue_size: most waiting messages; 0 or None for no limit.
-        on_closed: called once, on the loop, when the link is gone.
+        on_closed: called once when the link is gone.
 
     Attributes:
         messages, bytes_sent: what was given to this link.
@@ -57,6 +59,7 @@ class SubscriberLink:
     def __init__(
         self,
         loop: Loop,
+        lane: Lane,
         sock: socket.socket,
         header: dict[str, str],
         greeting: bytes,
@@ -68,33 +71,32 @@ class SubscriberLink:
         self.messages = 0
         self.bytes_sent = 0
         self._loop = loop
+        self._lane = lane
         self._sock = sock
-        self._fd = sock.fileno()
         self._on_closed = on_closed
-        self._lock = threading.Lock()
         self._queue = OutQueue(queue_size)
         self._batch = 0 if queue_size is None else BATCH if queue_size == 0 else min(BATCH, queue_size // 2)
         self._idle = True
         self._blocked = False
         self._closed = False
         self._armed = False  # the loop's timer is set
+        self._due = False  # the socket takes more
         self._streak = 0
         self._last = 0.0
+        self._flying: Frame | None = None  # a frame that is being sent, not by way of the queue
+        self._sent = 0  # bytes of it
         sock.setblocking(False)
         self.address = _address_text(sock)
         self._greeting = greeting
         loop.call_soon(self._watch)
 
-    @contextlib.contextmanager
-    def starting(self) -> Iterator[None]:
-        """Send the greeting at the end of the block; what others send meanwhile waits behind it.
+    def start(self) -> None:
+        """Send the greeting.
 
         A subscriber that has the greeting counts on every message from then on, so the link is made known first.
         """
-        with self._lock:
-            yield
-            self._send_now(self._greeting)
-            self.bytes_sent = 0
+        self._send_now(self._greeting)
+        self.bytes_sent = 0
 
     @property
     def dropped(self) -> int:
@@ -113,68 +115,83 @@ class SubscriberLink:
 
     def send(self, frame: Frame) -> None:
         """Send a frame, or queue it. Never waits."""
-        with self._lock:
-            if self._closed:
-                return
-            self.messages += 1
-            now = perf_counter()
-            if self._idle:
-                if self._batch > 1 and now - self._last < HOT_GAP:
-                    self._streak += 1
-                    if self._streak > RUN_UP and isinstance(frame, bytes) and len(frame) < SMALL:
-                        self._idle = False
-                        self._last = now
-                        self._queue.push(frame)
-                        self._arm()
-                        return
-                else:
-                    self._streak = 0
-                self._last = now
-                self._send_now(frame)
-                return
-            self._queue.push(frame)
-            if now - self._last > WINDOW or (len(self._queue) >= self._batch and not self._blocked):
-                self._last = now
-                self._flush()
-
-    offer = send
+        if self._closed:
+            return
+        self.messages += 1
+        now = perf_counter()
+        if self._idle:
+            if self._batch > 1 and now - self._last < HOT_GAP:
+                self._streak += 1
+                if self._streak > RUN_UP and isinstance(frame, bytes) and len(frame) < SMALL:
+                    self._idle = False
+                    self._last = now
+                    self._queue.push(frame)
+                    self._arm()
+                    return
+            else:
+                self._streak = 0
+            self._last = now
+            self._send_now(frame)
+            return
+        self._queue.push(frame)
+        if now - self._last > WINDOW or (len(self._queue) >= self._batch and not self._blocked):
+            self._last = now
+            self._flush()
 
     def _send_now(self, frame: Frame) -> None:
+        self._flying, self._sent = frame, 0
         try:
-            sent = self._sock.send(frame) if isinstance(frame, bytes) else self._sock.sendmsg(frame)
+            if isinstance(frame, bytes):
+                size = len(frame)
+                (self._sent,) = map(self._sock.send, (frame,))
+            else:
+                size = frame_size(frame)
+                (self._sent,) = map(self._sock.sendmsg, (frame,))
         except BlockingIOError:
-            sent = 0
+            pass
         except OSError:
             self._fail()
             return
+        sent = self._sent
         self.bytes_sent += sent
-        if sent == (len(frame) if isinstance(frame, bytes) else frame_size(frame)):
+        if sent == size:
+            self._flying = None
             return
-        if sent:
-            self._queue.push_begun(frame, sent)
-        else:
-            self._queue.push(frame)
-        self._idle = False
-        self._block()
+        self._keep_rest()
+
+    def _keep_rest(self) -> None:
+        """Queue what the socket has not taken of the flying frame."""
+        frame, sent = self._flying, self._sent
+        self._flying = None
+        if frame is not None:
+            self._idle = False
+            if sent:
+                self._queue.push_begun(frame, sent)
+            else:
+                self._queue.push(frame)
+            self._block()
 
     def _flush(self) -> None:
-        """Send what waits, as much as the socket takes. Lock held."""
+        """Send what waits, as much as the socket takes."""
         queue = self._queue
         while parts := queue.buffers():
             try:
                 if len(parts) > 4 and len(parts[0]) < SMALL and len(parts[-1]) < SMALL:
                     data = b"".join(parts)
-                    sent, whole = self._sock.send(data), len(data)
+                    whole = len(data)
+                    (queue.unsettled,) = map(self._sock.send, (data,))
                 else:
-                    sent, whole = self._sock.sendmsg(parts), sum(map(len, parts))
+                    whole = sum(map(len, parts))
+                    (queue.unsettled,) = map(self._sock.sendmsg, (parts,))
             except BlockingIOError:
                 self._block()
                 return
             except OSError:
                 self._fail()
                 return
+            sent = queue.unsettled
             self.bytes_sent += sent
-            queue.sent(sent)
+            queue.settle()
             if sent < whole:
                 self._block()
                 return
@@ -183,6 +200,16 @@ class SubscriberLink:
             self._idle = True
             self._streak = 0
 
+    def recover(self) -> None:
+        """Bring in order what a signal handler has left that raised in the middle of something; send what waits."""
+        if self._closed:
+            return
+        if self._flying is not None and 0 < self._sent < frame_size(self._flying):
+            self._keep_rest()
+        self._flying = None
+        self._queue.settle()
+        self._flush()
+
     def _arm(self) -> None:
         if not self._armed:
             self._armed = True
@@ -190,15 +217,17 @@ class SubscriberLink:
 
     def _linger_over(self) -> None:
         """On the loop: send what the publisher left behind; keep the watch up while it is busy."""
-        with self._lock:
-            self._armed = False
-            if self._closed or self._blocked:
-                return
-            busy = perf_counter() - self._last < LINGER
-            self._flush()
-            if busy and not self._closed and not self._blocked:
-                self._idle = False
-                self._arm()
+        self._lane.do(self._linger)
+
+    def _linger(self) -> None:
+        self._armed = False
+        if self._closed or self._blocked:
+            return
+        busy = perf_counter() - self._last < LINGER
+        self._flush()
+        if busy and not self._closed and not self._blocked:
+            self._idle = False
+            self._arm()
 
     def _block(self) -> None:
         if not self._blocked:
@@ -217,11 +246,10 @@ class SubscriberLink:
 
     def _on_event(self, mask: int) -> None:
         if mask & selectors.EVENT_WRITE:
-            with self._lock:
-                if not self._closed:
-                    self._flush()
-                    if not self._blocked:
-                        self._loop.modify(self._sock, selectors.EVENT_READ, self._on_event)
+            self._due = True
+            self._lane.do(self._send_more)
+            if self._due or not self._blocked:  # left to another thread; or all is sent
+                self._loop.modify(self._sock, selectors.EVENT_READ, self._on_event)
         if mask & selectors.EVENT_READ and not self._closed:
             try:
                 gone = not self._sock.recv(4096)  # a subscriber has nothing to say: only its going matters
@@ -232,19 +260,29 @@ class SubscriberLink:
             if gone:
                 self.close()
 
+    def _send_more(self) -> None:
+        self._due = False
+        if not self._closed:
+            self._flush()
+            if self._blocked and not self._loop.in_loop():
+                self._loop.call_soon(self._want_writable)
+
     def _fail(self) -> None:
-        """The socket is broken. Lock held."""
-        self._closed = True
-        self._queue.clear()
-        self._loop.call_soon(self._dispose)
+        """The socket is broken, or the end has come. In the lane."""
+        if not self._closed:
+            self._closed = True
+            self._queue.clear()
+            if self._loop.running:
+                self._loop.call_soon(self._dispose)
+            else:
+                self._dispose()
 
     def close(self) -> None:
         """Close the link; what still waits is lost. Any thread."""
-        with contextlib.suppress(OSError):  # wakes a thread that waits for the socket
-            self._sock.shutdown(socket.SHUT_RDWR)
-        with self._lock:
-            if not self._closed:
-                self._fail()
+        if not self._lane.mine:
+            with contextlib.suppress(OSError):  # so that nothing more is sent
+                self._sock.shutdown(socket.SHUT_RDWR)
+        self._lane.do(self._fail)
 
     def finish(self, until: float) -> None:
         """Send what waits and close: for an orderly end of the publisher.
@@ -252,20 +290,29 @@ class SubscriberLink:
         Args:
             until: `perf_counter` time after which what is left is given up.
         """
-        self._drain(until)
-        self.close()
-
-    def _drain(self, until: float) -> None:
-        """Send what waits, in this thread, until a `perf_counter` time; a closed link ends the wait."""
-        while True:
-            with self._lock:
-                if not self._closed:
-                    self._flush()
-                if self._closed or not len(self._queue):
-                    return
-            if perf_counter() > until:
+        while not self._lane.mine:
+            if self._closed or not (self._queue or self._lane.jobs) or perf_counter() > until:
+                self.close()
                 return
-            _wait_writable(self._sock)
+            self._push_on()
+        # A signal handler ends the node, on top of a function that is sending here: it goes on afterwards.
+        self._lane.do(self._flush_open)
+        self._lane.do(self._fail)
+
+    def wait(self) -> None:
+        """Nobody waits for this link."""
+
+    def _push_on(self) -> None:
+        """Wait a little until the socket takes more, and send."""
+        _wait_writable(self._sock)
+        if self._lane.free:
+            self._lane.do(self._flush_open)
+        else:
+            time.sleep(PAUSE)  # whoever works there sends
+
+    def _flush_open(self) -> None:
+        if not self._closed:
+            self._flush()
 
     def _dispose(self) -> None:
         with contextlib.suppress(KeyError, ValueError, OSError):
@@ -275,30 +322,35 @@ class SubscriberLink:
 
 
 class WaitingLink(SubscriberLink):
-    """A link whose `send` waits until all is written, as rospy does without a queue size; `offer` never waits."""
+    """A link whose publishers wait until all is written, as rospy's do without a queue size."""
 
-    def __init__(self, *args: Any) -> None:
-        self._turn = threading.Lock()  # publishing threads wait for each other; the loop never takes it
-        self._draining = False
-        super().__init__(*args)
+    def wait(self) -> None:
+        """Wait until what was given to `send` by now is written, or the link closed. Not in the lane."""
+        number = self.messages
+        if self._written >= number:
+            return
+        try:
+            while not self._closed and self._written < number:
+                self._push_on()
+        finally:
+            if self._queue:  # of others, or this thread was interrupted: the loop goes on
+                self._lane.do(self._leave_to_loop)
 
-    def send(self, frame: Frame) -> None:
-        """Send a frame after all that waits; return when it is written or the link closed."""
-        with self._turn:
-            self._draining = True
-            try:
-                self.offer(frame)
-                if len(self._queue):
-                    self._drain(inf)
-            finally:
-                self._draining = False
-                if len(self._queue):  # interrupted: the loop sends the rest
-                    with self._lock:
-                        self._block()
+    @property
+    def _written(self) -> int:
+        return self.messages - len(self._queue)
+
+    def _leave_to_loop(self) -> None:
+        if self._queue and not self._closed:
+            super()._block()
+
+    def start(self) -> None:
+        """Send the greeting; nobody waits for that."""
+        super().start()
+        self._leave_to_loop()
 
     def _block(self) -> None:
-        if not self._draining:  # else a publisher waits for the socket already: the loop need not wake up
-            super()._block()
+        """A publisher waits for the socket already: the loop need not wake up."""
 
 
 def _wait_writable(sock: socket.socket) -> None:

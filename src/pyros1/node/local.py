@@ -7,15 +7,16 @@ process share one copy, as the callbacks of one node do in rospy, and as roscpp'
 
 from __future__ import annotations
 
-import contextlib
-import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from pyros1.node.inbox import Inbox
 from pyros1.wire.outqueue import Frame
 
 if TYPE_CHECKING:
     from pyros1.msgs import Message
+    from pyros1.node.lane import Lane
+    from pyros1.node.sources import Item, Source
     from pyros1.node.subscription import Subscription
 
 UNBOUNDED_LIMIT = 1000
@@ -23,14 +24,15 @@ UNBOUNDED_LIMIT = 1000
 
 
 class LocalLink:
-    """Both ends of a link within the process.
+    """Both ends of a link within the process. The methods that take messages are called in the lane of the topic.
 
     Args:
+        lane: of the topic.
         subscription: the receiving end.
         uri: the publisher's slave API.
         header: the subscriber's connection header.
         answer: the publisher's.
-        queue_size: of the publisher: bounds what waits here; None: `send` waits while the subscriber is behind.
+        queue_size: of the publisher: bounds what waits here; None: publishers `wait` while the subscriber is behind.
         on_closed: called once, when the link is gone.
     """
 
@@ -38,6 +40,7 @@ class LocalLink:
 
     def __init__(
         self,
+        lane: Lane,
         subscription: Subscription,
         uri: str,
         header: dict[str, str],
@@ -51,15 +54,16 @@ class LocalLink:
         self.messages = 0
         self.bytes_sent = 0
         self.address = "INTRAPROCESS connection on port 0 to [127.0.0.1:0 on socket 0]"
+        self._lane = lane
         self._subscription = subscription
         self._limit = queue_size
         self._on_closed = on_closed
-        self._open = True
-        self._lock = threading.Lock()
+        self._open = [True]
+        self._inbox: Inbox[Source, Item] = Inbox(self)
+        subscription.reader.open(self._inbox)
 
-    def starting(self) -> contextlib.AbstractContextManager[None]:
+    def start(self) -> None:
         """There is no greeting within the process."""
-        return contextlib.nullcontext()
 
     @property
     def dropped(self) -> int:
@@ -74,39 +78,40 @@ class LocalLink:
     @property
     def connected(self) -> bool:
         """Whether the link is up."""
-        return self._open
+        return bool(self._open)
 
     def hand_over(self, message: Message) -> None:
         """Hand over a copy of a message."""
         if self._open:
             self.messages += 1
-            self._subscription.reader.push_local(self, message, self._limit)
+            self._subscription.reader.push(self._inbox, message, self._limit)
 
     def send(self, frame: Frame) -> None:
-        """Hand over what is encoded already; waits as `hand_over`."""
-        self._push(frame, self._limit)
-
-    def offer(self, frame: Frame) -> None:
-        """Hand over what is encoded already, without waiting: for the loop."""
-        self._push(frame, self._limit or 0)
-
-    def _push(self, frame: Frame, limit: int | None) -> None:
+        """Hand over what is encoded already."""
         if not self._open:
             return
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         self.messages += 1
         self.bytes_sent += len(data)
-        self._subscription.reader.push_local(self, data[4:], limit)
+        self._subscription.reader.push(self._inbox, data[4:], self._limit)
+
+    def recover(self) -> None:
+        """Nothing is ever half done here."""
+
+    def wait(self) -> None:
+        """Wait until the subscriber is not too far behind, if neither side has bounded what may wait."""
+        if self._limit is None:
+            self._subscription.reader.wait_for_room(self._inbox)
 
     def close(self) -> None:
         """End the link; what was handed over is still delivered."""
-        with self._lock:
-            if not self._open:
-                return
-            self._open = False
+        try:
+            self._open.pop()
+        except IndexError:
+            return  # somebody has done so
         self._on_closed(self)
         self._subscription.local_closed(self)
 
     def finish(self, until: float) -> None:
-        """End the link; nothing waits on this side."""
-        self.close()
+        """End the link after all that was published; nothing waits on this side."""
+        self._lane.do(self.close)

@@ -7,6 +7,8 @@ Rules:
 
 * What one system call brought is decoded together, while callbacks keep up. A large byte array is received into the
   object that the callback gets.
+* Sources take turns: a turn is one receive, or TURN seconds of callbacks if others wait; what is left has its next turn
+  after theirs. New links and other jobs come between the turns. So nobody is kept waiting by those who never pause.
 * With a bounded queue, callbacks that fall more than FRESH seconds behind see fresh data: what has arrived is drained
   from the sockets, still encoded, and only the newest `limit` frames of each publisher are decoded and delivered.
 * Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides. (What waits for
@@ -22,14 +24,17 @@ import threading
 import time
 from collections import deque
 from time import perf_counter
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from pyros1.errors import ProtocolError
-from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.large import SplitBody
 from pyros1.node.backlog import Backlog
+from pyros1.node.flood import Flood
+from pyros1.node.inbox import Handover, Inbox
 from pyros1.node.inlink import InLink
 from pyros1.node.local import UNBOUNDED_LIMIT
+from pyros1.node.sources import Item, Rest, Source
+from pyros1.node.spinning import Spinning
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,28 +45,12 @@ if TYPE_CHECKING:
 FLOWING = 0.02
 """Messages that come faster than every so many seconds flow: a thread of their own delivers them sooner."""
 FRESH = 0.001
-FLOOD = 30e-6
-FEW = 16
-LITTLE = 65536
-"""Messages that come faster than every FLOOD seconds, FEW with each receive and of LITTLE bytes, FLOOD_RUN_UP times."""
-FLOOD_RUN_UP = 100
-GATHER = 200e-6
-"""Seconds for which a flood is left alone."""
 DRAIN_TIME = 0.02
 """Longest time, in seconds, spent on draining sockets before callbacks go on: a flood must not starve them."""
-
-
-Item = bytes | SplitBody | Message | AnyMsg
-"""A message that waits: encoded, or handed over by a publisher in this process."""
-
-
-class Source(Protocol):
-    """Where frames come from: a link to a publisher."""
-
-    header: dict[str, str]
-
-    @property
-    def connected(self) -> bool: ...
+TURN = 0.002
+"""Seconds of callbacks after which it is another source's turn."""
+STRIDE = 16
+"""Messages at most between two looks at the clock."""
 
 
 class Reader:
@@ -86,7 +75,6 @@ class Reader:
         callbacks: CallbackQueue | None,
     ) -> None:
         self.limit: int | None = None
-        self.dropped = 0
         self._readers = readers
         self._deliver = deliver
         self._deliver_item = deliver_item
@@ -97,14 +85,14 @@ class Reader:
         self._new: deque[InLink] = deque()
         self._readable: deque[int] = deque()
         self._jobs: deque[Callable[[], None]] = deque()
-        self._local: deque[tuple[Source, Item]] = deque()
-        self._spinning: deque[tuple[Source, Item]] = deque()
-        self._queues = threading.Lock()  # of both: taking one out and dropping one must not mix
-        self._room = threading.Condition()
+        self._begun: deque[Rest] = deque()
+        self._handover: Handover[Source, Item] = Handover()
+        self._local = self._handover.line
+        self._spinning: Spinning[Source, Item] = Spinning(deliver_item)
+        self._dropped = 0  # but for those of these two
         self._ownership = threading.Lock()
         self._owner = 0  # the owner's thread
         self._woken = False  # a thread is on its way
-        self._has_local = False
         self._closed = False
 
     # From other threads -----------------------------------------------------------------------------------------------
@@ -126,33 +114,38 @@ class Reader:
             self._woken = True
             self._readers.wake(self)
 
-    def push_local(self, source: Source, item: Item, limit: int | None) -> None:
-        """Take a message from a publisher in this process.
+    @property
+    def dropped(self) -> int:
+        """Messages lost because callbacks were too slow, or on the way in datagrams."""
+        return self._dropped + self._handover.dropped + self._spinning.dropped
+
+    @property
+    def waiting(self) -> int:
+        """Messages that wait here: those handed over, and those for `spin`."""
+        return len(self._handover) + len(self._spinning)
+
+    def open(self, inbox: Inbox[Source, Item]) -> None:
+        """Take messages out of an inbox from now on, until its source has ended."""
+        self._handover.inboxes[inbox] = None
+
+    def push(self, inbox: Inbox[Source, Item], item: Item, limit: int | None) -> None:
+        """Take a message that is handed over. Never waits; one thread at a time for each inbox.
 
         Args:
-            limit: the publisher's queue size: 0 unlimited; None: wait until there is room.
+            limit: most that wait, if the subscribers have not said it; 0 or None for no limit.
         """
-        local = self._local
         own = self.limit
-        if own is None and limit is None:
-            self._wait_for_room()
-        self._has_local = True
         most = own if own is not None else limit
-        if most and len(local) >= most and self._owner != threading.get_ident():
+        if inbox.full(most) and self._owner != threading.get_ident():
             time.sleep(0)  # let the owner take them, if all that it waits for is the interpreter's lock
-        with self._queues:
-            local.append((source, item))
-            if most and len(local) > most:
-                local.popleft()
-                self.dropped += 1
+        self._handover.put(inbox, item, most)
         self._wake()
 
-    def _wait_for_room(self) -> None:
-        if self._owner == threading.get_ident():
-            return  # a callback that publishes to its own topic would wait for itself
-        with self._room:
-            while len(self._local) >= UNBOUNDED_LIMIT and not self._closed:
-                self._room.wait(0.1)
+    def wait_for_room(self, inbox: Inbox[Source, Item]) -> None:
+        """Wait until fewer than UNBOUNDED_LIMIT messages wait, if nobody has set a limit."""
+        # A callback that publishes to its own topic would wait for itself.
+        if self.limit is None and self._owner != threading.get_ident():
+            self._handover.wait_for_room(inbox, UNBOUNDED_LIMIT, lambda: self._closed)
 
     def stop(self) -> None:
         """Deliver nothing more; `close` is still to be called."""
@@ -178,7 +171,7 @@ class Reader:
         if fd is not None:
             self._readable.append(fd)
         self._woken = False
-        while self._new or self._readable or self._jobs or self._local or self._closed:
+        while self._something or self._closed:
             if not self._ownership.acquire(blocking=False):
                 return  # the owner sees what is there when it has ended
             self._owner = threading.get_ident()
@@ -196,36 +189,59 @@ class Reader:
         self._owner = 0
         self._ownership.release()
 
+    @property
+    def _something(self) -> object:
+        """Whether there is something to do."""
+        return self._new or self._readable or self._jobs or self._local or self._begun
+
     def _work(self) -> None:
-        while not self._closed and (self._new or self._readable or self._jobs or self._local):
+        while not self._closed and self._something:
             self._run_jobs()
-            while self._new:
+            # One turn for each that is there by now: whoever comes meanwhile comes after them.
+            for _ in range(len(self._new)):
                 self._add(self._new.popleft())
-            while self._readable and not self._jobs:
+            for _ in range(len(self._begun)):
+                self._go_on(self._begun.popleft())
+            for _ in range(len(self._readable)):
                 self._receive_from(self._readable.popleft())
-            if self._local:
-                self._take_local()
+            for _ in range(len(self._local)):
+                self._take_from(self._local.popleft())
+            self._handover.ring()
         if self._closed:
             self._dispose()
 
     def _run_jobs(self) -> None:
-        while self._jobs:
+        for _ in range(len(self._jobs)):
             self._jobs.popleft()()
 
     def _receive_from(self, fd: int) -> None:
         link = self._links.get(fd)
-        if link is None:
+        if link is None or self._is_begun(link):
             return
         now = perf_counter()
         flowing = now - link.last_time < FLOWING
         link.last_time = now
         try:
             self._receive(link)
-            if flowing and link.patient and len(self._links) == 1 and not self._has_local:
+            if flowing and link.patient and len(self._links) == 1 and not self._handover.inboxes:
                 self._stay_with(link)
-        finally:  # a link that is neither lost nor waited for would be deaf for ever
-            if self._links.get(fd) is link:
-                self._readers.rearm(fd)
+        finally:
+            self._rearm(link)
+
+    def _rearm(self, link: InLink) -> None:
+        """Wait for a link again: one that is neither lost nor waited for, nor has its turn to come, would be deaf."""
+        if self._links.get(link.fd) is link and not self._is_begun(link):
+            self._readers.rearm(link.fd)
+
+    def _is_begun(self, link: InLink) -> bool:
+        """Whether a link still has to deliver what it has received: until then, it receives nothing."""
+        return any(rest.link is link for rest in self._begun)
+
+    def _go_on(self, rest: Rest) -> None:
+        try:
+            self._deliver_frames(*rest)
+        finally:
+            self._rearm(rest.link)
 
     def _dispose(self) -> None:
         for link in list(self._links.values()):
@@ -233,8 +249,8 @@ class Reader:
         while self._new:
             self._new.popleft().sock.close()
         self._jobs.clear()
-        with self._room:
-            self._room.notify_all()
+        self._begun.clear()
+        self._handover.ring()
 
     def _add(self, link: InLink) -> None:
         frames = self._open(link)
@@ -251,6 +267,7 @@ class Reader:
         """Close a link, without reporting it as lost. By the owner only."""
         if self._links.pop(link.fd, None) is not None:
             link.connected = False
+            self._spinning.forget(link)
             self._readers.unregister(link.fd)
             link.sock.close()
 
@@ -260,24 +277,12 @@ class Reader:
             self._on_lost(link, reason)
 
     def _stay_with(self, link: InLink) -> None:
-        """While messages flow on the only link, wait in its receive: one system call less for each.
-
-        A publisher that sends each message of a flood by itself wakes this thread for each, which costs the publisher
-        more than the sending. So a flood is let gather for a moment.
-        """
-        few, messages, size, last = 0, link.messages, link.bytes_received, perf_counter()
-        while not (self._closed or self._new or self._jobs or self._local) and self._readers.someone_waits:
+        """While messages flow on the only link, wait in its receive: one system call less for each."""
+        flood = Flood(link)
+        while not (self._closed or self._something) and self._readers.someone_waits:
             if not self._receive(link, wait=True):
                 break
-            now = perf_counter()
-            count, messages = link.messages - messages, link.messages
-            if now - last > count * FLOOD or link.bytes_received - size > LITTLE:
-                few = 0
-            elif count <= FEW:
-                few += 1
-                if few > FLOOD_RUN_UP:
-                    time.sleep(GATHER)
-            size, last = link.bytes_received, now
+            flood.pause()
 
     def _receive(self, link: InLink, wait: bool = False) -> bool:
         """Receive once and deliver; return whether there may be more."""
@@ -325,15 +330,29 @@ class Reader:
             return
         deliver, limit = self._deliver, self.limit
         if limit is None:
-            for start, end in frames:
-                deliver(link, data, start, end)
+            self._deliver_frames(link, data, frames, 0)
             return
         behind = perf_counter() + FRESH
         for index, (start, end) in enumerate(frames, 1):
             deliver(link, data, start, end)
             if perf_counter() > behind:
-                self.dropped += max(0, len(frames) - index - limit)
+                self._dropped += max(0, len(frames) - index - limit)
                 self._catch_up([(link, data[a:b]) for a, b in frames[index:][-limit:]])
+                return
+
+    def _deliver_frames(self, link: InLink, data: bytes, frames: list[tuple[int, int]], position: int) -> None:
+        """Deliver all frames from a position on; or some, if others wait and the link's turn is over."""
+        deliver, stride, until = self._deliver, 1, perf_counter() + TURN
+        while not self._closed:
+            for start, end in frames[position : position + stride]:
+                deliver(link, data, start, end)
+            position += stride
+            if position >= len(frames):
+                return
+            if perf_counter() < until:
+                stride = min(2 * stride, STRIDE)
+            elif self._something:
+                self._begun.append(Rest(link, data, frames, position))
                 return
 
     def _take_item(self, source: Source, item: Item) -> None:
@@ -350,21 +369,14 @@ class Reader:
         backlog: Backlog[Source, Item] = Backlog(self.limit or 1)
         for source, item in rest:
             backlog.put(source, item)
+        while self._begun:  # from before the queue was bounded
+            link, data, frames, position = self._begun.popleft()
+            for start, end in frames[position:]:
+                backlog.put(link, data[start:end])
+            self._rearm(link)
         while not self._closed:
             self._run_jobs()
-            while self._new:
-                link = self._new.popleft()
-                backlog.put_frames(link, self._open(link))
-            for link in list(self._links.values()):
-                until = perf_counter() + DRAIN_TIME / (len(self._links) or 1)
-                while perf_counter() < until and (frames := self._receive_frames(link)) is not None:
-                    backlog.put_frames(link, frames)
-            for _ in range(len(self._local)):
-                entry = self._next_of(self._local)
-                if entry is not None:
-                    backlog.put(*entry)
-            self.dropped += backlog.dropped
-            backlog.dropped = 0
+            self._gather(backlog)
             if not backlog:
                 return
             behind = perf_counter() + FRESH
@@ -373,39 +385,59 @@ class Reader:
             if not backlog and perf_counter() < behind:
                 return  # callbacks are quick again
 
-    def _next_of(self, queue: deque[tuple[Source, Item]]) -> tuple[Source, Item] | None:
-        with self._queues:
-            return queue.popleft() if queue else None
-
-    def _take_local(self) -> None:
+    def _gather(self, backlog: Backlog[Source, Item]) -> None:
+        """Take what has arrived, from all."""
+        for _ in range(len(self._new)):
+            link = self._new.popleft()
+            backlog.put_frames(link, self._open(link))
+        for link in list(self._links.values()):
+            until = perf_counter() + DRAIN_TIME / (len(self._links) or 1)
+            while perf_counter() < until and (frames := self._receive_frames(link)) is not None:
+                backlog.put_frames(link, frames)
         for _ in range(len(self._local)):
-            entry = self._next_of(self._local)
-            if entry is None:
-                break
+            inbox = self._local.popleft()
+            for _ in range(len(inbox)):
+                item = inbox.take()
+                if item is not None:
+                    backlog.put(inbox.source, item)
+            self._leave_line(inbox)
+        self._dropped += backlog.dropped
+        backlog.dropped = 0
+
+    # Messages that are handed over -----------------------------------------------------------------------------------
+
+    def _take_from(self, inbox: Inbox[Source, Item]) -> None:
+        """Give an inbox its turn."""
+        until = perf_counter() + TURN
+        while (item := inbox.take()) is not None and not self._closed:
             if self._callbacks is not None:
-                self._queue_for_spin(*entry)
+                self._queue_for_spin(inbox.source, item)
             else:
-                self._deliver_item(*entry)
-        with self._room:
-            self._room.notify_all()
+                self._deliver_item(inbox.source, item)
+            if perf_counter() > until:
+                self._local.append(inbox)
+                return
+        self._leave_line(inbox)
+
+    def _leave_line(self, inbox: Inbox[Source, Item]) -> None:
+        if self._handover.leave_line(inbox) and not inbox.source.connected:
+            self._forget(inbox)
+
+    def forget(self, source: Source) -> None:
+        """A source that hands over its messages has ended. By the owner."""
+        for inbox in list(self._handover.inboxes):
+            if inbox.source is source and not len(inbox):
+                self._forget(inbox)
+
+    def _forget(self, inbox: Inbox[Source, Item]) -> None:
+        self._handover.forget(inbox)
+        self._spinning.forget(inbox.source)
 
     # Nodes that spin --------------------------------------------------------------------------------------------------
 
     def _queue_for_spin(self, source: Source, item: Item) -> None:
         if not self._on_arrival(source, item):
             return
-        limit = UNBOUNDED_LIMIT if self.limit is None else self.limit
-        with self._queues:
-            self._spinning.append((source, item))
-            if limit and len(self._spinning) > limit:
-                self._spinning.popleft()
-                self.dropped += 1
-                return  # the queue holds a callback for each waiting frame already
-        if self._callbacks is not None:
-            self._callbacks.push(self.deliver_next)
-
-    def deliver_next(self) -> None:
-        """Run the callbacks for the oldest waiting frame, in the thread that spins."""
-        entry = self._next_of(self._spinning)
-        if entry is not None:
-            self._deliver_item(*entry)
+        call = self._spinning.put(source, item, self.limit or UNBOUNDED_LIMIT)
+        if call is not None and self._callbacks is not None:
+            self._callbacks.push(call)

@@ -13,7 +13,7 @@ from pyros1.msgs.large import Layout, SplitBody, decode_split, layout
 from pyros1.node.context import wait_for_links
 
 if TYPE_CHECKING:
-    from pyros1.node.reader import Item
+    from pyros1.node.sources import Item
     from pyros1.node.subscription import Subscription
 
 _M = TypeVar("_M")

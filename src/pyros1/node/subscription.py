@@ -16,14 +16,15 @@ from pyros1.node.connector import Connector
 from pyros1.node.inlink import LARGE, InLink
 from pyros1.node.log import ERROR
 from pyros1.node.publisher import topic_type
-from pyros1.node.reader import Item, Reader, Source
+from pyros1.node.reader import Reader
+from pyros1.node.sources import Item, Source
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.datagrams import DatagramInLink
     from pyros1.node.local import LocalLink
-    from pyros1.node.publisher import Publication
+    from pyros1.node.publication import Publication
     from pyros1.node.subscriber import Subscriber
 
 
@@ -75,7 +76,7 @@ class Subscription:
         self._local_links: tuple[LocalLink | DatagramInLink, ...] = ()
         self._latched: dict[int, tuple[Source, Item]] = {}  # as delivered
         self._arrived_latched: dict[int, tuple[Source, Item]] = {}  # in a node that spins: as arrived
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal handler may end the node while its thread is in here
         self._closed = False
         self._direct: tuple[Subscriber[Any], ...] = ()
         # Those of both that have got what came before them, and get what comes from now on.
@@ -196,9 +197,13 @@ class Subscription:
         """A link that hands over its messages itself has ended. Any thread."""
         with self._lock:
             self._local_links = tuple(other for other in self._local_links if other is not link)
-        self.reader.submit(lambda: self._forget(link))
+        self.reader.submit(lambda: self._ended(link))
         self.context.loop.call_soon(self._reconnect, link.uri, None)
         self._changed()
+
+    def _ended(self, link: LocalLink | DatagramInLink) -> None:
+        self._forget(link)
+        self.reader.forget(link)
 
     def _forget(self, source: Source) -> None:
         self._latched.pop(id(source), None)

@@ -2,6 +2,10 @@
 
 States of a frame: *waiting* (may still be dropped), *begun* (some of its bytes are on the wire: must be finished) and
 gone. At most one frame is begun. The limit counts waiting frames only.
+
+A signal handler that raises may end any of these methods anywhere. So what was sent is noted in `unsettled` before it
+is settled, and each step of settling is instructions with no call between them, where no handler can run: `settle` can
+be called again and goes on where it was.
 """
 
 from __future__ import annotations
@@ -32,6 +36,11 @@ def _rest_of(frame: Frame, sent: int) -> list[Buffer]:
     return rest
 
 
+def keepable(frame: Frame) -> Frame:
+    """Return a frame that may wait: memory that its owner may change is copied."""
+    return frame if frame.__class__ is bytes else _rest_of(frame, 0)
+
+
 class OutQueue:
     """The frames of one link that the socket did not take at once.
 
@@ -40,15 +49,17 @@ class OutQueue:
 
     Attributes:
         dropped: frames thrown away so far.
+        unsettled: bytes of what `buffers()` returned that were sent, for `settle`.
     """
 
-    __slots__ = ("_begun", "_limit", "_waiting", "dropped")
+    __slots__ = ("_begun", "_limit", "_waiting", "dropped", "unsettled")
 
     def __init__(self, limit: int | None) -> None:
         self._limit = limit or 0
         self._waiting: deque[Frame] = deque()
         self._begun: list[Buffer] = []
         self.dropped = 0
+        self.unsettled = 0
 
     def __len__(self) -> int:
         """Return the number of frames not fully sent."""
@@ -57,9 +68,7 @@ class OutQueue:
     def push(self, frame: Frame) -> None:
         """Add a frame; drop the oldest waiting one if there are too many."""
         waiting = self._waiting
-        if frame.__class__ is not bytes:
-            frame = _rest_of(frame, 0)
-        waiting.append(frame)
+        waiting.append(keepable(frame))
         if self._limit and len(waiting) > self._limit:
             waiting.popleft()
             self.dropped += 1
@@ -80,25 +89,34 @@ class OutQueue:
                     break
         return parts
 
-    def sent(self, count: int) -> None:
-        """Note that ``count`` bytes of what `buffers()` returned were sent."""
+    def settle(self) -> None:
+        """Remove the `unsettled` bytes: of what `buffers()` returned so many were sent."""
         if self._begun:
             size = sum(len(part) for part in self._begun)
-            if count < size:
-                self._begun = _rest_of(self._begun, count)
+            if self.unsettled < size:
+                rest = _rest_of(self._begun, self.unsettled)
+                self._begun = rest
+                self.unsettled = 0
                 return
-            count -= size
+            left = self.unsettled - size
             self._begun = []
+            self.unsettled = left
         waiting = self._waiting
-        while count:
-            frame = waiting.popleft()
+        while self.unsettled:
+            frame = waiting[0]
             size = len(frame) if frame.__class__ is bytes else frame_size(frame)
-            if count < size:
-                self._begun = _rest_of(frame, count)
+            if self.unsettled < size:
+                rest = _rest_of(frame, self.unsettled)
+                del waiting[0]
+                self._begun = rest
+                self.unsettled = 0
                 return
-            count -= size
+            left = self.unsettled - size
+            del waiting[0]
+            self.unsettled = left
 
     def clear(self) -> None:
         """Forget everything, for a link that is gone."""
         self._waiting.clear()
         self._begun = []
+        self.unsettled = 0

@@ -1,0 +1,76 @@
+"""Waiting that a signal handler can end: Python's own Condition and Event hold a lock while they are set or waited for,
+and a handler that interrupts its thread just there would wait for that lock for ever.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections import deque
+from collections.abc import Callable
+
+
+class Bell:
+    """Wakes threads that wait for something to become true. `ring` takes no lock: anybody may ring at any moment."""
+
+    def __init__(self) -> None:
+        self._waiters: deque[threading.Lock] = deque()  # each is released once, which ends a wait
+
+    def ring(self) -> None:
+        """End all waits that have begun. To be called after what they wait for was changed."""
+        for _ in range(len(self._waiters)):
+            try:
+                self._waiters.popleft().release()
+            except IndexError:  # somebody else rings, too
+                return
+
+    def wait(self, ready: Callable[[], object], timeout: float | None = None) -> bool:
+        """Wait until something is true or the bell rings.
+
+        Args:
+            ready: whether it is true. Not called again before the end of the wait.
+            timeout: most seconds to wait; None for no limit.
+
+        Returns:
+            Whether it is true.
+        """
+        waiter = threading.Lock()
+        waiter.acquire()
+        self._waiters.append(waiter)  # before looking, or a change in between would be missed
+        try:
+            if ready():
+                return True
+            if timeout is None:
+                waiter.acquire()
+            elif timeout > 0:
+                waiter.acquire(timeout=min(timeout, threading.TIMEOUT_MAX))
+        finally:
+            with contextlib.suppress(ValueError):  # if it was rung for
+                self._waiters.remove(waiter)
+        return bool(ready())
+
+
+class Event(threading.Event):
+    """A threading.Event that a signal handler may set and wait for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._is_set = False
+        self._bell = Bell()
+
+    def is_set(self) -> bool:
+        """Return whether it is set."""
+        return self._is_set
+
+    def set(self) -> None:
+        """Set it, which ends all waits."""
+        self._is_set = True
+        self._bell.ring()
+
+    def clear(self) -> None:
+        """Let later waits wait again."""
+        self._is_set = False
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until it is set, at most ``timeout`` seconds; return whether it is."""
+        return self._is_set or self._bell.wait(self.is_set, timeout)
