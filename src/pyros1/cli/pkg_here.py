@@ -51,12 +51,10 @@ def _around(here: str) -> list[str]:
 
 
 def _packages_in(folder: str) -> Iterator[str]:
-    from pyros1.msgs.packages import is_folder  # noqa: PLC0415 - not before every command
-
     try:
         with os.scandir(folder) as entries:
             some = islice(entries, _MOST_ENTRIES)
-            names = sorted(entry.name for entry in some if entry.name[0] != "." and is_folder(entry))
+            names = sorted(entry.name for entry in some if entry.name[0] != "." and not entry.is_file(follow_symlinks=False))
     except OSError:
         return
     for name in names:
