@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -183,6 +184,99 @@ def test_an_update_that_overtakes_the_answer() -> None:
 
     params = Parameters(Master(), lambda name: name, lambda: "", {})  # type: ignore[arg-type]
     assert params.cached("/g") == {"p": 2, "q": 3, "r": 4}
+
+
+class RacingMaster:
+    """A master for one node and its rival, who changes a parameter at the given moment."""
+
+    def __init__(self, when: str) -> None:
+        self.value: Any = 0
+        self.when = when
+        self.late: list[Any] = []  # told to nobody yet
+        self.params = Parameters(self, lambda name: name, lambda: "", {})  # type: ignore[arg-type]
+
+    def rival(self, value: Any, tell: bool = True) -> None:
+        self.value = value
+        if tell:
+            self.params.update("/x/", value)
+        else:
+            self.late.append(value)
+
+    def subscribe_param(self, api: str, key: str) -> Any:
+        return self.value
+
+    def set_param(self, key: str, value: Any) -> None:
+        if self.when == "before, and told at once":
+            self.rival(7)
+        elif self.when == "before, and told late":
+            self.rival(7, tell=False)
+        self.value = value
+        if self.when == "after, and told at once":
+            self.rival(8)
+        elif self.when == "after, and told late":
+            self.rival(8, tell=False)
+
+
+@pytest.mark.parametrize("when", [f"{a}, and told {b}" for a in ("before", "after") for b in ("at once", "late")])
+def test_a_copy_ends_with_what_the_master_has_when_two_set_it_at_the_same_time(when: str) -> None:
+    master = RacingMaster(when)
+    assert master.params.cached("/x") == 0
+    master.params["/x"] = 1
+    for value in master.late:
+        assert master.params.update("/x/", value)
+    assert master.params.cached("/x") == master.value == (1 if "before" in when else 8)
+
+
+def test_a_copy_that_is_fetched_while_both_set_it() -> None:
+    class Master(RacingMaster):
+        def subscribe_param(self, api: str, key: str) -> Any:
+            answer = self.value
+            if answer == 0:
+                self.rival(5)
+                self.params["/x"] = 6
+            return answer
+
+    master = Master("never")
+    assert master.params.cached("/x") == 6
+
+
+def test_copies_above_and_below_what_both_set() -> None:
+    class Master(RacingMaster):
+        def subscribe_param(self, api: str, key: str) -> Any:
+            return {"/": {"x": self.value}, "/x": self.value, "/y": 3}[key]
+
+    master = Master("before, and told at once")
+    assert [master.params.cached(key) for key in ("/", "/x", "/y")] == [{"x": 0}, 0, 3]
+    master.params["/x"] = 1
+    assert [master.params.cached(key) for key in ("/", "/x", "/y")] == [{"x": 1}, 1, 3]
+
+
+def test_changes_by_several_threads_and_another_node_end_alike(node: Any, other: Any, in_thread: Any) -> None:
+    params = node.params
+    for _ in range(30):
+        params.cached("/x")
+        changes = [in_thread(other.set, "/x", 1), in_thread(params.set, "/x", 2), in_thread(params.set, "/x", 3)]
+        for change in changes:
+            change.join()
+        value = params["/x"]
+        node._context.loop.run(lambda: None)
+        until = time.monotonic() + 5
+        while params.cached("/x") != value and time.monotonic() < until:
+            node._context.stopping.wait(0.001)  # until the master has told all
+        assert params.cached("/x") == value
+
+
+def test_what_only_one_side_changes_costs_no_call(node: Any, other: Any, updates: Any) -> None:
+    params = node.params
+    asked: list[str] = []
+    subscribe = node.master.subscribe_param
+    node.master.subscribe_param = lambda api, key: asked.append(key) or subscribe(api, key)
+    assert [params.cached(key, 0) for key in ("/ours", "/theirs")] == [0, 0]
+    for number in (1, 2):
+        params["/ours"] = number
+        updates(lambda number=number: other.set("/theirs", number))
+        assert [params.cached(key) for key in ("/ours", "/theirs")] == [number, number]
+    assert asked == ["/ours", "/theirs"]
 
 
 def test_a_failed_subscription_is_tried_again() -> None:

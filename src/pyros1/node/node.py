@@ -113,7 +113,7 @@ class Node:
         self._timers: list[Timer] = []
         self._life = Life(self._context, self._clock, self._close)
         self.master = MasterClient(self.name, self.master_uri)
-        self.params = Parameters(self.master, self.resolve, lambda: self.uri, self.arguments.remappings)
+        self.params = Parameters(self.master, self.resolve, lambda: self.uri, self.arguments.remappings, loop.call_soon)
         self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.renew)
         self._slave: XmlRpcServer | None = None
         self._tcpros: TcprosServer | None = None

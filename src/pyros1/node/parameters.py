@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import ParameterNotSetError
+from pyros1.node.copies import MISSING, Copies
+from pyros1.node.lane import Lane
 
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
 
-_MISSING = object()
+_TRIES = 3
+"""Times that a value is fetched if it changes meanwhile."""
 
 
 class Parameters:
@@ -24,6 +26,7 @@ class Parameters:
         resolve: makes a full name.
         api: the node's slave API, which the master tells about changes.
         remappings: of the command line, as written; `search` follows them.
+        later: calls a function soon, on another thread.
     """
 
     def __init__(
@@ -32,14 +35,14 @@ class Parameters:
         resolve: Callable[[str], str],
         api: Callable[[], str],
         remappings: Mapping[str, str],
+        later: Callable[[Callable[[], None]], object] = lambda work: work(),
     ) -> None:
         self._master = master
         self._resolve = resolve
         self._api = api
         self._remappings = remappings
-        self._cache: dict[str, Any] = {}
-        self._lock = threading.Lock()  # one subscription at a time
-        self._overtaking: list[tuple[str, Any]] | None = None  # updates that come while a subscription is under way
+        self._copies = Copies()
+        self._lane = Lane(later)  # of the copies
 
     def __getitem__(self, name: str) -> Any:
         """Return a parameter's value: a number, a string, bytes, a list or a dict.
@@ -59,8 +62,9 @@ class Parameters:
     def __setitem__(self, name: str, value: Any) -> None:
         """Set a parameter; a dict replaces the whole namespace of that name."""
         key = self._resolve(name)
+        before = self._copies.versions()
         self._master.set_param(key, value)
-        self.update(key, value)  # the master tells everybody but us (M54)
+        self._lane.do(self._copies.set_by_us, key, value, before)  # the master tells everybody but us (M54)
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; a dict replaces the whole namespace of that name."""
@@ -72,7 +76,9 @@ class Parameters:
         Raises:
             ParameterNotSetError: it is not set.
         """
-        self._master.delete_param(self._resolve(name))
+        key = self._resolve(name)
+        self._master.delete_param(key)
+        self._lane.do(self._copies.doubt, key)
 
     def __contains__(self, name: str) -> bool:
         return self._master.has_param(self._resolve(name))
@@ -98,76 +104,46 @@ class Parameters:
             default: returned while the parameter is not set.
         """
         key = self._resolve(name)
-        value = self._cache.get(key, _MISSING)
-        if value is _MISSING:
-            with self._lock:
-                value = self._cache.get(key, _MISSING)
-                if value is _MISSING:
-                    value = self._subscribe(key)
+        value = self._copies.get(key)
+        if value is MISSING:
+            value = self._fetch(key)
         return default if value == {} else value
 
-    def _subscribe(self, key: str) -> Any:
-        """Ask the master for a value and its updates, and keep it. An update may overtake the answer. Lock held."""
-        self._overtaking = []
-        try:
-            self._cache[key] = self._master.subscribe_param(self._api(), key)
-        finally:
-            overtaking, self._overtaking = self._overtaking, None
-            for update in overtaking:
-                self.update(*update)
-        return self._cache[key]
+    def _fetch(self, key: str) -> Any:
+        """Ask the master for a value and its updates, and keep it."""
+        value: Any = None
+        for _ in range(_TRIES):
+            fetch = self._copies.begin(key)
+            try:
+                value = self._master.subscribe_param(self._api(), key)
+            except BaseException:
+                self._lane.do(self._copies.give_up, fetch)
+                raise
+            self._lane.do(self._copies.keep, fetch, value)
+            kept = self._copies.get(key)
+            if kept is not MISSING:
+                return kept
+        return value  # it changes all the time; the next one who asks fetches it again
 
     def renew(self) -> None:
         """Fetch all local copies again, from a master that was restarted and does not know of them."""
-        with self._lock:
-            for key in list(self._cache):
-                self._subscribe(key)
+        for key in self._copies.names():
+            self._fetch(key)
 
     def uncache(self, name: str) -> None:
         """Drop the local copy of a parameter that `cached` made."""
         key = self._resolve(name)
-        with self._lock:
-            if self._cache.pop(key, _MISSING) is not _MISSING:
-                self._master.unsubscribe_param(self._api(), key)
+        if key in self._copies.names():
+            self._lane.do(self._copies.drop, key)
+            self._master.unsubscribe_param(self._api(), key)
 
     def cached_names(self) -> list[str]:
         """Return the full names of the parameters with a local copy."""
-        return list(self._cache)
+        return self._copies.names()
 
     def update(self, key: str, value: Any) -> bool:
-        """Take a change from the master (S09); return whether a copy is kept of that parameter.
-
-        A change below or above a cached name concerns it too (M53).
-        """
-        overtaking = self._overtaking
-        known = overtaking is not None
-        if overtaking is not None:
-            overtaking.append((key, value))
-        key = key.rstrip("/") or "/"
-        for name in list(self._cache):
-            if name == key:
-                self._cache[name] = value
-                known = True
-            elif key.startswith(name.rstrip("/") + "/"):
-                self._cache[name] = _merged(self._cache[name], key[len(name.rstrip("/")) + 1 :].split("/"), value)
-                known = True
-            elif name.startswith(key.rstrip("/") + "/"):
-                below = value
-                for part in name[len(key.rstrip("/")) + 1 :].split("/"):
-                    below = below.get(part, {}) if isinstance(below, dict) else {}
-                self._cache[name] = below
-                known = True
+        """Take a change from the master (S09); return whether a copy is kept of that parameter."""
+        known = self._copies.knows(key)
+        if known:
+            self._lane.do(self._copies.set_by_others, key, value)
         return known
-
-
-def _merged(tree: Any, path: list[str], value: Any) -> Any:
-    """Return a copy of ``tree`` with the value at ``path`` replaced; an empty dict removes it."""
-    if not path:
-        return value
-    copy = dict(tree) if isinstance(tree, dict) else {}
-    below = _merged(copy.get(path[0]), path[1:], value)
-    if below == {}:
-        copy.pop(path[0], None)
-    else:
-        copy[path[0]] = below
-    return copy

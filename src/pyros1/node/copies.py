@@ -1,0 +1,176 @@
+"""Local copies of parameters, and which of them can be believed.
+
+The master tells a node what others set, in the order in which they did it, but not what the node sets itself (M54). So
+of a change by us and one by another, which are told us at the same time, nobody here can say which was the last. Where
+that may be so, the copy is in *doubt*: the next one who asks for it fetches it anew. It may be so
+
+* if a change by another, or another one of our own, comes while ours is under way;
+* if others change what we have changed: it may be from before ours, and late;
+* if anything changes while a value is fetched of which we have changed something.
+
+So every copy ends with what the master has, and a value that only one side changes costs no call.
+
+All that changes something here is called in one lane (``lane.py``); what only looks, in any thread.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+MISSING: Final = object()
+"""Stands for a copy that is not there, or in doubt."""
+_MOST_CHANGES = 1000
+"""Changes that are remembered while a value is fetched."""
+
+
+class Fetch:
+    """A value that is being fetched.
+
+    Attributes:
+        key: the parameter's full name.
+        changes: what others have changed meanwhile.
+        doubtful: so has the node itself, or there were too many changes.
+    """
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+        self.changes: list[tuple[str, Any]] = []
+        self.doubtful = False
+
+
+class Copies:
+    """Values by full name."""
+
+    def __init__(self) -> None:
+        self._values: dict[str, Any] = {}
+        self._versions: dict[str, int] = {}  # of each value: it counts its changes
+        self._doubtful: dict[str, None] = {}
+        self._ours: dict[str, None] = {}  # names that the node has set, as far as there are copies of them
+        self._fetches: dict[Fetch, None] = {}
+
+    def get(self, key: str) -> Any:
+        """Return a copy, or MISSING."""
+        return MISSING if key in self._doubtful else self._values.get(key, MISSING)
+
+    def names(self) -> list[str]:
+        """Return the names of all copies, in doubt or not."""
+        return list(self._values)
+
+    def versions(self) -> dict[str, int]:
+        """Return what `set_by_us` wants to know of the time before."""
+        return self._versions.copy()
+
+    def knows(self, key: str) -> bool:
+        """Tell whether a change of that name concerns a copy, or one that is being fetched."""
+        return any(_related(name, key) for name in self.names() + [fetch.key for fetch in list(self._fetches)])
+
+    # In the lane, but for `begin` -------------------------------------------------------------------------------------
+
+    def begin(self, key: str) -> Fetch:
+        """Note that a value is going to be fetched; `keep` or `give_up` must follow."""
+        fetch = Fetch(key)
+        self._fetches[fetch] = None
+        return fetch
+
+    def give_up(self, fetch: Fetch) -> None:
+        """Note that it could not be fetched."""
+        self._fetches.pop(fetch, None)
+
+    def keep(self, fetch: Fetch, value: Any) -> None:
+        """Keep what was fetched."""
+        key = fetch.key
+        self.give_up(fetch)
+        self._values[key] = value
+        self._doubtful.pop(key, None)
+        self._count(key)
+        for change in fetch.changes:  # they have overtaken the answer
+            self._change(key, *change)
+        if fetch.doubtful or (fetch.changes and self._is_ours(key)):
+            self._doubtful[key] = None
+
+    def set_by_others(self, key: str, value: Any) -> None:
+        """Take a change from the master."""
+        for fetch in list(self._fetches):
+            if _related(fetch.key, key):
+                fetch.changes.append((key, value))
+                if len(fetch.changes) > _MOST_CHANGES:
+                    fetch.changes.clear()
+                    fetch.doubtful = True
+        ours = self._is_ours(key)
+        for name in self._related_to(key):
+            self._change(name, key, value)
+            if ours:
+                self._doubtful[name] = None
+
+    def set_by_us(self, key: str, value: Any, before: dict[str, int]) -> None:
+        """Take a change that the node has made itself.
+
+        Args:
+            before: the `versions` when the master was asked.
+        """
+        for fetch in list(self._fetches):
+            fetch.doubtful = fetch.doubtful or _related(fetch.key, key)
+        for name in self._related_to(key):
+            self._ours[key] = None
+            if self._versions.get(name) != before.get(name):
+                self._doubtful[name] = None
+            self._change(name, key, value)
+
+    def doubt(self, key: str) -> None:
+        """Note that a parameter was changed, and that the master will tell or not."""
+        for fetch in list(self._fetches):
+            fetch.doubtful = fetch.doubtful or _related(fetch.key, key)
+        for name in self._related_to(key):
+            self._ours[key] = None
+            self._doubtful[name] = None
+            self._count(name)
+
+    def drop(self, key: str) -> None:
+        """Forget a copy."""
+        for kept in (self._values, self._versions, self._doubtful):
+            kept.pop(key, None)
+        for name in list(self._ours):
+            if not self._related_to(name):
+                del self._ours[name]
+
+    def _related_to(self, key: str) -> list[str]:
+        return [name for name in self._values if _related(name, key)]
+
+    def _is_ours(self, key: str) -> bool:
+        return any(_related(name, key) for name in self._ours)
+
+    def _count(self, name: str) -> None:
+        self._versions[name] = self._versions.get(name, 0) + 1
+
+    def _change(self, name: str, key: str, value: Any) -> None:
+        """Change one copy; a change below or above its name concerns it too (M53)."""
+        name_path, key_path = _path(name), _path(key)
+        if len(key_path) >= len(name_path):
+            self._values[name] = _merged(self._values[name], key_path[len(name_path) :], value)
+        else:
+            for part in name_path[len(key_path) :]:
+                value = value.get(part, {}) if isinstance(value, dict) else {}
+            self._values[name] = value
+        self._count(name)
+
+
+def _path(key: str) -> list[str]:
+    return [part for part in key.split("/") if part]
+
+
+def _related(name: str, key: str) -> bool:
+    """Tell whether one name is the other, or above it."""
+    return all(a == b for a, b in zip(_path(name), _path(key), strict=False))
+
+
+def _merged(tree: Any, path: list[str], value: Any) -> Any:
+    """Return a copy of ``tree`` with the value at ``path`` replaced; an empty dict removes it."""
+    if not path:
+        return value
+    copy = dict(tree) if isinstance(tree, dict) else {}
+    below = _merged(copy.get(path[0]), path[1:], value)
+    if below == {}:
+        copy.pop(path[0], None)
+    else:
+        copy[path[0]] = below
+    return copy
