@@ -14,10 +14,12 @@
     asyncio.run(main())
 
 Messages are received by the node's own threads and handed to the asyncio loop in batches, so that a flood of messages
-costs one wake-up, not one each; whoever takes them slowly holds the publishers back. SIGINT and SIGTERM end the node: its
-hooks run, iterations end, and then the body of ``async with`` ends, so that the program comes to its end with exit code 0.
-Nothing here blocks the asyncio loop: what must talk to the master or to another node
-runs in a worker thread.
+costs one wake-up, not one each; whoever takes them slowly holds the publishers back. Nothing here blocks the asyncio
+loop: what must talk to the master or to another node runs in a worker thread.
+
+SIGINT and SIGTERM end the node: its hooks run, iterations and waits end, and with them the body of ``async with``, so
+that the program comes to its end with exit code 0. Other tasks of the program are its own affair. A second signal ends
+the program at once.
 """
 
 from __future__ import annotations
@@ -46,7 +48,7 @@ _M = TypeVar("_M")
 _R = TypeVar("_R")
 
 
-MOST_WAITING = 32
+MOST_WAITING = 100
 """Messages that wait for an iteration without ``queue_size``; then the connections to the publishers fill up."""
 GRACE = 0.5
 """Seconds that the body of ``async with`` has for ending by itself, when a signal has ended the node."""
@@ -88,6 +90,11 @@ class Messages(Generic[_M]):
         except RuntimeError:  # the asyncio loop is closed: nobody listens any more
             self._ended = True
 
+    @property
+    def waiting(self) -> int:
+        """Messages that wait for the iteration."""
+        return len(self._waiting)
+
     def end(self) -> None:
         """End the iteration. Any thread."""
         with self._changed:
@@ -125,6 +132,17 @@ class Messages(Generic[_M]):
         await self.aclose()
 
 
+class _Signals(SignalHandlers):
+    """Handlers in the place of those of asyncio, which cancel the main task and show a KeyboardInterrupt."""
+
+    def _is_default(self, handler: Any) -> bool:
+        runner = getattr(getattr(handler, "func", None), "__self__", None)
+        return super()._is_default(handler) or type(runner).__module__ == "asyncio.runners"
+
+    def _interrupt(self, number: int) -> None:
+        raise SystemExit(128 + number)
+
+
 class _Node(SyncNode):
     """The node underneath, which is known before it has found its master.
 
@@ -147,14 +165,14 @@ class Node:
 
     Args:
         name: as for :class:`pyros1.Node`.
-        handle_signals: end the node on SIGINT and SIGTERM, and then the body of ``async with``, which is cancelled if it
-            does not end by itself soon. Possible in the main thread only.
+        handle_signals: end the node on SIGINT and SIGTERM, and then the body of ``async with``, which is cancelled if
+            it does not end by itself soon. Possible in the main thread only.
         options: all other keyword arguments of :class:`pyros1.Node` but ``callbacks``.
     """
 
     def __init__(self, name: str, *, handle_signals: bool = True, **options: Any) -> None:
         self._make: Callable[[], SyncNode] = lambda: _Node(self._begins, name, handle_signals=False, **options)
-        self._signals = SignalHandlers(self._on_signal) if handle_signals else None
+        self._signals = _Signals(self._on_signal) if handle_signals else None
         self._ends: asyncio.TimerHandle | None = None  # cancels the body
         self._cancelled = False
         self._making: SyncNode | None = None
@@ -178,6 +196,8 @@ class Node:
                     raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master
             raise
         self._node.on_shutdown(self._end_streams)
+        if self._signals is not None and self._signals.count:  # a signal came just before
+            self._set_limit()
         return self
 
     async def __aexit__(
