@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable, Coroutine, Iterator
 from typing import Any
 
 import pytest
 from pyros1.msgs.std_msgs.msg import Float64
 
 import pyros1.aio
+from pyros1.aio import MOST_WAITING
 from pyros1.errors import NodeShutdownError, ServiceError, WaitTimeoutError
 
 
@@ -134,3 +140,197 @@ def test_closing_a_stream_unsubscribes_and_ends_it(environ: dict[str, str]) -> N
         return [message async for message in stream]
 
     run(work)
+
+
+def test_who_takes_messages_slowly_holds_the_publisher_back(
+    environ: dict[str, str], make_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+    talker, count = make_node("talker"), 100 * MOST_WAITING
+    publisher = talker.advertise("topic1", Float64, queue_size=None)
+
+    def publish() -> None:
+        assert publisher.wait_for_subscribers(timeout=5.0)
+        for number in range(count):
+            publisher.publish(float(number))
+
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            stream = await node.subscribe("topic1", Float64)
+            publishing = asyncio.ensure_future(asyncio.to_thread(publish))
+            while stream.waiting < MOST_WAITING:
+                await asyncio.sleep(0.001)
+            most, got = 0, []
+            async for message in stream:
+                most = max(most, stream.waiting + 1)
+                got.append(message.data)
+                if len(got) == count:
+                    break
+            assert got == [float(number) for number in range(count)]
+            assert most <= MOST_WAITING
+            await publishing
+
+    run(work)
+
+
+def test_a_stream_that_nobody_reads_holds_up_no_end(
+    environ: dict[str, str], make_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+    publisher = make_node("talker").advertise("topic1", Float64, queue_size=0)
+
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            kept = await node.subscribe("topic1", Float64)
+            closed = await node.subscribe("topic1", Float64)
+            await asyncio.to_thread(publisher.wait_for_subscribers, 1, 5.0)
+            for number in range(10 * MOST_WAITING):
+                publisher.publish(float(number))
+            while kept.waiting < MOST_WAITING and closed.waiting < MOST_WAITING:
+                await asyncio.sleep(0.001)
+            await closed.aclose()
+
+    run(work)
+
+
+# In a process of their own --------------------------------------------------------------------------------------------
+
+PROGRAM = """
+import asyncio
+import pyros1.aio
+from pyros1.msgs.std_msgs.msg import Float64
+
+async def main():
+    async with pyros1.aio.Node("listener") as node:
+        node.sync.on_shutdown(lambda: print("hook"))
+        print("ready")
+        BODY
+    print("left")
+
+asyncio.run(main())
+"""
+
+
+class Started:
+    """A program that ignored SIGINT when it began, as one that a script starts with ``&``."""
+
+    def __init__(self, text: str, environ: dict[str, str]) -> None:
+        ignoring = "import signal, os, sys; signal.signal(2, signal.SIG_IGN); os.execv(sys.executable, sys.argv[1:])"
+        words = [sys.executable, "-u", "-W", "error", "-c", text]
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", ignoring, *words],
+            env={**os.environ, **environ},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            bufsize=0,
+        )
+
+    def line(self) -> str:
+        assert self.process.stdout is not None
+        line: bytes = self.process.stdout.readline()
+        return line.decode()
+
+    def end(self) -> tuple[int, str, str]:
+        out, err = self.process.communicate(timeout=20)
+        return self.process.returncode, out.decode(), err.decode()
+
+
+@pytest.fixture
+def start(environ: dict[str, str]) -> Iterator[Callable[[str], Started]]:
+    """Return a function that starts a program."""
+    started: list[Started] = []
+
+    def run_program(text: str) -> Started:
+        started.append(Started(text, environ))
+        return started[-1]
+
+    yield run_program
+    for program in started:
+        if program.process.poll() is None:
+            program.process.kill()
+        program.process.communicate()
+
+
+BODIES = {
+    "messages": """
+        async for message in node.messages("topic1", Float64):
+            print(message.data)
+        """,
+    "a wait of asyncio": "await asyncio.Event().wait()",
+    "a wait of the node": "await node.wait_for_message('topic1', Float64)",
+    "a wait for a service": "await node.wait_for_service('nothing')",
+    "tasks": "await asyncio.gather(asyncio.sleep(100), node.wait_for_service('nothing'))",
+    "its loop": """
+        while node.ok():
+            await asyncio.sleep(0.01)
+        """,
+}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
+def test_a_signal_ends_the_program_cleanly(start: Callable[[str], Started], body: str, number: int) -> None:
+    body = textwrap.indent(textwrap.dedent(body).strip(), "        ").strip()
+    program = start(PROGRAM.replace("BODY", body))
+    assert program.line() == "ready\n"
+    program.process.send_signal(number)
+    assert program.end() == (0, "hook\nleft\n", "")
+
+
+def test_two_signals_at_once_are_one(start: Callable[[str], Started]) -> None:
+    program = start(PROGRAM.replace("BODY", BODIES["a wait of asyncio"]))
+    assert program.line() == "ready\n"
+    program.process.send_signal(signal.SIGINT)
+    program.process.send_signal(signal.SIGTERM)
+    assert program.end() == (0, "hook\nleft\n", "")
+
+
+def test_a_second_signal_ends_a_program_that_goes_on(start: Callable[[str], Started]) -> None:
+    program = start(
+        """
+import asyncio, signal
+import pyros1.aio
+
+async def main():
+    async with pyros1.aio.Node("stubborn") as node:
+        print("ready")
+        while True:
+            try:
+                await asyncio.sleep(100)
+            except asyncio.CancelledError:
+                print("goes on")
+
+async def both():
+    await asyncio.gather(main(), asyncio.sleep(100))
+
+asyncio.run(main())
+"""
+    )
+    assert program.line() == "ready\n"
+    program.process.send_signal(signal.SIGINT)
+    assert program.line() == "goes on\n"
+    program.process.send_signal(signal.SIGTERM)
+    assert program.line() == "goes on\n", "asyncio cancels what is left, once"
+    program.process.kill()
+
+
+def test_ctrl_c_while_waiting_for_the_master_ends_the_program(
+    start: Callable[[str], Started], environ: dict[str, str], free_port: int
+) -> None:
+    environ["ROS_MASTER_URI"] = f"http://localhost:{free_port}/"
+    program = start(PROGRAM.replace("BODY", "pass"))
+    assert program.process.stderr is not None
+    assert b"Unable to immediately register" in program.process.stderr.readline()
+    program.process.send_signal(signal.SIGINT)
+    assert program.end() == (130, "", "")
+
+
+def test_signals_may_stay_with_the_program(start: Callable[[str], Started]) -> None:
+    text = PROGRAM.replace('Node("listener")', 'Node("listener", handle_signals=False)')
+    program = start(
+        "import signal\nsignal.signal(2, lambda *_: print('mine'))\n" + text.replace("BODY", "await asyncio.sleep(100)")
+    )
+    assert program.line() == "ready\n"
+    program.process.send_signal(signal.SIGINT)
+    assert program.line() == "mine\n"
+    program.process.kill()

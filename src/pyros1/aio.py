@@ -14,17 +14,23 @@
     asyncio.run(main())
 
 Messages are received by the node's own threads and handed to the asyncio loop in batches, so that a flood of messages
-costs one wake-up, not one each. Nothing here blocks the asyncio loop: what must talk to the master or to another node
-runs in a worker thread.
+costs one wake-up, not one each; whoever takes them slowly holds the publishers back. Nothing here blocks the asyncio
+loop: what must talk to the master or to another node runs in a worker thread.
+
+SIGINT and SIGTERM end the node: its hooks run, iterations and waits end, and with them the body of ``async with``, so
+that the program comes to its end with exit code 0. Other tasks of the program are its own affair. A second signal ends
+the program at once.
 """
 
 from __future__ import annotations
 
 import asyncio
 import concurrent.futures
+import contextlib
 import threading
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from types import TracebackType
 from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
@@ -34,6 +40,7 @@ from pyros1.node import Node as SyncNode
 from pyros1.node.publisher import Publisher
 from pyros1.node.service_client import ServiceClient
 from pyros1.node.service_server import ServiceServer
+from pyros1.node.signals import SignalHandlers
 from pyros1.node.subscriber import Subscriber
 from pyros1.timing import Time
 
@@ -41,26 +48,36 @@ _M = TypeVar("_M")
 _R = TypeVar("_R")
 
 
+MOST_WAITING = 100
+"""Messages that wait for an iteration without ``queue_size``; then the connections to the publishers fill up."""
+GRACE = 0.5
+"""Seconds that the body of ``async with`` has for ending by itself, when a signal has ended the node."""
+_INTERRUPTED = 130
+
+
 class Messages(Generic[_M]):
     """The messages of one topic, for ``async for``; made by ``Node.messages``. Ends when the node shuts down.
 
     Args:
         loop: the asyncio loop that iterates.
-        limit: most messages that wait; older ones are dropped. None for no limit.
+        limit: most messages that wait; older ones are dropped. None drops nothing: publishers are held back.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, limit: int | None) -> None:
         self._loop = loop
+        self._holds_back = limit is None
         self._waiting: deque[_M] = deque(maxlen=limit)
         self._ready = asyncio.Event()
         self._told = False  # the loop will look
         self._ended = False
-        self._lock = threading.Lock()
+        self._changed = threading.Condition()
         self._subscriber: Subscriber[_M] | None = None
 
     def _push(self, message: _M) -> None:
-        """Take a message, in the reader thread."""
-        with self._lock:
+        """Take a message, in the reader thread, which waits while there are too many."""
+        with self._changed:
+            while self._holds_back and len(self._waiting) >= MOST_WAITING and not self._ended:
+                self._changed.wait(0.5)
             self._waiting.append(message)
             if self._told:
                 return
@@ -73,9 +90,16 @@ class Messages(Generic[_M]):
         except RuntimeError:  # the asyncio loop is closed: nobody listens any more
             self._ended = True
 
+    @property
+    def waiting(self) -> int:
+        """Messages that wait for the iteration."""
+        return len(self._waiting)
+
     def end(self) -> None:
         """End the iteration. Any thread."""
-        self._ended = True
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
         self._tell()
 
     def __aiter__(self) -> AsyncIterator[_M]:
@@ -83,8 +107,10 @@ class Messages(Generic[_M]):
 
     async def __anext__(self) -> _M:
         while True:
-            with self._lock:
+            with self._changed:
                 if self._waiting:
+                    if len(self._waiting) == MOST_WAITING // 2:
+                        self._changed.notify()
                     return self._waiting.popleft()
                 self._told = False
                 self._ready.clear()
@@ -106,31 +132,115 @@ class Messages(Generic[_M]):
         await self.aclose()
 
 
+class _Signals(SignalHandlers):
+    """Handlers in the place of those of asyncio, which cancel the main task and show a KeyboardInterrupt."""
+
+    def _is_default(self, handler: Any) -> bool:
+        runner = getattr(getattr(handler, "func", None), "__self__", None)
+        return super()._is_default(handler) or type(runner).__module__ == "asyncio.runners"
+
+    def _interrupt(self, number: int) -> None:
+        raise SystemExit(128 + number)
+
+
+class _Node(SyncNode):
+    """The node underneath, which is known before it has found its master.
+
+    Args:
+        begins: called with it when it can be ended.
+        options: as for :class:`pyros1.Node`.
+    """
+
+    def __init__(self, begins: Callable[[SyncNode], None], name: str, **options: Any) -> None:
+        self._begins = begins
+        super().__init__(name, **options)
+
+    def _open(self, *args: Any) -> None:
+        self._begins(self)
+        super()._open(*args)
+
+
 class Node:
     """A ROS node for asyncio programs. Use it with ``async with``.
 
     Args:
         name: as for :class:`pyros1.Node`.
-        options: all keyword arguments of :class:`pyros1.Node` but ``callbacks``. ``handle_signals`` is off unless asked
-            for: asyncio programs have their own way with Ctrl-C.
+        handle_signals: end the node on SIGINT and SIGTERM, and then the body of ``async with``, which is cancelled if
+            it does not end by itself soon. Possible in the main thread only.
+        options: all other keyword arguments of :class:`pyros1.Node` but ``callbacks``.
     """
 
-    def __init__(self, name: str, **options: Any) -> None:
-        options.setdefault("handle_signals", False)
-        self._make: Callable[[], SyncNode] = lambda: SyncNode(name, **options)
+    def __init__(self, name: str, *, handle_signals: bool = True, **options: Any) -> None:
+        self._make: Callable[[], SyncNode] = lambda: _Node(self._begins, name, handle_signals=False, **options)
+        self._signals = _Signals(self._on_signal) if handle_signals else None
+        self._ends: asyncio.TimerHandle | None = None  # cancels the body
+        self._cancelled = False
+        self._making: SyncNode | None = None
         self._node: SyncNode | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._streams: WeakSet[Messages[Any]] = WeakSet()
 
     async def __aenter__(self) -> Node:
         self._loop = asyncio.get_running_loop()
-        self._node = await asyncio.to_thread(self._make)
+        self._task = asyncio.current_task()
+        if self._signals is not None:
+            self._signals.install()
+        try:
+            self._node = await asyncio.to_thread(self._make)
+        except BaseException as error:
+            if self._making is not None:
+                self._end_soon("the program does not wait for it")  # the thread goes on after a cancellation
+            if self._signals is not None:
+                self._signals.restore()
+                if self._signals.count and isinstance(error, NodeShutdownError):
+                    raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master
+            raise
         self._node.on_shutdown(self._end_streams)
+        if self._signals is not None and self._signals.count:  # a signal came just before
+            self._set_limit()
         return self
 
-    async def __aexit__(self, *_: object) -> None:
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> bool:
+        if self._ends is not None:
+            self._ends.cancel()
         if self._node is not None:
             await asyncio.to_thread(self._node.shutdown)
+        if self._signals is not None:
+            self._signals.restore()
+        if kind is None:
+            return False
+        if issubclass(kind, asyncio.CancelledError) and self._cancelled:
+            uncancel = getattr(self._task, "uncancel", None)  # there since Python 3.11
+            return uncancel is None or uncancel() == 0
+        return issubclass(kind, NodeShutdownError)  # a wait ended because the node was told to stop
+
+    def _begins(self, node: SyncNode) -> None:
+        self._making = node
+        if self._signals is not None and self._signals.count:
+            self._end_soon("a signal")
+
+    def _end_soon(self, reason: str) -> None:
+        if self._making is not None:
+            self._making._context.loop.call_soon(self._making._life.request, reason)
+
+    def _on_signal(self, number: int) -> None:
+        """Begin the end; in the signal handler, so no lock may be taken."""
+        self._end_soon(f"signal {number}")
+        if self._loop is not None:
+            with contextlib.suppress(RuntimeError):  # the asyncio loop is closed already
+                self._loop.call_soon_threadsafe(self._set_limit)
+
+    def _set_limit(self) -> None:
+        assert self._loop is not None
+        if self._node is not None:
+            self._ends = self._loop.call_later(GRACE, self._cancel)
+
+    def _cancel(self) -> None:
+        if self._task is not None:
+            self._cancelled = True
+            self._task.cancel()
 
     def _end_streams(self) -> None:
         for stream in list(self._streams):
@@ -176,7 +286,8 @@ class Node:
         """Subscribe to a topic; returns when the master knows it.
 
         Args:
-            queue_size: messages that may wait for the iteration; older ones are dropped. None for no limit.
+            queue_size: messages that may wait for the iteration; older ones are dropped. None drops nothing: publishers
+                are held back while some wait.
         """
         assert self._loop is not None
         stream: Messages[_M] = Messages(self._loop, queue_size)

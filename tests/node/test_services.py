@@ -167,8 +167,8 @@ def test_a_persistent_client_may_be_shared_by_threads(server: Any, caller: Any, 
             assert call.join() == [n + i for i in range(50)]
 
 
-def test_too_many_calls_are_refused(server: Any, caller: Any, in_thread: Any) -> None:
-    server._services._workers._most = 3
+def test_too_many_calls_are_refused(server: Any, caller: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.service_server.MOST_CALLS", 3)
     inside, leave = threading.Semaphore(0), threading.Event()
 
     def wait(request: Any) -> Any:
@@ -446,6 +446,130 @@ def test_a_handler_may_call_another_service_of_its_node(make_node: Any, caller: 
     assert caller.service("outer", AddTwoInts)(1, 2).sum == 6
 
 
+def threads_of(node: Any) -> list[str]:
+    return [thread.name for thread in threading.enumerate() if thread.name.startswith(f"{node.name}:service")]
+
+
+def test_idle_and_slow_clients_cost_no_threads_and_hinder_nobody(
+    server: Any, caller: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.service_server.MOST_CALLS", 8)
+    monkeypatch.setattr("pyros1.node.service_link.LINGER", 0.001)
+    server.advertise_service("popular", SetBool, lambda request: (request.data, ""))
+    server.advertise_service("other", Empty, lambda request: {})
+    peers = [raw_peer(server).greet(service="/popular", md5sum="*", callerid="/p", persistent="1") for _ in range(40)]
+    for number, peer in enumerate(peers):
+        assert peer.answer()["service"] == "/popular"
+        peer.sock.sendall(b"\x01\0\0\0\x01" if number % 2 else b"\x01\0")  # a call, or the beginning of one
+        if number % 2:
+            assert peer.take(10)[0] == 1
+    assert len(threads_of(server)) <= 8
+    caller.service("other", Empty)()
+    with caller.service("popular", SetBool, persistent=True) as client:
+        assert client(True).success
+    for number, peer in enumerate(peers):  # whoever waited long is served as before
+        peer.sock.sendall(b"\x01\0\0\0\x01" if number % 2 else b"\0\0\x01")
+        assert peer.take(10)[0] == 1
+
+
+def test_calls_of_one_service_leave_room_for_the_others(
+    server: Any, caller: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.service_server.MOST_CALLS", 1)
+    inside, leave = threading.Event(), threading.Event()
+    server.advertise_service("slow", Empty, lambda request: inside.set() or (leave.wait(10) and {}) or {})
+    server.advertise_service("other", Empty, lambda request: {})
+    call = in_thread(caller.service("slow", Empty))
+    assert inside.wait(5)
+    try:
+        caller.service("other", Empty)()
+        with pytest.raises(ServiceError, match="too many calls of /slow"):
+            caller.service("slow", Empty)()
+    finally:
+        leave.set()
+    call.join()
+
+
+@pytest.mark.parametrize("linger", [0.001, 5.0])
+def test_requests_that_come_together_are_all_answered(
+    server: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch, linger: float
+) -> None:
+    monkeypatch.setattr("pyros1.node.service_link.LINGER", linger)
+    server.advertise_service("s", SetBool, lambda request: (request.data, ""))
+    peer = raw_peer(server)
+    header = {"service": "/s", "md5sum": "*", "callerid": "/raw", "persistent": "1"}
+    peer.sock.sendall(encode_header(header) + b"\x01\0\0\0\x01" * 3 + b"\x01\0")
+    peer.answer()
+    assert [peer.take(10)[5] for _ in range(3)] == [1, 1, 1]
+    peer.sock.sendall(b"\0\0\0")
+    assert peer.take(10)[5] == 0
+    server.shutdown()
+    assert peer.closed()
+
+
+@pytest.mark.parametrize("persistent", [False, True])
+def test_a_node_that_spins_may_call_itself(make_node: Any, persistent: bool) -> None:
+    node = make_node("spinner", callbacks="spin")
+    threads: list[Any] = []
+
+    def add_here(request: Any) -> int:
+        threads.append(threading.current_thread())
+        assert request._connection_header["callerid"] == "/spinner"
+        return add(request)
+
+    node.advertise_service("add", AddTwoInts, add_here)
+    node.advertise_service("twice", AddTwoInts, lambda request: 2 * client(request.a, request.b).sum)
+    with node.service("add", AddTwoInts, persistent=persistent) as client:
+        assert client(1, 2).sum == 3, "before it spins"
+        node.spin_once()
+        assert client.call(AddTwoIntsRequest(3, 4), timeout=5).sum == 7
+        assert node.service("twice", AddTwoInts)(1, 2).sum == 6, "from a handler"
+    assert set(threads) == {threading.current_thread()}
+
+
+def test_a_self_call_that_fails_says_so(make_node: Any, watch_log: Any) -> None:
+    node = make_node("spinner", callbacks="spin")
+    log = watch_log(node)
+    node.advertise_service("bad", Empty, lambda request: 1 // 0)
+    with pytest.raises(ServiceError, match="division"):
+        node.service("bad", Empty)()
+    log.saw("ZeroDivisionError")
+    with pytest.raises(ServiceError, match="md5sums do not match"):
+        node.service("bad", Trigger)()
+
+
+def test_a_self_call_of_another_thread_waits_for_the_one_that_spins(make_node: Any, in_thread: Any) -> None:
+    node = make_node("spinner", callbacks="spin")
+    threads: list[Any] = []
+    node.advertise_service("s", Empty, lambda request: threads.append(threading.current_thread()) or {})
+    call = in_thread(node.service("s", Empty))
+    while not threads:
+        assert call.thread.is_alive()
+        node.spin_once(5.0)
+    call.join()
+    assert threads == [threading.current_thread()]
+
+
+def test_a_self_call_goes_to_whoever_the_master_names(make_node: Any) -> None:
+    node = make_node("spinner", callbacks="spin")
+    node.advertise_service("s", Trigger, lambda request: (True, "first"))
+    make_node("other").advertise_service("s", Trigger, lambda request: (True, "second"))
+    assert node.service("s", Trigger)().message == "second"
+
+
+def test_a_call_that_nobody_spins_for_is_told(
+    make_node: Any, caller: Any, in_thread: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.service_server.PATIENCE", 0.0)
+    node = make_node("spinner", callbacks="spin")
+    log = watch_log(node)
+    node.advertise_service("s", Empty, lambda request: {})
+    call = in_thread(caller.service("s", Empty))
+    log.saw("a call of /s by /caller waits until this program spins")
+    node.spin_once(5.0)
+    call.join()
+
+
 def test_types_by_name(server: Any, caller: Any) -> None:
     server.advertise_service("~s", "std_srvs/Trigger", lambda request: (True, ""))
     assert caller.service("/server/s", "std_srvs/Trigger")().success
@@ -456,7 +580,7 @@ def test_types_by_name(server: Any, caller: Any) -> None:
 
 def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A client that sends byte after byte keeps no thread for longer than REQUEST_TIMEOUT."""
-    monkeypatch.setattr("pyros1.node.service_server.REQUEST_TIMEOUT", 0.2)
+    monkeypatch.setattr("pyros1.node.service_link.REQUEST_TIMEOUT", 0.2)
     server = make_node("server")
     server.advertise_service("s", SetBool, lambda request: (True, ""))
     header = {"callerid": "/slow", "service": "/s", "md5sum": "*", "persistent": "1"}

@@ -16,12 +16,13 @@ WaitOver = (BlockingIOError, TimeoutError)
 """What a call raises when the wait is over."""
 
 
-def bound_waits(sock: socket.socket, seconds: float) -> bool:
+def bound_waits(sock: socket.socket, seconds: float, receive: float | None = None) -> bool:
     """Let each receive and send on a socket wait for so long at most.
 
     Args:
         sock: a connected socket.
         seconds: above 0.
+        receive: the same for receiving; None: as for sending. Only the kernel can tell them apart.
 
     Returns:
         Whether the kernel does it; else Python does, with `settimeout`.
@@ -29,9 +30,13 @@ def bound_waits(sock: socket.socket, seconds: float) -> bool:
     if not _DIRECT:
         sock.settimeout(seconds)
         return False
-    whole = int(seconds)
-    value = struct.pack("@ll", whole, max(1, int((seconds - whole) * 1e6)))
     sock.settimeout(None)
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, value)
+    value = _timeval(seconds)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, value if receive is None else _timeval(receive))
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, value)
     return True
+
+
+def _timeval(seconds: float) -> bytes:
+    whole = int(seconds)
+    return struct.pack("@ll", whole, max(1, int((seconds - whole) * 1e6)))

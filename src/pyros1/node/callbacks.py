@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Callable
 
@@ -14,6 +15,7 @@ class CallbackQueue:
     def __init__(self) -> None:
         self._ready: deque[Callable[[], object]] = deque()
         self._changed = Bell()
+        self._runner: int | None = None  # the thread that spins
 
     def __len__(self) -> int:
         return len(self._ready)
@@ -27,12 +29,19 @@ class CallbackQueue:
         """End all waits, with or without callbacks."""
         self._changed.ring()
 
+    def runs_here(self) -> bool:
+        """Tell whether the calling thread is the one that runs callbacks: the one that spun last, else the main one."""
+        if self._runner is None:
+            return threading.current_thread() is threading.main_thread()
+        return self._runner == threading.get_ident()
+
     def wait(self, timeout: float) -> bool:
         """Wait until there is a callback, at most ``timeout`` seconds; tell whether there is one."""
         return self._changed.wait(lambda: self._ready, timeout)
 
     def run_available(self) -> int:
         """Run what is queued now, not what these callbacks add; return how many were run."""
+        self._runner = threading.get_ident()
         count = len(self._ready)
         for done in range(count):
             try:

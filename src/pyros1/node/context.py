@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pyros1.node.callbacks import CallbackQueue
     from pyros1.node.log import Log
     from pyros1.node.publication import Publication
+    from pyros1.node.service_server import ServiceServer
 
 _MOST_HOSTS = 1000
 
@@ -36,6 +37,7 @@ class Context:
         address: where it listens and how it is reached, once that is known.
         stopping: set when the node begins to shut down; every wait ends then.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
+        services: what it provides, by name; changed in the same way.
     """
 
     def __init__(
@@ -58,6 +60,7 @@ class Context:
         self.address: LocalAddress | None = None
         self.stopping = stopping
         self.publications: dict[str, Publication] = {}
+        self.services: dict[str, ServiceServer] = {}
         self._unknown_hosts: set[str] = set()
 
     @cached_property

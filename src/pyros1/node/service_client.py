@@ -32,6 +32,7 @@ from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
     from pyros1.node.context import Context
+    from pyros1.node.service_server import ServiceServer
 
 CONNECT_TIMEOUT = 10.0
 PROBE_TIMEOUT = 5.0
@@ -183,6 +184,10 @@ class ServiceClient:
         frame = request.__class__._encode_frame(request)
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         deadline = None if timeout is None else monotonic() + timeout
+        if self._own() is not None:
+            server = self._own(self._look_up())
+            if server is not None:
+                return self._call_here(server, data)
         if not self._persistent:
             return self._exchange(self._connect(deadline), data)
         with self._lock:
@@ -191,15 +196,38 @@ class ServiceClient:
             self._kept.deadline = deadline
             return self._exchange(self._kept, data)
 
-    def _connect(self, deadline: float | None) -> _Call:
+    def _own(self, uri: str | None = None) -> ServiceServer | None:
+        """Return our own node's service of that name if its handler could only run in this thread, which would wait.
+
+        Args:
+            uri: where the master says that it is; None if that is not known yet.
+        """
+        context = self._context
+        server = (
+            context.services.get(self.name) if context.callbacks is not None and context.callbacks.runs_here() else None
+        )
+        if server is None or server.type._md5sum != self.type._md5sum or uri not in (None, server.uri):
+            return None
+        return server
+
+    def _call_here(self, server: ServiceServer, request: bytes) -> Any:
+        header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
+        answer = server.call_here(request, header)
+        ok, _ = decode_response_head(answer[:RESPONSE_HEAD_SIZE])
+        return self._read_response(ok, answer[RESPONSE_HEAD_SIZE:])
+
+    def _look_up(self) -> str:
+        """Ask the master where the service is."""
         self._context.check_running()
         try:
-            uri = self._master.lookup_service(self.name)
+            return self._master.lookup_service(self.name)
         except MasterUnreachableError as error:
             raise ServiceError(f"service [{self.name}] cannot be looked up: {error}") from error
         except MasterError:
             raise ServiceUnavailableError(f"service [{self.name}] unavailable: nobody provides it") from None
-        return _Call(self._context, self.name, uri, deadline)
+
+    def _connect(self, deadline: float | None) -> _Call:
+        return _Call(self._context, self.name, self._look_up(), deadline)
 
     def _exchange(self, call: _Call, request: bytes) -> Any:
         """Send the request, with the greeting if the connection is new, and return the response."""
@@ -225,10 +253,12 @@ class ServiceClient:
                 if call is self._kept:
                     self._kept = None  # the next call connects anew
                 call.close()
+        return self._read_response(ok, body)
+
+    def _read_response(self, ok: bool, body: bytes) -> Any:
         if not ok:
             raise ServiceError(f"service [{self.name}] responded with an error: {body.decode('utf-8', 'replace')}")
-        response = self.type._response_class._decode(body, 0, len(body))
-        return response
+        return self.type._response_class._decode(body, 0, len(body))
 
     def _greet(self, call: _Call) -> None:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)

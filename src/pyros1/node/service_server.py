@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import socket
 import threading
 from collections.abc import Callable
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import MessageError, NodeError, ProtocolError
+from pyros1.errors import MessageError, NodeError
 from pyros1.msgs import Message, Service
-from pyros1.net.timeouts import WaitOver, bound_waits
-from pyros1.wire.framing import FrameBuffer
+from pyros1.node.log import WARN
+from pyros1.node.service_link import ServiceLink
 from pyros1.wire.handshake import ServiceType, answer_service_client, is_true
 from pyros1.wire.header import encode_header
 from pyros1.wire.service import encode_failure, encode_success
@@ -21,8 +20,10 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.workers import Workers
 
-REQUEST_TIMEOUT = 30.0
-"""Seconds that a client has for sending a request, once it has begun."""
+MOST_CALLS = 256
+"""Calls of one service that may be under way; more are refused."""
+PATIENCE = 5.0
+"""Seconds that a call waits for the program to spin before the log says so."""
 
 
 def service_type(service_class: type[Service]) -> ServiceType:
@@ -41,6 +42,7 @@ class ServiceServer:
     Attributes:
         name: full name.
         type: the service class.
+        uri: under which it is registered.
     """
 
     def __init__(
@@ -48,6 +50,7 @@ class ServiceServer:
         context: Context,
         workers: Workers,
         name: str,
+        uri: str,
         service_class: type[Service],
         handler: Callable[[Any], Any],
         unregister: Callable[[ServiceServer], None],
@@ -55,13 +58,15 @@ class ServiceServer:
     ) -> None:
         self._callbacks = None if direct else context.callbacks  # None: the handler runs in the call's thread
         self.name = name
+        self.uri = uri
         self.type = service_class
         self._context = context
         self._workers = workers
         self._wire_type = service_type(service_class)
         self._handler = handler
         self._unregister: Callable[[ServiceServer], None] | None = unregister
-        self._clients: set[socket.socket] = set()
+        self._links: set[ServiceLink] = set()
+        self._under_way = 0
         self._lock = threading.Lock()
         self._closed = False
 
@@ -70,7 +75,6 @@ class ServiceServer:
 
         Raises:
             Refusal: the client wants another type.
-            ProtocolError: too many calls are under way.
         """
         answer = encode_header(answer_service_client(header, self._context.name, self.name, self._wire_type))
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -78,51 +82,58 @@ class ServiceServer:
             sock.send(answer)
             sock.close()
             return
+        link = ServiceLink(
+            self._context.loop, sock, header, first, self._answer, self._submit, self._may_linger, self._forget
+        )
         with self._lock:
-            self._clients.add(sock)
-        if not self._workers.submit(lambda: self._serve(sock, header, answer, first)):
-            with self._lock:
-                self._clients.discard(sock)  # still open: the caller is told why
-            raise ProtocolError(f"too many calls of {self.name} are under way, try again later")
+            self._links.add(link)
+            if self._closed:
+                link.end()
+        link.begin(answer)
 
-    def _serve(self, sock: socket.socket, header: dict[str, str], answer: bytes, first: bytes) -> None:
-        persistent = is_true(header.get("persistent"))
-        buffer = FrameBuffer(4096, first=first)
-        try:
-            bound_waits(sock, REQUEST_TIMEOUT)
-            sock.sendall(answer)
-            frames = buffer.received(0)
-            begun = monotonic()  # when the first byte of the current request came
-            while not self._closed:
-                data = buffer.take(frames) if frames else b""
-                for start, end in frames:
-                    sock.sendall(self._answer(data, start, end, header))
-                    if not persistent:
-                        return
-                frames, fresh = [], not buffer.partial
-                try:
-                    count = sock.recv_into(buffer.writable())
-                except WaitOver:
-                    if persistent and not buffer.partial:
-                        continue  # an idle persistent connection
-                    return
-                if not count:
-                    return
-                frames = buffer.received(count)
-                if fresh:
-                    begun = monotonic()
-                elif not frames and monotonic() - begun > REQUEST_TIMEOUT:
-                    raise ProtocolError(f"its request was not complete after {REQUEST_TIMEOUT:g} s")
-        except (OSError, ProtocolError) as error:
-            if not self._closed and not isinstance(error, ConnectionError):
-                self._context.log.warn("call of %s by %s broke: %s", self.name, header.get("callerid", "?"), error)
-        finally:
-            self._forget(sock)
-
-    def _forget(self, sock: socket.socket) -> None:
+    def _submit(self, job: Callable[[], None]) -> str | None:
+        """Run a job in a thread; return why not, if it cannot be."""
         with self._lock:
-            self._clients.discard(sock)
-        sock.close()
+            if self._under_way >= MOST_CALLS:
+                return f"too many calls of {self.name} are under way, try again later"
+            self._under_way += 1
+
+        def run() -> None:
+            try:
+                job()
+            finally:
+                with self._lock:
+                    self._under_way -= 1
+
+        if self._workers.submit(run):
+            return None
+        with self._lock:
+            self._under_way -= 1
+        return f"too many calls of services of {self._context.name} are under way, try again later"
+
+    def _may_linger(self) -> bool:
+        return self._under_way < MOST_CALLS // 2 and not self._closed
+
+    def _forget(self, link: ServiceLink, error: Exception | None) -> None:
+        with self._lock:
+            self._links.discard(link)
+        if error is not None and not self._closed and not isinstance(error, ConnectionError):
+            who = link.header.get("callerid", "?")
+            self._context.log.peer(WARN, "call of %s by %s broke: %s", self.name, who, error)
+
+    def call_here(self, frame: bytes, header: dict[str, str]) -> bytes:
+        """Answer a call of our own node in the thread that makes it.
+
+        Args:
+            frame: the request, with its length in front.
+            header: as a client would send it.
+
+        Returns:
+            The bytes that answer the request.
+        """
+        request = self.type._request_class._decode(frame, 4, len(frame))
+        request._connection_header = header
+        return self._handle(request)
 
     def _answer(self, data: bytes, start: int, end: int, header: dict[str, str]) -> bytes:
         """Return the bytes that answer one request."""
@@ -142,9 +153,14 @@ class ServiceServer:
             done.set()
 
         callbacks.push(run)
+        said_at = monotonic() + PATIENCE
         while not done.wait(0.2):
             if self._closed or self._context.stopping.is_set():
                 return encode_failure(f"service [{self.name}] is shutting down")
+            if monotonic() > said_at:
+                said_at = float("inf")
+                who = header.get("callerid", "?")
+                self._context.log.peer(WARN, "a call of %s by %s waits until this program spins", self.name, who)
         return answers[0]
 
     def _handle(self, request: Message) -> bytes:
@@ -181,10 +197,9 @@ class ServiceServer:
         """End all calls; their callers get an error."""
         with self._lock:
             self._closed = True
-            clients = list(self._clients)
-        for sock in clients:
-            with contextlib.suppress(OSError):
-                sock.shutdown(socket.SHUT_RD)  # a call under way may still answer
+            links = list(self._links)
+        for link in links:
+            link.end()
 
     def shutdown(self, reason: str = "") -> None:
         """Stop providing the service.

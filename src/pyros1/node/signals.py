@@ -53,9 +53,16 @@ class SignalHandlers:
         if counts and self.count == 1:
             self._on_signal(number)
         previous = self._previous.get(number)
-        if callable(previous) and previous is not signal.default_int_handler:
+        if callable(previous) and not self._is_default(previous):
             previous(number, frame)
         elif counts and self.count > 1:
-            if number == signal.SIGTERM:
-                raise SystemExit(128 + number)
-            raise KeyboardInterrupt
+            self._interrupt(number)
+
+    def _is_default(self, handler: Any) -> bool:
+        """Tell whether ours takes the place of that handler, which nobody has installed on purpose."""
+        return handler is signal.default_int_handler
+
+    def _interrupt(self, number: int) -> None:
+        if number == signal.SIGTERM:
+            raise SystemExit(128 + number)
+        raise KeyboardInterrupt

@@ -1,0 +1,175 @@
+"""A client's connection to a service of ours.
+
+States::
+
+    waiting ──────────────> answering ──────────────> closed
+      ^   a whole request       │   not persistent
+      └─────────────────────────┘   persistent
+
+* *waiting*: on the loop, for a whole request. A client that sends nothing, or byte after byte, costs no thread. A
+  request must be complete some time after its first byte; a client that has one call must begin it in that time, too.
+* *answering*: in a worker's thread, until the response is sent. A persistent client that asks again at once is answered
+  there at once, without the way over the loop.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pyros1.errors import ProtocolError
+from pyros1.net.loop import READ
+from pyros1.net.timeouts import WaitOver, bound_waits
+from pyros1.wire.framing import FrameBuffer
+from pyros1.wire.handshake import is_true
+from pyros1.wire.service import encode_failure
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import Loop, TimerHandle
+
+REQUEST_TIMEOUT = 30.0
+"""Seconds that a client has for sending a request, once it has begun, and for taking the response."""
+LINGER = 0.05
+"""Seconds that a worker waits for the next request of a persistent client."""
+
+Frames = list[tuple[int, int]]
+
+
+class ServiceLink:
+    """One connection.
+
+    Args:
+        loop: the node's.
+        sock: connected, non-blocking.
+        header: the client's.
+        first: what came behind the header.
+        answer: ``answer(data, start, end, header)`` returns the bytes that answer a request; runs in a worker.
+        submit: ``submit(job)`` runs a job in a worker, or returns why it cannot.
+        may_linger: whether a worker may wait a moment for more.
+        on_closed: called once, with the link and what went wrong, None if nothing did.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        sock: socket.socket,
+        header: dict[str, str],
+        first: bytes,
+        answer: Callable[[bytes, int, int, dict[str, str]], bytes],
+        submit: Callable[[Callable[[], None]], str | None],
+        may_linger: Callable[[], bool],
+        on_closed: Callable[[ServiceLink, Exception | None], None],
+    ) -> None:
+        self.header = header
+        self._loop = loop
+        self._sock = sock
+        self._answer = answer
+        self._submit = submit
+        self._may_linger = may_linger
+        self._on_closed = on_closed
+        self._persistent = is_true(header.get("persistent"))
+        self._buffer = FrameBuffer(4096, first=first)
+        self._timer: TimerHandle | None = None
+        self._ending = False
+
+    def begin(self, greeting: bytes) -> None:
+        """Send our header and wait for a request. On the loop."""
+        try:
+            if self._sock.send(greeting) < len(greeting):
+                raise ProtocolError("it takes no data")
+            frames = self._buffer.received(0)
+        except (OSError, ProtocolError) as error:
+            self._close(error)
+            return
+        if frames:
+            self._hand_over(frames)
+        else:
+            self._wait()
+
+    def end(self) -> None:
+        """Close when the call under way, if there is one, is answered. Any thread."""
+        self._ending = True
+        with contextlib.suppress(OSError):
+            self._sock.shutdown(socket.SHUT_RD)  # wakes whoever waits for a request
+
+    # ---- waiting, on the loop
+
+    def _wait(self) -> None:
+        if self._ending:
+            self._close(None)
+            return
+        self._sock.setblocking(False)
+        self._loop.register(self._sock, READ, self._readable)
+        if self._buffer.partial or not self._persistent:
+            self._timer = self._loop.call_later(REQUEST_TIMEOUT, self._late)
+
+    def _late(self) -> None:
+        self._loop.unregister(self._sock)
+        begun = self._buffer.partial
+        self._close(ProtocolError(f"its request was not complete after {REQUEST_TIMEOUT:g} s") if begun else None)
+
+    def _readable(self, _mask: int) -> None:
+        fresh = not self._buffer.partial
+        try:
+            count = self._sock.recv_into(self._buffer.writable())
+            if not count:
+                self._stop_waiting()
+                self._close(None)
+                return
+            frames = self._buffer.received(count)
+        except BlockingIOError:
+            return
+        except (OSError, ProtocolError) as error:
+            self._stop_waiting()
+            self._close(error)
+            return
+        if frames:
+            self._stop_waiting()
+            self._hand_over(frames)
+        elif fresh and self._timer is None:
+            self._timer = self._loop.call_later(REQUEST_TIMEOUT, self._late)
+
+    def _stop_waiting(self) -> None:
+        self._loop.unregister(self._sock)
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _hand_over(self, frames: Frames) -> None:
+        refusal = self._submit(lambda: self._serve(frames))
+        if refusal is not None:
+            with contextlib.suppress(OSError):
+                self._sock.send(encode_failure(refusal))
+            self._close(ProtocolError(refusal))
+
+    # ---- answering, in a worker
+
+    def _serve(self, frames: Frames) -> None:
+        sock, buffer, header = self._sock, self._buffer, self.header
+        try:
+            bounded = bound_waits(sock, REQUEST_TIMEOUT, LINGER)
+            while frames:
+                data = buffer.take(frames)
+                for start, end in frames:
+                    sock.sendall(self._answer(data, start, end, header))
+                    if not self._persistent or self._ending:
+                        self._close(None)
+                        return
+                frames = []
+                if bounded and not buffer.partial and self._may_linger():
+                    with contextlib.suppress(*WaitOver):
+                        count = sock.recv_into(buffer.writable())
+                        if not count:
+                            self._close(None)
+                            return
+                        frames = buffer.received(count)
+        except (OSError, ProtocolError) as error:
+            self._close(error)
+        else:
+            self._loop.call_soon(self._wait)
+
+    def _close(self, error: Exception | None) -> None:
+        self._sock.close()
+        self._on_closed(self, error)
