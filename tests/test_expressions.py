@@ -174,7 +174,7 @@ def test_launch_files_join_replace_and_format() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["round(1, -999999999)", "sum([[1]] * 400000, [])", "str([0] * 400000) * 9", "sorted([1], key=abs)"]
+    "text", ["round(1, -999999999)", "sum([[1]] * 400000, [])", "str([0] * 400000) * 9", "sorted([1], key=str)"]
 )
 def test_filters_keep_the_bounds_in_calls_too(text: str) -> None:
     with pytest.raises(ExpressionError):

@@ -27,7 +27,7 @@ LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
 OUTSIDE = {"__init__", "__main__", "packages"}  # the public API, the start of `python -m pyros1`, users' programs
 
 IMPURE = {"socket", "selectors", "select", "threading", "time", "subprocess", "asyncio", "signal", "multiprocessing"}
-PURE = ["errors.py", "names.py", "timing.py", "expressions.py", "suggest.py", "shown.py", "values", "wire", "msgs"]
+PURE = ["errors.py", "names.py", "timing.py", "expressions", "suggest.py", "shown.py", "values", "wire", "msgs"]
 
 
 def sources() -> list[Path]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyros1.msgs.geometry_msgs.msg import PoseStamped
-from pyros1.msgs.std_msgs.msg import String
+from pyros1.msgs.std_msgs.msg import String, UInt8MultiArray
 
-from pyros1.cli.expression import Expression, ExpressionError
+from pyros1.cli.expression import Expression, ExpressionError, MessageLanguage
 from pyros1.timing import Time
 
 
@@ -45,9 +46,34 @@ def test_expression_has_the_value_that_python_gives_it(text: str, value: object)
         "open('x')",
         "eval('1')",
         "(lambda: 1)()",
-        "[x for x in m.data]",
-        "m.data.format(1)",
-        "f'{m}'",
+        "[x._type for x in [m]]",
+        "'{0.__class__}'.format(m)",
+        "f'{m.__class__}'",
+        "getattr(m, '__class__')",
+        "getattr(m, '_type', 5)",
+        "getattr(m, 'serialize')",
+        "hasattr(m, '_' + 'type')",
+        "getattr(getattr, 'func')",
+        "str.join",
+        "map.func",
+        "math.os",
+        "math.factorial(5)",
+        "factorial(5)",
+        "sorted([m], key=getattr)",
+        "sorted([1], key=str)",
+        "max([1], key=m.data.join)",
+        "(m for m in [1]).gi_frame",
+        "type(m)",
+        "[*m.data]",
+        "print(1)",
+        "globals()",
+        "vars(m)",
+        "m.data.encode().decode",
+        "m.data.expandtabs(10 ** 9)",
+        "m.data.translate({})",
+        "'%s' % m.__dict__",
+        "[x := 1]",
+        "[y for x.data in [m]]",
         "m.data.startswith(x=1)",
         "(((",
         "",
@@ -62,10 +88,52 @@ def test_what_could_harm_is_refused(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["9 ** 9 ** 9", "1 << 99999", "'x' * 10 ** 9", "'%0999999999d' % 1", "m.serialize(1)", "m.nope"]
+    "text",
+    [
+        *("9 ** 9 ** 9", "1 << 99999", "'x' * 10 ** 9", "'%0999999999d' % 1", "m.serialize(1)", "m.nope"),
+        *("pow(9, 10 ** 9)", "range(10 ** 9)", "list(range(10 ** 9))", "m.data * 10 ** 9", "'a'.zfill(10 ** 9)"),
+        *(
+            "f'{1:999999999}'",
+            "f'{1:{10 ** 9}}'",
+            "'{:999999999}'.format(1)",
+            "format(1, '999999999')",
+            "1000001 * [m]",
+        ),
+        *(
+            "'x'.join(['y'] * 999999)",
+            "('a' * 9999).replace('a', 'b' * 9999)",
+            "[2 ** 4000] * 999999",
+            "m.data.ljust(2 ** 40)",
+        ),
+        "str([2 ** 4000] * 999999)",
+        "list(map(('ab' * 400000).join, ['xyz'] * 9))",
+        "round(1, -999999999)",
+        "int('9' * 999999)",
+    ],
 )
 def test_an_operation_that_would_never_end_or_is_no_field_is_an_error(text: str) -> None:
     with pytest.raises(ExpressionError):
+        Expression(text)({"m": String("x")})
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[0 for a in range(9999) for b in range(9999)]",
+        "any(0 for a in range(9999) for b in range(9999))",
+        "sum(len(sorted(range(9999))) for a in range(999999))",
+        "any(a in m.data for a in ['b'] * 900000)",
+        "any((m.data + 'x' * 900000).count('y') for a in range(900000))",
+        "any(len((m.data * 900000)[1:]) < 1 for a in range(900000))",
+        "any(m.data * 900000 == m.data * 900001 for a in range(900000))",
+        "[[[a for a in range(99)] for b in range(999)] for c in range(999)]",
+        "min(sorted(range(900000)) for a in range(9999))",
+    ],
+)
+def test_work_that_piles_up_is_an_error(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
+    monkeypatch.setattr(MessageLanguage, "max_steps", 20_000)
+    monkeypatch.setattr(MessageLanguage, "max_work", 3_000_000)
+    with pytest.raises(ExpressionError, match=r"too much to calculate|too many items|too large"):
         Expression(text)({"m": String("x")})
 
 
@@ -73,3 +141,50 @@ def test_an_operation_that_would_never_end_or_is_no_field_is_an_error(text: str)
 def test_any_text_is_an_expression_or_the_documented_error(text: str) -> None:
     with contextlib.suppress(ExpressionError):
         Expression(text)({"m": String("x"), "topic": "/t"})
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("hasattr(m, 'header') and not hasattr(m, 'data')", True),
+        ("hasattr(m.header, 'frame_' + 'id')", True),
+        ("getattr(m, 'pose').position.x", 4.0),
+        ("getattr(m, 'nope', None) is None", True),
+        ("any(c == 'a' for c in m.header.frame_id)", True),
+        ("all(len(w) == 3 for w in 'abc def'.split())", True),
+        ("[c.upper() for c in m.header.frame_id if c != 'a']", ["M", "P"]),
+        ("{c: i for i, c in enumerate('ab')}", {"a": 0, "b": 1}),
+        ("{x % 2 for x in range(5)}", {0, 1}),
+        ("sum(x ** 2 for x in [1, 2, 3]) / 3.0 > 4", True),
+        ("f'{m.header.frame_id}:{m.pose.position.x:.2f}'", "map:4.00"),
+        ("f'{m.header.frame_id!r:>8}'", "   'map'"),
+        ("'{} at {:.1f}'.format(topic, m.header.stamp.to_sec())", "/t at 1.5"),
+        ("'%s' % m.header.frame_id in ('map', 'odom')", True),
+        ("m.header.frame_id[::-1].replace('p', 'b').title()", "Bam"),
+        ("','.join(sorted(m.header.frame_id))", "a,m,p"),
+        ("math.sqrt(m.pose.position.x) == sqrt(4) and math.pi == pi", True),
+        ("math.hypot(m.pose.position.x, 3)", 5.0),
+        ("round(m.pose.position.x / 3, 2)", 1.33),
+        ("abs(min(-1, 2)) + max([1, 2], key=abs) + max([], default=3)", 6),
+        ("sorted(['bb', 'a'], key=len, reverse=True)", ["bb", "a"]),
+        ("[a + b for a, b in zip([1, 2], [3, 4])]", [4, 6]),
+        ("isinstance(topic, str) and str(1) == '1'", True),
+        ("list(filter(None, map(int, '102')))", [1, 2]),
+        ("dict(a=1).get('b', 2)", 2),
+        ("bool({1, 2} & {2}) or b'x'.count(b'x')", True),
+    ],
+)
+def test_what_people_write(text: str, value: object) -> None:
+    message = PoseStamped()
+    message.pose.position.x = 4.0
+    message.header.frame_id = "map"
+    message.header.stamp = Time(1, 500_000_000)
+    names = {"m": message, "topic": "/t"}
+    assert Expression(text)(names) == value
+    assert eval(text, {"math": math, "sqrt": math.sqrt, "pi": math.pi, **names}) == value  # noqa: S307 - those above
+
+
+def test_a_large_message_can_be_looked_through() -> None:
+    names = {"m": UInt8MultiArray(data=bytes(3_000_000))}
+    assert Expression("max(m.data) == 0 and sum(m.data) == 0 and len(m.data) > 5 and 1 not in m.data")(names)
+    assert not Expression("any(x > 3 for x in m.data[:200000])")(names)

@@ -1,53 +1,41 @@
-"""Expressions that users give to ``--filter``: Python's syntax, but nothing that could harm (`pyros1.expressions`)."""
+"""Expressions of messages, such as users give to ``--filter``: Python, but nothing that could harm.
+
+The language is that of `pyros1.expressions`.
+"""
 
 from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 from pyros1.expressions import ExpressionError, Interpreter
+from pyros1.expressions.functions import MATH, functions, method
 from pyros1.msgs import Message
 from pyros1.timing import TVal
 
-__all__ = ["FUNCTIONS", "STRING_METHODS", "TIME_METHODS", "Expression", "ExpressionError"]
+__all__ = ["FUNCTIONS", "MAX_ITEMS", "TIME_METHODS", "Expression", "ExpressionError"]
 
-_MAX_DIGITS = 400
-
-
-def _round(number: Any, digits: int | None = None) -> Any:
-    """round(), which for an integer would calculate any power of ten."""
-    if digits is not None and abs(digits) > _MAX_DIGITS:
-        raise ValueError("that many digits cannot be rounded to")
-    return round(number, digits)
-
-
-def _sum(numbers: Iterable[Any]) -> Any:
-    """sum(), of numbers only: lists would be copied again with every step."""
-    return sum(numbers)
-
-
+MAX_ITEMS = 1_000_000
+"""Greatest size of a value: the text of a message, for one, may be long."""
 FUNCTIONS: dict[str, Callable[..., Any]] = {
-    **{f.__name__: f for f in (abs, all, any, bool, float, int, len, max, min, sorted, str)},
-    **{f.__name__: f for f in (math.sqrt, math.sin, math.cos, math.atan2, math.hypot, math.isnan, math.isinf)},
-    "round": _round,
-    "sum": _sum,
+    **functions(MAX_ITEMS),
+    **{name: MATH[name] for name in ("sqrt", "sin", "cos", "atan2", "hypot", "isnan", "isinf")},
 }
-"""Functions that every expression may call."""
-STRING_METHODS = frozenset(
-    {"startswith", "endswith", "find", "count", "lower", "upper", "strip", "lstrip", "rstrip", "split", "isdigit"}
-)
-"""What expressions may use of texts."""
+"""Functions that every expression may call, besides hasattr and getattr."""
 TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "is_zero"})
 """What expressions may use of times and durations."""
+_KEYS = frozenset({"abs", "float", "int", "len"})
+"""Functions that may be the key of sorted, min and max: those whose values are small."""
+_LOOKS = frozenset({"getattr", "hasattr"})
 
 
 class Expression:
     """A checked expression.
 
     Args:
-        text: for example ``m.data > 3 and 'x' in m.name``.
+        text: for example ``m.data > 3 and any('x' in name for name in m.names)``.
 
     Raises:
         ExpressionError: it is malformed or uses what is not allowed.
@@ -75,33 +63,63 @@ class Expression:
             raise ExpressionError(f"[{self.text}]: {error}") from None
 
 
-class _Filter(Interpreter):
-    nodes = Interpreter.nodes | {ast.Attribute, ast.Call}
-    max_items = 1_000_000  # the text of a message, for one, may be long
+class MessageLanguage(Interpreter):
+    """What expressions of messages have in common, here and in topic_tools; see `Interpreter`."""
+
+    nodes = Interpreter.nodes | {
+        *(ast.Attribute, ast.Call, ast.Dict, ast.Set, ast.JoinedStr, ast.FormattedValue),
+        *(ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp),
+    }
+    max_items = MAX_ITEMS
+    max_steps = MAX_ITEMS // 2
+    formatting = True
+
+    def check(self, node: ast.AST) -> None:
+        """Refuse a node of the tree; see `Interpreter`."""
+        super().check(node)
+        if not isinstance(node, ast.keyword) or node.arg != "key":
+            return
+        if not isinstance(node.value, ast.Name) or node.value.id not in _KEYS:
+            raise ExpressionError(f"key can only be one of: {', '.join(sorted(_KEYS))}")
+
+    def name(self, name: str, names: Mapping[str, Any]) -> Any:
+        """Return what a name stands for; see `Interpreter`."""
+        if name in names:
+            return names[name]
+        if name in _LOOKS:
+            return self.has if name == "hasattr" else self.get
+        if name in FUNCTIONS:
+            return FUNCTIONS[name]
+        raise ExpressionError(f"there is no name {name!r}; there are: {self.known(names)}")
+
+    def known(self, names: Mapping[str, Any]) -> str:
+        """Return what is there, for an error's text."""
+        return ", ".join(sorted(names))
+
+    def attribute(self, owner: Any, name: str) -> Any:
+        """Return a field of a message, or what is of use of times, texts and other plain values; see `Interpreter`."""
+        if isinstance(owner, Message):
+            allowed = name in owner.__slots__ or name.isupper()
+        else:
+            allowed = isinstance(owner, TVal) and name in TIME_METHODS
+        if allowed:
+            return getattr(owner, name)
+        return method(owner, name, self.max_items) or super().attribute(owner, name)
+
+
+class _Filter(MessageLanguage):
+    modules: ClassVar = {"math": MATH}
 
     def check(self, node: ast.AST) -> None:
         super().check(node)
-        if isinstance(node, ast.Call):
-            if node.keywords:
-                raise ExpressionError("only plain function calls are possible")
-            if isinstance(node.func, ast.Name) and node.func.id not in FUNCTIONS:
-                raise ExpressionError(f"there is no function {node.func.id}; there are: {', '.join(sorted(FUNCTIONS))}")
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not is_function(node.func.id):
+            known = ", ".join(sorted({*FUNCTIONS, *_LOOKS}))
+            raise ExpressionError(f"there is no function {node.func.id}; there are: {known}")
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
-        if name in names:
-            return names[name]
-        if name == "pi":
-            return math.pi
-        if name in FUNCTIONS:
-            return FUNCTIONS[name]
-        raise ExpressionError(f"there is no name {name!r}; there are: {', '.join(sorted(names))}")
+        return math.pi if name == "pi" and name not in names else super().name(name, names)
 
-    def attribute(self, owner: Any, name: str) -> Any:
-        """Fields of messages, and what is of use of times and texts."""
-        if isinstance(owner, Message):
-            allowed = name in owner.__slots__ or name.isupper()
-        elif isinstance(owner, TVal):
-            allowed = name in TIME_METHODS
-        else:
-            allowed = isinstance(owner, str) and name in STRING_METHODS
-        return getattr(owner, name) if allowed else super().attribute(owner, name)
+
+def is_function(name: str) -> bool:
+    """Whether every expression may call a function of that name."""
+    return name in FUNCTIONS or name in _LOOKS

@@ -53,8 +53,8 @@ def _around(here: str) -> list[str]:
 def _packages_in(folder: str) -> Iterator[str]:
     try:
         with os.scandir(folder) as entries:
-            some = islice(entries, _MOST_ENTRIES)
-            names = sorted(entry.name for entry in some if entry.name[0] != "." and not entry.is_file(follow_symlinks=False))
+            some = (entry for entry in islice(entries, _MOST_ENTRIES) if entry.name[0] != ".")
+            names = sorted(entry.name for entry in some if not entry.is_file(follow_symlinks=False))
     except OSError:
         return
     for name in names:

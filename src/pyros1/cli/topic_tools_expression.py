@@ -1,4 +1,4 @@
-"""What expressions of transform and relay_field may use: the filters' language, comprehensions, and a few modules.
+"""What expressions of transform and relay_field may use: the filters' language, and a few modules.
 
 A module is a list of what is allowed of it; nothing else can be reached, and nothing is imported for a user's word.
 """
@@ -11,13 +11,12 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
-from pyros1.cli.expression import FUNCTIONS, STRING_METHODS, TIME_METHODS
+from pyros1.cli.expression import FUNCTIONS, MessageLanguage
 from pyros1.errors import Error, UnknownTypeError
-from pyros1.expressions import ExpressionError, Interpreter, require
+from pyros1.expressions import ExpressionError
 from pyros1.msgs import Message, load_message
-from pyros1.timing import Duration, Time, TVal
+from pyros1.timing import Duration, Time
 
-_MAX_ITEMS = 1_000_000
 _NUMPY = """
 abs absolute all amax amin any arccos arccosh arcsin arcsinh arctan arctan2 arctanh argmax argmin argsort around
 array asarray average bool_ cbrt ceil clip concatenate cos cosh count_nonzero cross cumsum deg2rad degrees diff
@@ -144,55 +143,24 @@ isclose isfinite isinf isnan log log10 log1p log2 nan pi radians sin sinh sqrt t
 """
 
 
-def _range(*args: int) -> list[int]:
-    numbers = range(*args)
-    require(len(numbers), _MAX_ITEMS)
-    return list(numbers)
-
-
-_MORE_FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "list": list,
-    "tuple": tuple,
-    "range": _range,
-    "zip": lambda *sequences: list(zip(*sequences, strict=False)),
-    "enumerate": lambda items: list(enumerate(items)),
-    "reversed": lambda items: list(reversed(items)),
-}
-
-
-class MessageExpression(Interpreter):
+class MessageExpression(MessageLanguage):
     """A checked expression of a message ``m``; see `Interpreter` for arguments and errors."""
-
-    nodes = Interpreter.nodes | {ast.Attribute, ast.Call, ast.ListComp, ast.GeneratorExp}
-    max_items = _MAX_ITEMS
-    max_steps = _MAX_ITEMS
-    formatting = True
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
         """Return the expression's value, numpy's numbers as Python's; see `Interpreter`."""
         result = super().evaluate(names)
         return type(result)(map(_plain, result)) if type(result) in (list, tuple) else _plain(result)
 
-    def name(self, name: str, names: Mapping[str, Any]) -> Any:
-        """Return what a name stands for; see `Interpreter`."""
-        for place in (names, FUNCTIONS, _MORE_FUNCTIONS):
-            if name in place:
-                return place[name]
-        known = ", ".join(sorted([*names, *FUNCTIONS, *_MORE_FUNCTIONS]))
-        raise ExpressionError(f"there is no name {name!r}; there are: {known}")
+    def known(self, names: Mapping[str, Any]) -> str:
+        """Return what is there, for an error's text."""
+        return ", ".join(sorted([*names, *FUNCTIONS]))
 
     def attribute(self, owner: Any, name: str) -> Any:
         """Return a field, method, or member of a module; see `Interpreter`."""
         if isinstance(owner, Module):
             return owner.get(name)
-        if isinstance(owner, Message):
-            allowed = name in owner.__slots__ or name.isupper()
-        elif isinstance(owner, type) and issubclass(owner, Message):
+        if isinstance(owner, type) and issubclass(owner, Message):
             allowed = name.isupper()
-        elif isinstance(owner, TVal):
-            allowed = name in TIME_METHODS
-        elif isinstance(owner, str):
-            allowed = name in STRING_METHODS
         else:
             allowed = type(owner).__module__ == "numpy" and name in _ARRAY.split()
         return getattr(owner, name) if allowed else super().attribute(owner, name)
@@ -210,8 +178,3 @@ def names_used(text: str) -> set[str]:
     """
     found = [node for node in ast.walk(ast.parse(text.strip(), mode="eval")) if isinstance(node, ast.Name)]
     return {node.id for node in found} - {node.id for node in found if isinstance(node.ctx, ast.Store)}
-
-
-def is_function(name: str) -> bool:
-    """Whether there is a function of that name."""
-    return name in FUNCTIONS or name in _MORE_FUNCTIONS

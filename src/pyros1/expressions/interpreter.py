@@ -1,4 +1,4 @@
-"""A small, safe part of Python's expressions, for the texts in which ROS 1 lets a user calculate.
+"""The language of expressions: what is allowed of Python's syntax, and what it means.
 
 A text is parsed to Python's syntax tree, checked to consist of harmless parts, and interpreted node by node; nothing is
 compiled or executed. There is no way to a name that begins with ``_``, to a lambda or an assignment, and sizes and
@@ -15,23 +15,19 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
-from pyros1.errors import Error
-
-MAX_TEXT = 10_000
-"""Most characters of an expression."""
-
-MAX_ITEMS = 10_000
-"""Most characters or items of a calculated value, those of the values inside it included."""
-
-MAX_BITS = 4096
-"""Most bits of a calculated integer."""
-
-MAX_STEPS = 100_000
-"""Most items that the comprehensions of an expression go through, all together."""
-
-
-class ExpressionError(Error, ValueError):
-    """An expression is malformed, uses what is not allowed, gets too large, or fails; the text says which."""
+from pyros1.expressions.functions import formatted
+from pyros1.expressions.limits import (
+    MAX_BITS,
+    MAX_ITEMS,
+    MAX_STEPS,
+    MAX_TEXT,
+    MAX_WORK,
+    ExpressionError,
+    bounded,
+    require,
+    size,
+    work,
+)
 
 
 def _invert(value: Any) -> Any:
@@ -80,8 +76,10 @@ _METHODS: dict[type[ast.expr], str] = {
     ast.Constant: "_constant",
     ast.Dict: "_dict",
     ast.DictComp: "_dictcomp",
+    ast.FormattedValue: "_formatted",
     ast.GeneratorExp: "_listcomp",
     ast.IfExp: "_ifexp",
+    ast.JoinedStr: "_joined",
     ast.List: "_list",
     ast.ListComp: "_listcomp",
     ast.Name: "_name",
@@ -93,63 +91,12 @@ _METHODS: dict[type[ast.expr], str] = {
     ast.UnaryOp: "_unaryop",
 }
 _COMPREHENSIONS = (ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
-_OPTIONAL = {ast.Attribute, ast.Call, ast.Dict, ast.Set, *_COMPREHENSIONS}
+_F_STRINGS = (ast.JoinedStr, ast.FormattedValue)
+_OPTIONAL = {ast.Attribute, ast.Call, ast.Dict, ast.Set, *_COMPREHENSIONS, *_F_STRINGS}
 _FAILURES = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
-_VIEWS: tuple[type[Any], ...] = (type({}.keys()), type({}.values()), type({}.items()))
-_CONTAINERS: tuple[type[Any], ...] = (list, tuple, dict, set, frozenset, *_VIEWS)
+_SCALARS = frozenset({bool, float, int, type(None)})
+_SMALL = 1 << 63
 _STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
-
-
-def size(value: Any, limit: int = MAX_ITEMS) -> int:
-    """Count the characters and items of a value and of those inside it, each as often as it appears.
-
-    Args:
-        value: anything; what is neither text nor container counts nothing.
-        limit: counting stops beyond this.
-
-    Returns:
-        The size, or any number above `limit`.
-    """
-    total = 0
-    pending = [value]
-    while pending:
-        part = pending.pop()
-        if isinstance(part, (str, bytes, bytearray)):
-            total += len(part)
-        elif isinstance(part, _CONTAINERS):
-            total += len(part)
-            if total <= limit:
-                pending.extend(part)
-                pending.extend(part.values() if isinstance(part, dict) else ())
-        if total > limit:
-            break
-    return total
-
-
-def bounded(value: Any, limit: int = MAX_ITEMS) -> Any:
-    """Return a calculated value unchanged.
-
-    Args:
-        value: the value.
-        limit: its greatest `size`.
-
-    Raises:
-        ExpressionError: it is larger than that, or an integer of more than `MAX_BITS` bits.
-    """
-    require(size(value, limit), limit)
-    if isinstance(value, int):
-        require(value.bit_length(), MAX_BITS)
-    return value
-
-
-def require(needed: int, limit: int = MAX_ITEMS) -> None:
-    """Check a size before what has it is made.
-
-    Raises:
-        ExpressionError: `needed` is above `limit`.
-    """
-    if needed > limit:
-        raise ExpressionError("the result is too large")
 
 
 def _is_target(node: ast.expr) -> bool:
@@ -193,8 +140,14 @@ class Interpreter:
     max_steps: ClassVar[int] = MAX_STEPS
     """Most items that comprehensions go through."""
 
+    max_work: ClassVar[int] = MAX_WORK
+    """Most items that operations and functions go through; eight characters are one."""
+
+    modules: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    """Modules whose functions can be written ``module.function``: what is in them by name."""
+
     def __init__(self, text: str) -> None:
-        self._steps = 0
+        self._steps = self._work = 0
         if len(text) > MAX_TEXT:
             raise ExpressionError(f"the expression has more than {MAX_TEXT} characters")
         try:
@@ -217,7 +170,7 @@ class Interpreter:
         Raises:
             ExpressionError: a name does not exist, types do not fit, the result gets too large, ...
         """
-        self._steps = 0
+        self._steps = self._work = 0
         try:
             return self.value(self._root, names)
         except ExpressionError:
@@ -269,6 +222,22 @@ class Interpreter:
         """
         raise ExpressionError(f"{type(owner).__name__!r} object has no attribute {name!r}")
 
+    def has(self, owner: Any, name: str) -> bool:
+        """hasattr(), of what expressions can see."""
+        missing = object()
+        return self.get(owner, name, missing) is not missing
+
+    def get(self, owner: Any, name: str, *default: Any) -> Any:
+        """getattr(), of what expressions can see."""
+        if not isinstance(name, str) or name.startswith("_") or len(default) > 1:
+            raise ExpressionError(f"{name!r} is not accessible")
+        try:
+            return self.attribute(owner, name)
+        except (ExpressionError, AttributeError):
+            if default:
+                return default[0]
+            raise
+
     # The nodes -----------------------------------------------------------------------------------------------------
 
     def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
@@ -276,7 +245,19 @@ class Interpreter:
         return getattr(self, _METHODS[type(node)])(node, names)
 
     def _bounded(self, value: Any) -> Any:
+        kind = type(value)
+        if kind is float or kind is bool or (kind is int and -_SMALL < value < _SMALL):
+            return value
+        self._read(value)
         return bounded(value, self.max_items)
+
+    def _read(self, value: Any) -> None:
+        """Count what an operation does that goes through a whole value."""
+        if type(value) in _SCALARS:
+            return
+        self._work += work(value)
+        if self._work > self.max_work:
+            raise ExpressionError("there is too much to calculate")
 
     def _constant(self, node: ast.Constant, names: Mapping[str, Any]) -> Any:
         return self._bounded(self.constant(node.value))
@@ -285,6 +266,12 @@ class Interpreter:
         return self.name(node.id, names)
 
     def _attribute(self, node: ast.Attribute, names: Mapping[str, Any]) -> Any:
+        if isinstance(node.value, ast.Name) and node.value.id in self.modules:
+            module = self.modules[node.value.id]
+            if node.attr not in module:
+                known = ", ".join(sorted(module))
+                raise ExpressionError(f"there is no {node.value.id}.{node.attr} for expressions; there are: {known}")
+            return module[node.attr]
         return self.attribute(self.value(node.value, names), node.attr)
 
     def _list(self, node: ast.List, names: Mapping[str, Any]) -> Any:
@@ -338,7 +325,9 @@ class Interpreter:
                 yield from self._loop(rest, names)
 
     def _subscript(self, node: ast.Subscript, names: Mapping[str, Any]) -> Any:
-        return self.value(node.value, names)[self.value(node.slice, names)]
+        result = self.value(node.value, names)[self.value(node.slice, names)]
+        self._read(result)
+        return result
 
     def _slice(self, node: ast.Slice, names: Mapping[str, Any]) -> Any:
         parts = (node.lower, node.upper, node.step)
@@ -359,6 +348,7 @@ class Interpreter:
             if number and not result:  # only a chain asks whether it is true: of a numpy array that cannot be said
                 break
             right = self.value(comparator, names)
+            self._read(right)
             result = _COMPARE[type(op)](left, right)
             left = right
         return result
@@ -384,7 +374,18 @@ class Interpreter:
         function = self.value(node.func, names)
         arguments = [self.value(argument, names) for argument in node.args]
         keywords = {str(keyword.arg): self.value(keyword.value, names) for keyword in node.keywords}
+        if function is not len:
+            for argument in arguments:
+                self._read(argument)
         return self._bounded(function(*arguments, **keywords))
+
+    def _joined(self, node: ast.JoinedStr, names: Mapping[str, Any]) -> Any:
+        return self._bounded("".join(self.value(part, names) for part in node.values))
+
+    def _formatted(self, node: ast.FormattedValue, names: Mapping[str, Any]) -> Any:
+        spec = self.value(node.format_spec, names) if node.format_spec else ""
+        conversion = chr(node.conversion) if node.conversion > 0 else None
+        return self._bounded(formatted(self.value(node.value, names), conversion, spec, self.max_items))
 
     # Operations that make much out of little: their result is measured before it is made --------------------------
 

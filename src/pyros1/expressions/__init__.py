@@ -1,0 +1,32 @@
+"""A small, safe part of Python's expressions, for the texts in which ROS 1 lets a user calculate.
+
+`interpreter` has the language, `functions` what may be called in it, `limits` how large its values may get.
+"""
+
+from __future__ import annotations
+
+from pyros1.expressions.interpreter import Interpreter
+from pyros1.expressions.limits import (
+    MAX_BITS,
+    MAX_ITEMS,
+    MAX_STEPS,
+    MAX_TEXT,
+    MAX_WORK,
+    ExpressionError,
+    bounded,
+    require,
+    size,
+)
+
+__all__ = [
+    "MAX_BITS",
+    "MAX_ITEMS",
+    "MAX_STEPS",
+    "MAX_TEXT",
+    "MAX_WORK",
+    "ExpressionError",
+    "Interpreter",
+    "bounded",
+    "require",
+    "size",
+]

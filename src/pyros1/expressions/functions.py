@@ -1,0 +1,193 @@
+"""What expressions may call: builtins, methods of plain values and math, each with a bound on what it makes.
+
+A function that makes much out of little measures its result before it makes it. None gives access to anything but the
+values that it gets.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+import string
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from pyros1.expressions.limits import ExpressionError, bounded, require, size
+
+_MAX_DIGITS = 400
+
+MATH: Mapping[str, Any] = {
+    name: getattr(math, name)
+    for name in dir(math)
+    # Those left out take very long for arguments that are soon written.
+    if not name.startswith("_") and name not in ("factorial", "comb", "perm", "prod")
+}
+"""The functions and numbers of the module math."""
+
+_STR_METHODS = frozenset(
+    (
+        *("capitalize", "casefold", "count", "endswith", "find", "index", "isalnum", "isalpha", "isascii", "isdecimal"),
+        *("isdigit", "isidentifier", "islower", "isnumeric", "isspace", "istitle", "isupper", "lower", "lstrip"),
+        *("partition", "removeprefix", "removesuffix", "rfind", "rindex", "rpartition", "rsplit", "rstrip", "split"),
+        *("splitlines", "startswith", "strip", "swapcase", "title", "upper"),
+    )
+)
+_BYTES_METHODS = frozenset(("count", "endswith", "find", "hex", "index", "rfind", "startswith"))
+_LIST_METHODS = frozenset(("count", "index"))
+_METHODS: Mapping[type, frozenset[str]] = {
+    str: _STR_METHODS,
+    bytes: _BYTES_METHODS,
+    list: _LIST_METHODS,
+    tuple: _LIST_METHODS,
+    dict: frozenset(("get", "items", "keys", "values")),
+    set: frozenset(("difference", "intersection", "isdisjoint", "issubset", "issuperset", "union")),
+}
+
+
+def method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
+    """Return a method of a text, list or other plain value; None if expressions have none of that name.
+
+    Args:
+        owner: whose it is.
+        name: without ``_`` at the beginning.
+        limit: greatest size of what it makes.
+    """
+    if type(owner) is str and name in _MEASURED:
+        return functools.partial(_MEASURED[name], limit, owner)
+    if name in _METHODS.get(type(owner), ()):
+        return getattr(owner, name)  # type: ignore[no-any-return]  # one of those above
+    return None
+
+
+def _join(limit: int, separator: str, items: Iterable[str]) -> str:
+    parts = list(items)
+    require(len(separator) * len(parts) + sum(map(len, parts)), limit)
+    return separator.join(parts)
+
+
+def _replace(limit: int, text: str, old: str, new: str, count: int = -1) -> str:
+    require(text.count(old) * len(new), limit)
+    return text.replace(old, new, count)
+
+
+def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
+    """str.format(), but a field is a number or a name: nothing inside of values can be reached."""
+    parts: list[str] = []
+    automatic = 0
+    for literal, field, spec, conversion in string.Formatter().parse(template):
+        parts.append(literal)
+        if field is None:
+            continue
+        if "{" in (spec or ""):
+            raise ExpressionError("fields inside of fields are not possible here")
+        if not field:
+            field, automatic = str(automatic), automatic + 1  # noqa: PLW2901 - numbers itself
+        if field.isdecimal():
+            value = arguments[int(field)]
+        elif field.isidentifier():
+            value = keywords[field]
+        else:
+            raise ExpressionError(f"{{{field}}} is not possible here: only numbers and names are")
+        parts.append(formatted(value, conversion, spec or "", limit))
+        require(sum(map(len, parts)), limit)
+    return "".join(parts)
+
+
+def formatted(value: Any, conversion: str | None, spec: str, limit: int) -> str:
+    """Return one field of a format text or an f-string.
+
+    Args:
+        value: what is shown.
+        conversion: ``r``, ``s``, ``a`` or None.
+        spec: what stands behind the colon.
+        limit: greatest width.
+    """
+    for number in re.findall(r"\d+", spec):
+        require(int(number) if len(number) < 10 else limit + 1, limit)
+    if conversion in ("r", "a"):
+        value = repr(value) if conversion == "r" else ascii(value)
+    elif conversion == "s":
+        value = str(value)
+    return format(value, spec)
+
+
+def _padder(pad: Callable[..., str]) -> Callable[..., str]:
+    def padded(limit: int, text: str, width: int, *fill: str) -> str:
+        require(width, limit)
+        return pad(text, width, *fill)
+
+    return padded
+
+
+_MEASURED: Mapping[str, Callable[..., str]] = {
+    "join": _join,
+    "replace": _replace,
+    "format": _format,
+    **{name: _padder(getattr(str, name)) for name in ("center", "ljust", "rjust", "zfill")},
+}
+"""Methods of texts that make much out of little."""
+
+
+def _map(limit: int, function: Callable[..., Any], *iterables: Iterable[Any]) -> list[Any]:
+    """map(), but at once: what it makes has to keep the bounds, too."""
+    results: list[Any] = []
+    total = 0
+    for arguments in zip(*iterables):  # noqa: B905 - as map() does it, up to the shortest
+        results.append(bounded(function(*arguments), limit))
+        total += 1 + size(results[-1], limit)
+        require(total, limit)
+    return results
+
+
+def _filter(function: Callable[[Any], Any] | None, items: Iterable[Any]) -> list[Any]:
+    return [item for item in items if (item if function is None else function(item))]
+
+
+def _range(limit: int, *arguments: int) -> list[int]:
+    numbers = range(*arguments)
+    require(len(numbers), limit)
+    return list(numbers)
+
+
+def _zip(*iterables: Iterable[Any]) -> list[Any]:
+    return list(zip(*iterables))  # noqa: B905 - as zip() does it, up to the shortest
+
+
+def _round(number: Any, ndigits: int | None = None) -> Any:
+    """round(), which for an integer would calculate any power of ten."""
+    if ndigits is not None and abs(ndigits) > _MAX_DIGITS:
+        raise ValueError("that many digits cannot be rounded to")
+    return round(number, ndigits)
+
+
+def _sum(numbers: Iterable[Any], start: float = 0) -> Any:
+    """sum(), of numbers only: lists would be copied again with every step."""
+    if not isinstance(start, int | float):
+        raise TypeError("sum() is of numbers only")
+    return sum(numbers, start)
+
+
+def _format_value(limit: int, value: Any, spec: str = "") -> str:
+    return formatted(value, None, spec, limit)
+
+
+def functions(limit: int) -> dict[str, Any]:
+    """Return the builtins that expressions may call, by name.
+
+    Args:
+        limit: greatest size of what one makes.
+    """
+    measured: dict[str, Callable[..., Any]] = {"map": _map, "range": _range, "format": _format_value}
+    return {
+        **{name: functools.partial(function, limit) for name, function in measured.items()},
+        **{kind.__name__: kind for kind in (bool, dict, float, int, list, set, str, tuple)},
+        **{function.__name__: function for function in (abs, all, any, len, max, min, sorted)},
+        **{function.__name__: function for function in (bin, chr, divmod, hex, isinstance, oct, ord, repr)},
+        "enumerate": lambda items, start=0: list(enumerate(items, start)),
+        "filter": _filter,
+        "reversed": lambda items: list(reversed(items)),
+        "round": _round,
+        "sum": _sum,
+        "zip": _zip,
+    }
