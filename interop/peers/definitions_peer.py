@@ -83,7 +83,7 @@ def classes(definition: Definition, theirs: dict[str, Any], seed: int, count: Co
     for constant in parse_message(definition.name, definition.texts[definition.name]).constants:
         name = python_name(constant.name)
         mine, other = getattr(ours, name), getattr(stock, name)
-        if mine != other and not math.isnan(mine) or type(mine) is not type(other):
+        if (mine != other and not math.isnan(mine)) or type(mine) is not type(other):
             yield f"constant {name}: genpy {other!r}, pyros1 {mine!r}"
     if ours.__slots__ != stock.__slots__ or ours._slot_types != stock._slot_types:
         yield f"fields {ours.__slots__} {ours._slot_types}, genpy {stock.__slots__} {stock._slot_types}"

@@ -136,8 +136,11 @@ class Decoder(Source):
         if base in STRUCT_CODES:
             self.value("?" if base == "bool" else STRUCT_CODES[base], target)
         elif base == "string":
-            begin = self.step(self.number())
-            self.emit(f"{target} = {self.arguments.buffer}[{begin}:{self.at}].decode()")
+            size = self.number()
+            begin = self.step(size)
+            where = f"{self.arguments.buffer}[{begin}:{self.at}]"
+            large = f"{self.ref(arrays.read_large_string, 'text')}({self.arguments.buffer}, {begin}, {self.at})"
+            self.emit(f"{target} = {where}.decode() if {size} < {arrays.LARGE_STRING} else {large}")
         elif nested is None:
             local = self._make(self.class_of(base, nested), target)
             self.value(TIME_CODES[base], f"{local}.secs")

@@ -28,7 +28,7 @@ from pyros1.errors import ProtocolError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.large import SplitBody
 from pyros1.node.backlog import Backlog
-from pyros1.node.inlink import InLink
+from pyros1.node.inlink import LARGE, InLink
 from pyros1.node.local import UNBOUNDED_LIMIT
 
 if TYPE_CHECKING:
@@ -318,6 +318,9 @@ class Reader:
         return frames
 
     def _take(self, link: InLink, frames: list[tuple[int, int]]) -> None:
+        if frames[-1][1] > LARGE and len(frames) == 1:  # a body that stands alone is not copied again
+            self._take_item(link, link.buffer.take_bodies(frames)[0])
+            return
         data = link.buffer.take(frames)
         if self._callbacks is not None:
             for start, end in frames:
