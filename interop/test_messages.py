@@ -14,14 +14,15 @@ from typing import Any
 import pytest
 
 PEER = Path(__file__).parent / "peers" / "messages_peer.py"
+DEFINITIONS_PEER = PEER.with_name("definitions_peer.py")
 SOURCE = Path(__file__).parent.parent / "src"
 STOCK_PYTHON = "/usr/bin/python3"
 
 
-def report(*args: str) -> dict[str, Any]:
-    """Run the peer and return its report."""
+def report(*args: str, peer: Path = PEER) -> dict[str, Any]:
+    """Run a peer and return its report."""
     done = subprocess.run(
-        [STOCK_PYTHON, str(PEER), *args],
+        [STOCK_PYTHON, str(peer), *args],
         env={**os.environ, "PYTHONPATH": str(SOURCE)},
         capture_output=True,
         text=True,
@@ -48,6 +49,13 @@ def test_random_values_of_every_type_both_ways_printed_and_filled() -> None:
     assert result["count"]["types"] >= 162 + 2 * 25
     assert result["count"]["values"] == 20 * result["count"]["types"]
     assert result["count"]["filled"] > result["count"]["types"]
+
+
+def test_random_definitions_and_values_of_them() -> None:
+    result = report("0", "2000", peer=DEFINITIONS_PEER)
+    assert result["failures"] == []
+    assert result["count"]["definitions"] == 2000
+    assert result["count"]["values"] >= 3800  # genpy's own code is wrong for some names
 
 
 def test_strings_are_printed_as_yaml_alike() -> None:

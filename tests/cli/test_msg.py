@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,38 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Callable[..., tuple[int
         return code, out, err
 
     return call
+
+
+@pytest.fixture
+def own_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A package of the test's own, own_msgs, and where it is."""
+    folder = tmp_path / "own_msgs"
+    for kind in ("msg", "srv"):
+        (folder / kind).mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>own_msgs</name></package>")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    msg._library.cache_clear()  # a command reads its environment once
+    yield folder
+    msg._library.cache_clear()
+
+
+def test_constants_are_shown_as_they_are_written(run: Any, own_package: Path) -> None:
+    lines = ["float64 A=-2.5e-3", "int32 B=007", "float32 C=.5", "bool D=1", 'string E=a "b" # c', "uint8 F=+5"]
+    (own_package / "msg" / "Inner.msg").write_text("\n".join(lines) + " # why\nint8   x\n")
+    (own_package / "msg" / "Outer.msg").write_text("Inner inner\n")
+    (own_package / "srv" / "Ask.srv").write_text("float64 G=1e3\n---\nInner inner\n")
+    inner = "".join(f"  {line}\n" for line in [*lines, "int8 x"])
+    assert run(msg.main, "show", "own_msgs/Inner")[1] == "\n".join([*lines, "int8 x"]) + "\n\n"
+    assert run(msg.main, "show", "own_msgs/Outer")[1] == f"own_msgs/Inner inner\n{inner}\n"
+    assert run(msg.main_srv, "show", "own_msgs/Ask")[1] == f"float64 G=1e3\n---\nown_msgs/Inner inner\n{inner}\n"
+
+
+def test_a_type_that_contains_itself_is_told(run: Any, own_package: Path) -> None:
+    (own_package / "msg" / "Self.msg").write_text("Self s\n")
+    (own_package / "srv" / "Ask.srv").write_text("Self s\n---\n")
+    for main, name in ((msg.main, "own_msgs/Self"), (msg.main_srv, "own_msgs/Ask")):
+        code, out, err = run(main, "show", name)
+        assert (code, out) == (1, "") and "the type contains itself: own_msgs/" in err
 
 
 def test_nested_types_and_constants_l86(run: Any) -> None:

@@ -76,6 +76,22 @@ def test_constants_are_class_attributes() -> None:
         make("int8 X=1\nint8 X")
 
 
+def test_two_fields_of_one_name_in_python_are_refused() -> None:
+    with pytest.raises(DefinitionError, match=r"two fields have the name \[from_\]"):
+        make("int8 from\nint8 from_")
+
+
+def test_the_constructor_of_a_message_with_many_fields() -> None:
+    cls = make("\n".join(f"int8 f{i}" for i in range(1200)))
+    assert cls(*range(1200)).f1199 == 1199
+    message = cls(f7=1, f1100=None, f1101=2)
+    assert (message.f7, message.f8, message.f1100, message.f1101) == (1, 0, 0, 2)
+    with pytest.raises(AttributeError, match="nope"):
+        cls(**{f"f{i}": i for i in range(60)}, nope=1)
+    with pytest.raises(TypeError, match="Invalid number"):
+        cls(*range(1199))
+
+
 def test_field_names_may_be_those_of_methods() -> None:
     cls = make("int8 serialize\nint8 data\nint8 m\nint8 buf\nint8 start\nint8 new\nint8 args\nint8 q")
     message = cls(*range(8))

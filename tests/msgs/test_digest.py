@@ -63,9 +63,18 @@ def test_a_type_that_contains_itself_is_an_error() -> None:
 
 
 def test_very_deep_nesting_is_an_error() -> None:
-    texts = {f"T{i}": f"T{i + 1} x" for i in range(100)} | {"T100": "int8 x"}
+    texts = {f"T{i}": f"T{i + 1} x" for i in range(5000)} | {"T5000": "int8 x"}
     with pytest.raises(DefinitionError, match="deep"):
         digests(**texts).md5(parse_message("p/T0", texts["T0"]))
+    one_by_one = digests(**texts)
+    with pytest.raises(DefinitionError, match="deep"):
+        for i in range(5000, 0, -1):
+            one_by_one.md5(parse_message(f"p/T{i}", texts[f"T{i}"]))
+
+
+def test_nesting_that_is_not_too_deep() -> None:
+    texts = {f"T{i}": f"T{i + 1} x" for i in range(63)} | {"T63": "int8 x"}
+    assert len(digests(**texts).dependencies(parse_message("p/T0", texts["T0"]))) == 63
 
 
 @given(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from typing import Any
 
@@ -542,6 +543,65 @@ def test_another_message_type_names_both_types(pair: Any) -> None:
     publisher, _ = connect(*pair, Vector3, print)
     with pytest.raises(MessageError, match="/t carries geometry_msgs/Vector3, not std_msgs/String"):
         publisher.publish(String("x"))
+
+
+class Foreign:
+    """A message class that another generator made."""
+
+    def __init__(self, cls: Any, **fields: Any) -> None:
+        self._type, self._md5sum = cls._type, cls._md5sum
+        vars(self).update(fields)
+
+
+@pytest.mark.parametrize("listening", [False, True])
+@pytest.mark.parametrize(
+    ("published", "message", "reason"),
+    [
+        (Float64, String("x"), "/t carries std_msgs/Float64, not std_msgs/String"),
+        (Vector3, String("x"), "/t carries geometry_msgs/Vector3, not std_msgs/String"),
+        (Float64, Foreign(String, data="x"), "/t carries std_msgs/Float64, not std_msgs/String"),
+        (Vector3, Foreign(String, data="x"), "/t carries geometry_msgs/Vector3, not std_msgs/String"),
+        (
+            Float64,
+            from_definition("std_msgs/Float64", "float32 data")(),
+            f"/t carries std_msgs/Float64, with md5sum {Float64._md5sum}, not 73fcbf46b49191e672908e50842a83d4",
+        ),
+        (
+            Float64,
+            AnyMsg(b"", {"type": "std_msgs/String", "md5sum": String._md5sum}),
+            "/t carries std_msgs/Float64, not std_msgs/String",
+        ),
+    ],
+)
+def test_a_message_of_another_type_is_refused_whether_or_not_somebody_listens(
+    pair: Any, collect: Any, published: Any, message: Any, reason: str, listening: bool
+) -> None:
+    talker, _ = pair
+    publisher = connect(*pair, published, collect())[0] if listening else talker.advertise("t", published)
+    with pytest.raises(SerializationError, match=f"^{re.escape(reason)}$"):
+        publisher.publish(message)
+
+
+def test_messages_of_the_same_type_that_others_made(pair: Any, collect: Any) -> None:
+    got = collect()
+    publisher, _ = connect(*pair, Float64, got)
+    publisher.publish(from_definition("std_msgs/Float64", "float64 data")(1.0))
+    publisher.publish(Foreign(Float64, data=2))
+    publisher.publish(AnyMsg(bytes(8)))
+    publisher.publish(AnyMsg(bytes(8), {"type": "std_msgs/Float64", "md5sum": "*"}))
+    got.wait(4)
+    assert got.data == [1.0, 2.0, 0.0, 0.0]
+
+
+def test_a_message_as_the_only_field(pair: Any, collect: Any) -> None:
+    got = collect()
+    separator = "=" * 80
+    holder = from_definition("p/Holder", f"std_msgs/String s\n{separator}\nMSG: std_msgs/String\nstring data")
+    publisher, _ = connect(*pair, holder, got)
+    publisher.publish(String("x"))
+    with pytest.raises(SerializationError, match="/t carries p/Holder, not geometry_msgs/Vector3"):
+        publisher.publish(Vector3())
+    assert got.wait(1)[0].s.data == "x"
 
 
 def test_a_wrong_value_costs_nothing_but_itself(pair: Any, collect: Any) -> None:

@@ -80,3 +80,24 @@ def test_memory_for_large_frames_is_given_up_when_they_stop_to_come() -> None:
     for _ in range(1000):
         assert feed(buffer, len(small).to_bytes(4, "little") + small) == [small]
     assert len(buffer.data) <= 1 << 16
+
+
+def test_memory_for_a_very_large_frame_is_given_up_when_it_is_taken() -> None:
+    body = bytes(range(256)) * (80 << 10)
+    buffer = FrameBuffer()
+    for _ in range(2):
+        whole = len(body).to_bytes(4, "little") + body
+        while whole:
+            view = buffer.writable()
+            count = min(len(view), len(whole))
+            view[:count] = whole[:count]
+            frames, whole = buffer.received(count), whole[count:]
+        assert buffer.take_bodies(frames) == [body]
+        assert len(buffer.data) <= 1 << 16
+    assert feed(buffer, b"\x01\x00\x00\x00z") == [b"z"]
+
+
+def test_bodies_are_taken_each_by_itself() -> None:
+    buffer = FrameBuffer(first=b"\x01\x00\x00\x00a\x00\x00\x00\x00\x02\x00\x00\x00bc\x05")
+    assert buffer.take_bodies(buffer.received(0)) == [b"a", b"", b"bc"]
+    assert buffer.partial

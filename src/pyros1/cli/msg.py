@@ -258,16 +258,21 @@ def describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageSp
 
     Args:
         resolve: returns the spec of a full type name.
+
+    Raises:
+        DefinitionError: a type contains itself.
     """
+    from pyros1.msgs.digest import Digests  # noqa: PLC0415
     from pyros1.msgs.spec import MessageSpec  # noqa: PLC0415
 
+    Digests(resolve).dependencies(spec)  # there must be an end to them
     parts = (spec,) if isinstance(spec, MessageSpec) else (spec.request, spec.response)
     return "---\n".join("".join(line + "\n" for line in _lines(part, resolve, "")) for part in parts)
 
 
 def _lines(spec: MessageSpec, resolve: Callable[[str], MessageSpec], indent: str) -> Iterator[str]:
     for constant in spec.constants:
-        yield f"{indent}{constant.type} {constant.name}={constant.value}"
+        yield f"{indent}{constant.type} {constant.name}={constant.text}"
     for field in spec.fields:
         yield f"{indent}{field.type} {field.name}"
         if not field.is_builtin:

@@ -10,6 +10,9 @@ from typing import Any
 from pyros1.msgs.base import Buffer
 from pyros1.timing import TVal
 
+LARGE_STRING = 1 << 20
+"""Bytes from which on a string is decoded without another copy of its bytes, which for short ones takes longer."""
+
 _KEEP = 256
 _U32 = struct.Struct("<I")
 _unpack_u32 = _U32.unpack_from
@@ -88,6 +91,11 @@ def pack_strings(values: Sequence[str]) -> bytes:
         return b"".join([part for text in encoded for part in (_U32.pack(len(text)), text)])
 
 
+def read_large_string(buffer: Buffer, begin: int, end: int) -> str:
+    """Return the string at ``begin`` to ``end``, without a copy of its bytes."""
+    return str(memoryview(buffer)[begin:end], "utf-8")
+
+
 def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[list[str], int]:
     """Return ``count`` strings and the position behind them.
 
@@ -102,7 +110,8 @@ def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[li
         (size,) = _unpack_u32(buffer, position)
         position += 4
         stop = position + size
-        result.append(buffer[position:stop].decode())
+        text = buffer[position:stop].decode() if size < LARGE_STRING else read_large_string(buffer, position, stop)
+        result.append(text)
         position = stop
     return result, position
 

@@ -18,9 +18,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from pyros1.errors import DefinitionError, DeserializationError, MessageError
+
+if TYPE_CHECKING:
+    from pyros1.msgs.digest import Digests
+    from pyros1.msgs.spec import MessageSpec
 
 Buffer = bytes | bytearray | memoryview
 Frame = bytes | list[bytes | memoryview]
@@ -60,6 +64,19 @@ class MessageType(type):
         return function.__func__
 
 
+class _FullText:
+    """The class attribute ``_full_text``: it is put together when it is first asked for.
+
+    Of most classes of nested types nobody ever does, and each text holds those of all types in it.
+    """
+
+    def __get__(self, message: object, owner: type[Any]) -> str:
+        cls = message_class(owner)
+        digests, spec = cls._text_source
+        cls._full_text = text = digests.full_text(spec)
+        return text
+
+
 class Message(metaclass=MessageType):
     """Base of all message classes.
 
@@ -82,7 +99,8 @@ class Message(metaclass=MessageType):
 
     _type: ClassVar[str]
     _md5sum: ClassVar[str]
-    _full_text: ClassVar[str]
+    _full_text: ClassVar[str] = _FullText()  # type: ignore[assignment]  # a descriptor
+    _text_source: ClassVar[tuple[Digests, MessageSpec]]
     _has_header: ClassVar[bool] = False
     _slot_types: ClassVar[list[str]]
     _fixed_size: ClassVar[int | None]

@@ -5,6 +5,7 @@ It runs only after a codec has failed, field by field along the class's ``_slot_
 
 from __future__ import annotations
 
+import codecs
 import struct
 from typing import Any
 
@@ -12,6 +13,8 @@ from pyros1.errors import DeserializationError, MessageError, SerializationError
 from pyros1.msgs.base import Buffer, Message, message_class
 from pyros1.msgs.factory import MAX_EMPTY
 from pyros1.msgs.spec import STRUCT_CODES
+
+_PIECE = 1 << 16
 
 
 def refusal(cls: type[Message], message: Any, error: Exception) -> SerializationError:
@@ -128,7 +131,7 @@ def explain(cls: type[Message], buffer: Buffer, start: int, end: int, *, exact: 
         end: where it should end.
         exact: whether bytes left over are an error.
     """
-    walk = _Walk(bytes(memoryview(buffer)[start:end]))
+    walk = _Walk(memoryview(buffer)[start:end])
     try:
         walk.message(cls, "")
     except MessageError as error:
@@ -141,7 +144,7 @@ def explain(cls: type[Message], buffer: Buffer, start: int, end: int, *, exact: 
 class _Walk:
     """Goes over an encoded message without keeping any of it."""
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, data: memoryview) -> None:
         self.data = data
         self.position = 0
 
@@ -192,15 +195,26 @@ class _Walk:
             size = self.count(what)
             begin = self.position
             self.skip(size, what)
-            try:
-                self.data[begin : self.position].decode()
-            except UnicodeDecodeError as error:
-                self.position = begin + error.start
-                raise MessageError(f"{what} is not UTF-8: {error.reason}") from None
+            wrong = _wrong_utf8(self.data[begin : self.position])
+            if wrong is not None:
+                self.position = begin + wrong[0]
+                raise MessageError(f"{what} is not UTF-8: {wrong[1]}")
         elif base in cls._classes:
             self.message(cls._classes[base], name + ".")
         else:
             self.skip(_least(cls, base), what)
+
+
+def _wrong_utf8(data: memoryview) -> tuple[int, str] | None:
+    """Return where bytes are not UTF-8 and why; None if they are. A string may be large: it is read piece by piece."""
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    for begin in range(0, len(data), _PIECE):
+        pending = len(decoder.getstate()[0])
+        try:
+            decoder.decode(data[begin : begin + _PIECE], begin + _PIECE >= len(data))
+        except UnicodeDecodeError as error:
+            return begin - pending + error.start, error.reason
+    return None
 
 
 def _least(cls: type[Message], base: str) -> int:

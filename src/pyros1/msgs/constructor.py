@@ -6,25 +6,46 @@ from collections.abc import Callable
 from typing import Any
 
 from pyros1.msgs.base import Message
-from pyros1.msgs.source import Source, split_type
+from pyros1.msgs.source import Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
+
+_FEW = 50
+"""Fewer names than this are found in a list as soon as in a set made of it."""
 
 
 def make_init(cls: type[Message]) -> Callable[..., None]:
     """Generate ``__init__``."""
     source = Source(cls)
     me, args, kwds = "self", "args", "kwds"  # without a number: as people know them from other signatures
-    given = Source(cls, source.scope)
+    parts = parts_of(cls)
+    arranged = f"{source.ref(arrange)}({source.ref(cls)}, {args}, {kwds})"
+    if len(parts) > 1:
+        source.lines += [f"{source.ref(_make_part(cls, part), 'part')}({me})" for part in parts]
+        source.emit(f"if {args} or {kwds}: {source.ref(_assign)}({me}, {source.ref(cls)}, {arranged})")
+        return source.function("init", [me, f"*{args}", f"**{kwds}"])
+    given, plain = Source(cls, source.scope), Source(cls, source.scope)
     values = [given.fresh("value") for _ in cls.__slots__]
-    arranged = f"{given.ref(arrange)}({given.ref(cls)}, {args}, {kwds})"
     given.emit(f"{', '.join(values)}, = {arranged}" if values else arranged)
-    for name, slot_type, value in zip(cls.__slots__, cls._slot_types, values, strict=True):
+    for (name, slot_type), value in zip(fields_of(cls), values, strict=True):
         given.emit(f"{me}.{name} = {_default(given, cls, slot_type)} if {value} is None else {value}")
-    plain = Source(cls, source.scope)
-    _fill_defaults(plain, cls, me)
+    _fill_defaults(plain, cls, me, fields_of(cls))
     source.block(f"if {args} or {kwds}:", given.lines)
     source.block("else:", plain.lines)
     return source.function("init", [me, f"*{args}", f"**{kwds}"])
+
+
+def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], None]:
+    """Generate a function that sets some fields of a message to their defaults."""
+    source = Source(cls)
+    target = source.fresh("m")
+    _fill_defaults(source, cls, target, fields)
+    return source.function("part", [target])
+
+
+def _assign(message: Any, cls: type[Message], values: tuple[Any, ...]) -> None:
+    for name, value in zip(cls.__slots__, values, strict=True):
+        if value is not None:
+            setattr(message, name, value)
 
 
 def arrange(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> tuple[Any, ...]:
@@ -37,8 +58,9 @@ def arrange(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> 
     if kwds:
         if args:
             raise TypeError("Message constructor may only use args OR keywords, not both")
+        known = slots if len(slots) < _FEW else {*slots}
         for name in kwds:
-            if name not in slots:
+            if name not in known:
                 raise AttributeError(f"{name} is not an attribute of {cls.__name__}")
         return tuple(map(kwds.get, slots))
     if len(args) != len(slots):
@@ -46,14 +68,14 @@ def arrange(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> 
     return args
 
 
-def _fill_defaults(source: Source, cls: type[Message], target: str) -> None:
-    for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
+def _fill_defaults(source: Source, cls: type[Message], target: str, fields: Fields) -> None:
+    for name, slot_type in fields:
         base, length = split_type(slot_type)
         nested = cls._classes.get(base)
         if nested is not None and length is None and source.inlines(nested):
             local = source.fresh("new")
             source.emit(f"{target}.{name} = {local} = {source.new(source.class_of(base, nested))}")
-            _fill_defaults(source, nested, local)
+            _fill_defaults(source, nested, local, fields_of(nested))
         else:
             source.emit(f"{target}.{name} = {_default(source, cls, slot_type)}")
 

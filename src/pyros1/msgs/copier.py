@@ -14,7 +14,7 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.check import refusal
 from pyros1.msgs.encoder import WRONG_VALUE
-from pyros1.msgs.source import TIME_CODES, Source, split_type
+from pyros1.msgs.source import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 from pyros1.timing import Duration, Time
 
@@ -29,8 +29,9 @@ class Copier(Source):
         self.targets: list[str] = []
         self.after: list[str] = []
 
-    def message(self, cls: type[Message], source: str, target: str) -> None:
-        for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
+    def message(self, cls: type[Message], source: str, target: str, fields: Fields | None = None) -> None:
+        """Emit the copying of a message's fields, by default of all."""
+        for name, slot_type in fields_of(cls) if fields is None else fields:
             base, length = split_type(slot_type)
             nested = cls._classes.get(base)
             if length is None:
@@ -128,8 +129,21 @@ def make_copy(cls: type[Message]) -> Callable[[Any], Any]:
     source = Copier(cls)
     message = source.fresh("message")
     copy = source.assign("copy", source.new(source.ref(cls, "cls")))
-    source.message(cls, message, copy)
-    source.flush()
+    parts = parts_of(cls)
+    if len(parts) < 2:
+        source.message(cls, message, copy)
+        source.flush()
+    for part in parts if len(parts) > 1 else ():
+        source.emit(f"{source.ref(_make_part(cls, part), 'part')}({message}, {copy})")
     source.emit(f"return {copy}")
     reason = f"{source.ref(refusal, 'refusal')}({source.ref(cls, 'cls')}, {message}"
     return source.function("copy", [message], WRONG_VALUE, lambda error: f"{reason}, {error})")
+
+
+def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any, Any], None]:
+    """Generate a function that copies some fields of a message to another."""
+    source = Copier(cls)
+    message, copy = source.fresh("message"), source.fresh("copy")
+    source.message(cls, message, copy, fields)
+    source.flush()
+    return source.function("part", [message, copy])

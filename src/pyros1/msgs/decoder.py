@@ -21,7 +21,7 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.check import explain
 from pyros1.msgs.factory import MAX_EMPTY
-from pyros1.msgs.source import TIME_CLASSES, TIME_CODES, Source, split_type
+from pyros1.msgs.source import TIME_CLASSES, TIME_CODES, Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 _WRONG = (struct.error, DeserializationError, ValueError, OverflowError, TypeError)
@@ -60,7 +60,7 @@ class Decoder(Source):
         if outer is None:
             self.arguments = _Arguments(*map(self.fresh, _Arguments._fields))
             self.at, self.made = self.arguments.start, None
-            self.root = self.assign("m", self.new(self.ref(cls, "cls")))
+            self.root = self.fresh("m")
         else:
             self.arguments = outer.arguments
             self.root = self.fresh("m")
@@ -122,8 +122,9 @@ class Decoder(Source):
 
     # Fields -----------------------------------------------------------------------------------------------------------
 
-    def message(self, cls: type[Message], owner: str) -> None:
-        for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
+    def message(self, cls: type[Message], owner: str, fields: Fields | None = None) -> None:
+        """Emit the decoding of a message's fields, by default of all."""
+        for name, slot_type in fields_of(cls) if fields is None else fields:
             base, length = split_type(slot_type)
             target = f"{owner}.{name}"
             if length is None:
@@ -135,8 +136,11 @@ class Decoder(Source):
         if base in STRUCT_CODES:
             self.value("?" if base == "bool" else STRUCT_CODES[base], target)
         elif base == "string":
-            begin = self.step(self.number())
-            self.emit(f"{target} = {self.arguments.buffer}[{begin}:{self.at}].decode()")
+            size = self.number()
+            begin = self.step(size)
+            where = f"{self.arguments.buffer}[{begin}:{self.at}]"
+            large = f"{self.ref(arrays.read_large_string, 'text')}({self.arguments.buffer}, {begin}, {self.at})"
+            self.emit(f"{target} = {where}.decode() if {size} < {arrays.LARGE_STRING} else {large}")
         elif nested is None:
             local = self._make(self.class_of(base, nested), target)
             self.value(TIME_CODES[base], f"{local}.secs")
@@ -324,11 +328,9 @@ def _make_decode(source: Decoder) -> Callable[..., Any]:
     buffer, start, end, _ = source.arguments
     if cls._fixed_size is not None:
         source.emit(f"if {end} - {start} != {cls._fixed_size}: raise ValueError('size')")
-        source.message(cls, source.root)
-        source.flush(last=True)
+        _make_message(source, last=True)
     else:
-        source.message(cls, source.root)
-        source.flush()
+        _make_message(source)
         source.emit(f"if {source.at} != {end}: raise ValueError('size')")
     source.emit(f"return {source.root}")
     reason = f"{source.ref(explain)}({source.ref(cls, 'cls')}, {buffer}, {start}, {end})"
@@ -336,11 +338,34 @@ def _make_decode(source: Decoder) -> Callable[..., Any]:
 
 
 def _make_read(source: Decoder) -> Callable[..., tuple[Any, int]]:
-    source.message(source.cls, source.root)
-    source.flush()
+    _make_message(source)
     source.emit(f"if {source.at} > {source.arguments.end}: raise ValueError('size')")
     source.emit(f"return {source.root}, {source.at}")
     return source.function("read", _parameters(source))
+
+
+def _make_message(source: Decoder, *, last: bool = False) -> None:
+    """Emit the decoding of the whole message; ``last`` as in `Decoder.flush`."""
+    cls = source.cls
+    source.emit(f"{source.root} = {source.new(source.ref(cls, 'cls'))}")
+    parts = parts_of(cls)
+    if len(parts) < 2:
+        source.message(cls, source.root)
+        source.flush(last=last)
+        return
+    for part in parts:
+        read, begin = source.ref(_make_part(cls, part, source.views), "part"), source.move()
+        buffer, _, end, *view = _parameters(source)
+        source.emit(f"{source.at} = {read}({', '.join([buffer, begin, end, *view, source.root])})")
+
+
+def _make_part(cls: type[Message], fields: Fields, views: bool) -> Callable[..., int]:
+    """Generate a function that decodes some fields of a message, its last argument; it returns the position behind."""
+    source = Decoder(cls, views=views)
+    source.message(cls, source.root, fields)
+    source.flush()
+    source.emit(f"return {source.at}")
+    return source.function("part", [*_parameters(source), source.root])
 
 
 def _parameters(source: Decoder) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ parse it. Pure.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from pyros1.errors import DefinitionError
 from pyros1.msgs.spec import MessageSpec, ServiceSpec
@@ -25,28 +25,29 @@ class Digests:
     def __init__(self, resolve: Callable[[str], MessageSpec]) -> None:
         self._resolve = resolve
         self._sums: dict[str, str] = {}
+        self._depths: dict[str, int] = {}
 
     def md5(self, spec: MessageSpec | ServiceSpec) -> str:
         """Return the md5 sum of a message or service type.
 
         Raises:
-            DefinitionError: a type contains itself.
+            DefinitionError: a type contains itself, or is nested too deep.
         """
-        if isinstance(spec, ServiceSpec):
-            text = self._md5_text(spec.request, ()) + self._md5_text(spec.response, ())
-        else:
-            text = self._md5_text(spec, ())
-        return _md5(text)
+        parts = _parts(spec)
+        for part in parts:
+            self._sum_up(part)
+        return _md5("".join(map(self._md5_text, parts)))
 
     def dependencies(self, spec: MessageSpec | ServiceSpec) -> list[str]:
         """Return the full names of all message types used, depth first, each once.
 
         Raises:
-            DefinitionError: a type contains itself.
+            DefinitionError: as from `md5`.
         """
         found: dict[str, None] = {}
-        for part in (spec.request, spec.response) if isinstance(spec, ServiceSpec) else (spec,):
-            self._collect(part, found, (part.name,))
+        for part in _parts(spec):
+            self._sum_up(part)
+            self._collect(part, found)
         return list(found)
 
     def full_text(self, spec: MessageSpec | ServiceSpec) -> str:
@@ -56,34 +57,49 @@ class Digests:
             parts.append(f"{SEPARATOR}\nMSG: {name}\n{self._resolve(name).text}\n")
         return "".join(parts)[:-1]
 
-    def _md5_text(self, spec: MessageSpec, outer: tuple[str, ...]) -> str:
-        if spec.name in outer:
-            raise DefinitionError(f"the type contains itself: {' -> '.join([*outer, spec.name])}", spec.name)
-        if len(outer) >= _MAX_DEPTH:
-            raise DefinitionError(f"nested more than {_MAX_DEPTH} deep", spec.name)
+    def _sum_up(self, root: MessageSpec) -> None:
+        """Compute the sums of all types used, without recursion: others send definitions, however deep."""
+        path = [(root, _used(root))]
+        names = {root.name}
+        while path:
+            spec, used = path[-1]
+            name = next((each for each in used if each not in self._sums), None)
+            if name is None:
+                path.pop()
+                names.remove(spec.name)
+                depth = 1 + max((self._depths[each] for each in _used(spec)), default=0)
+                if depth > _MAX_DEPTH:
+                    raise DefinitionError(f"nested more than {_MAX_DEPTH} deep", spec.name)
+                if path:  # the part of a service has no name that others know
+                    self._sums[spec.name], self._depths[spec.name] = _md5(self._md5_text(spec)), depth
+            elif name in names:
+                circle = " -> ".join([*(each.name for each, _ in path), name])
+                raise DefinitionError(f"the type contains itself: {circle}", name)
+            else:
+                spec = self._resolve(name)
+                path.append((spec, _used(spec)))
+                names.add(name)
+
+    def _md5_text(self, spec: MessageSpec) -> str:
         lines = [f"{constant.type} {constant.name}={constant.text}" for constant in spec.constants]
         for field in spec.fields:
-            if field.is_builtin:
-                lines.append(f"{field.type} {field.name}")
-                continue
-            total = self._sums.get(field.base)
-            if total is None:
-                inner = self._resolve(field.base)
-                total = self._sums[field.base] = _md5(self._md5_text(inner, (*outer, spec.name)))
-            lines.append(f"{total} {field.name}")
+            lines.append(f"{field.type if field.is_builtin else self._sums[field.base]} {field.name}")
         return "\n".join(lines).strip()
 
-    def _collect(self, spec: MessageSpec, found: dict[str, None], outer: tuple[str, ...]) -> None:
-        for field in spec.fields:
-            if field.is_builtin:
-                continue
-            if field.base in outer:
-                raise DefinitionError(f"the type contains itself: {' -> '.join([*outer, field.base])}", spec.name)
-            if field.base not in found:
-                if len(outer) >= _MAX_DEPTH:
-                    raise DefinitionError(f"nested more than {_MAX_DEPTH} deep", spec.name)
-                found[field.base] = None
-                self._collect(self._resolve(field.base), found, (*outer, field.base))
+    def _collect(self, spec: MessageSpec, found: dict[str, None]) -> None:
+        for name in _used(spec):
+            if name not in found:
+                found[name] = None
+                self._collect(self._resolve(name), found)
+
+
+def _parts(spec: MessageSpec | ServiceSpec) -> tuple[MessageSpec, ...]:
+    return (spec.request, spec.response) if isinstance(spec, ServiceSpec) else (spec,)
+
+
+def _used(spec: MessageSpec) -> Iterator[str]:
+    """Yield the names of the message types that fields have."""
+    return (field.base for field in spec.fields if not field.is_builtin)
 
 
 def split_full_text(name: str, full_text: str) -> dict[str, str]:

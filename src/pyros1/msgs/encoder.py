@@ -14,7 +14,7 @@ from pyros1.errors import SerializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.check import refusal
-from pyros1.msgs.source import TIME_CODES, Source, split_type
+from pyros1.msgs.source import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 LARGE = 16384
@@ -63,8 +63,9 @@ class Encoder(Source):
     def piece(self, expression: str) -> None:
         self.parts.append(self.assign("piece", expression))
 
-    def message(self, cls: type[Message], owner: str) -> None:
-        for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
+    def message(self, cls: type[Message], owner: str, fields: Fields | None = None) -> None:
+        """Collect the values of a message's fields, by default of all."""
+        for name, slot_type in fields_of(cls) if fields is None else fields:
             base, length = split_type(slot_type)
             expression = f"{owner}.{name}"
             if length is None:
@@ -143,24 +144,50 @@ def _make_encoder(cls: type[Message], *, frame: bool) -> Callable[[Any], Any]:
     message, size = source.fresh("message"), source.fresh("size")
     if frame:
         source.value("I", size)
-    source.message(cls, message)
-    expressions = [
-        part if isinstance(part, str) else f"{source.pack(''.join(part.codes))}({', '.join(part.expressions)})"
-        for part in source.parts
-    ]
+    parts = parts_of(cls)
+    if len(parts) < 2:
+        source.message(cls, message)
+    for part in parts if len(parts) > 1 else ():
+        encode = _make_part(cls, part)
+        source.piece(f"{source.ref(encode, 'part')}({message})")
+    expressions = _expressions(source)
     if frame:
         pieces = [part for part in source.parts if isinstance(part, str)]
         source.emit(f"{size} = {_total(source.fixed - _PREFIX, pieces)}")
-    joined = ", ".join(expressions)
-    if len(expressions) <= 2 and not source.large:
-        source.emit(f"return {' + '.join(expressions) or repr(b'')}")
-    elif frame and source.large:
+    if frame and source.large:
+        joined = ", ".join(expressions)
         source.emit(f"if {size} < {LARGE}: return b''.join(({joined}))")
         source.emit(f"return {source.ref(arrays.gather, 'gather')}(({joined}), {LARGE})")
     else:
-        source.emit(f"return b''.join(({joined},))")
+        source.emit(f"return {_joined(expressions)}")
     reason = f"{source.ref(refusal, 'refusal')}({source.ref(cls, 'cls')}, {message}"
     return source.function("encode", [message], WRONG_VALUE, lambda error: f"{reason}, {error})")
+
+
+def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], bytes]:
+    """Generate a function that encodes some fields of a message."""
+    source = Encoder(cls)
+    message = source.fresh("message")
+    source.message(cls, message, fields)
+    source.emit(f"return {_joined(_expressions(source))}")
+    return source.function("part", [message])
+
+
+def _expressions(source: Encoder) -> list[str]:
+    """Return the expressions of the bytes collected."""
+    return [
+        part if isinstance(part, str) else f"{source.pack(''.join(part.codes))}({', '.join(part.expressions)})"
+        for part in source.parts
+    ]
+
+
+def _joined(expressions: list[str]) -> str:
+    """Return the expression of the bytes of all."""
+    if len(expressions) == 1:
+        return expressions[0]
+    if len(expressions) == 2:
+        return " + ".join(expressions)
+    return f"b''.join(({', '.join(expressions)},))" if expressions else repr(b"")
 
 
 def _total(fixed: int, pieces: list[str]) -> str:

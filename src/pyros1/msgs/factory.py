@@ -36,7 +36,7 @@ def make_message_class(
         module: ``__module__`` of the class.
 
     Raises:
-        DefinitionError: the type contains itself, is too large, or a constant and a field have one name.
+        DefinitionError: the type contains itself or is too large; two fields, or a field and a constant, have one name.
     """
     md5sum = digests.md5(spec)  # first: it refuses types that contain themselves
     classes = {field.base: lookup(field.base) for field in spec.fields if not field.is_builtin}
@@ -44,6 +44,9 @@ def make_message_class(
     slots = [python_name(field.name) for field in spec.fields]
     if not constants.keys().isdisjoint(slots):
         raise DefinitionError("a field and a constant have the same name", spec.name)
+    if len({*slots}) < len(slots):  # both would be one attribute
+        twice = next(name for name in slots if slots.count(name) > 1)
+        raise DefinitionError(f"two fields have the name [{twice}] in Python", spec.name)
     minimum, weight, fixed = 0, 64, True
     for field in spec.fields:
         size, cost, same = _measure(field, classes)
@@ -61,7 +64,7 @@ def make_message_class(
         **constants,
         "_type": spec.name,
         "_md5sum": md5sum,
-        "_full_text": digests.full_text(spec),
+        "_text_source": (digests, spec),
         "_has_header": spec.has_header,
         "_slot_types": [field.type for field in spec.fields],
         "_fixed_size": minimum if fixed else None,

@@ -21,6 +21,10 @@ from pyros1.timing import Duration, Time
 MAX_INLINE = 200
 """Most values that one function handles inline; what nested messages have beyond is left to their own functions."""
 
+MOST_FIELDS = 500
+"""Most fields of its own that one function handles: those of a message with more are left to several functions.
+Python's compiler takes several kilobytes for each line of a function."""
+
 TIME_CODES = {"time": "I", "duration": "i"}
 """Struct codes of both parts of a time."""
 
@@ -31,6 +35,21 @@ def split_type(slot_type: str) -> tuple[str, int | None]:
     """Return base type and length of a ``_slot_types`` entry; the length is as in :class:`pyros1.msgs.spec.Field`."""
     base, bracket, count = slot_type.partition("[")
     return base, None if not bracket else -1 if count == "]" else int(count[:-1])
+
+
+Fields = Sequence[tuple[str, str]]
+"""Names and types of fields, as in ``__slots__`` and ``_slot_types``."""
+
+
+def fields_of(cls: type[Message]) -> Fields:
+    """Return all fields of a message class."""
+    return list(zip(cls.__slots__, cls._slot_types, strict=True))
+
+
+def parts_of(cls: type[Message]) -> list[Fields]:
+    """Return the fields of a message class as lists for one function each; most classes need only one."""
+    fields = fields_of(cls)
+    return [fields[first : first + MOST_FIELDS] for first in range(0, len(fields), MOST_FIELDS)]
 
 
 def inline_size(cls: type[Message]) -> int:

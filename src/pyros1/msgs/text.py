@@ -101,10 +101,10 @@ def _format_array(values: Any, indent: str, style: _Style) -> str:
 
 def _format_message(message: Message, indent: str, style: _Style) -> str:
     cls = message_class(type(message))
-    shown = cls.__slots__ if style.field_filter is None else list(style.field_filter(message))
+    shown = None if style.field_filter is None else set(style.field_filter(message))
     lines = []
     for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
-        if name in shown:
+        if shown is None or name in shown:
             value = _field_value(getattr(message, name), slot_type, style)
             # Stock does not look into arrays of messages for strings to hide.
             inner = style if slot_type[-1] != "]" else style._replace(no_string=False, no_array=False)

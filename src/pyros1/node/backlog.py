@@ -42,10 +42,9 @@ class Backlog(Generic[S, T]):
         if isinstance(frames, SplitBody):
             self.put(link, frames)  # type: ignore[arg-type]
         elif frames:
-            data = link.buffer.data
             self.dropped += max(0, len(frames) - self._limit)
-            for start, end in frames[-self._limit :]:
-                self.put(link, bytes(data[start:end]))  # type: ignore[arg-type]
+            for body in link.buffer.take_bodies(frames[-self._limit :]):
+                self.put(link, body)  # type: ignore[arg-type]
 
     def take(self) -> tuple[S, T]:
         """Take the oldest message of the source whose turn it is."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pyros1.errors import NodeError, SerializationError
 from pyros1.msgs import AnyMsg, Message
+from pyros1.msgs.base import message_class
 from pyros1.node.context import wait_for_links
 from pyros1.wire.handshake import ANY, TopicType
 
@@ -33,7 +34,6 @@ class Publisher(Generic[_M]):
         self._publication = publication
         self._unregister: Callable[[], None] | None = unregister
         self._raw = message_class is AnyMsg
-        self._md5sum: str = message_class._md5sum  # type: ignore[attr-defined]  # Message or AnyMsg
 
     def publish(self, *args: Any, **fields: Any) -> None:
         """Publish a message. Returns at once; a slow subscriber loses the oldest messages beyond ``queue_size``.
@@ -43,8 +43,8 @@ class Publisher(Generic[_M]):
             fields: the values of some fields by name.
 
         Raises:
-            SerializationError: a value does not fit its field (noticed only when somebody listens, or latched).
-            MessageError: the message is of another type.
+            SerializationError: the message is of another type; or a value does not fit its field, which is noticed only
+                when somebody listens, or the topic is latched.
             NodeError: the publisher was unregistered.
             TypeError: wrong number of values, or positional and named ones mixed.
             AttributeError: no field of that name.
@@ -59,22 +59,38 @@ class Publisher(Generic[_M]):
                 else:
                     self._publication.publish(message)
                 return
-            if isinstance(message, (Message, AnyMsg)):
+            if hasattr(message, "_md5sum") and not isinstance(message, type):
                 self._publish_other(message)
                 return
         self._publication.publish(self.type(*args, **fields))
 
-    def _publish_other(self, message: Message | AnyMsg) -> None:
-        """Publish an object of another class: good if it is the same type, from another definition or still encoded."""
+    def _publish_other(self, message: Any) -> None:
+        """Publish a message of another class: good if it is of the same type, from another definition or generator or
+        still encoded, or is the value of the type's only field."""
         publication = self._publication
-        if isinstance(message, AnyMsg):
+        name, md5sum = message._type, message._md5sum
+        if isinstance(message, AnyMsg):  # one that was received says what it is
+            header = message._connection_header or {}
+            name, md5sum = header.get("type", ANY), header.get("md5sum", ANY)
+        if isinstance(message, AnyMsg) and md5sum in (ANY, publication.type.md5sum):
             publication.publish_body(message._buff)
-        elif message._md5sum == self._md5sum:
+        elif isinstance(message, Message) and md5sum == publication.type.md5sum:
             publication.publish(message)
-        elif len(self.type.__slots__) == 1:  # type: ignore[attr-defined]  # a message as the value of the only field
+        elif not self._raw and md5sum == publication.type.md5sum:
+            # What other generators make has the same fields, but does not encode itself as ours do.
+            publication.publish(self.type._copy(message))  # type: ignore[attr-defined]
+        elif not self._raw and self._is_only_field(md5sum):
             publication.publish(self.type(message))  # type: ignore[call-arg]
         else:
-            raise SerializationError(f"{self.name} carries {publication.type.name}, not {message._type}")
+            wanted = publication.type
+            reason = f"not {name}" if name != wanted.name else f"with md5sum {wanted.md5sum}, not {md5sum}"
+            raise SerializationError(f"{self.name} carries {wanted.name}, {reason}")
+
+    def _is_only_field(self, md5sum: str) -> bool:
+        """Whether the type has but one field, which is a message with that sum."""
+        cls: Any = message_class(self.type)
+        nested = cls._classes.get(cls._slot_types[0]) if len(cls._slot_types) == 1 else None
+        return nested is not None and bool(nested._md5sum == md5sum)
 
     @property
     def num_connections(self) -> int:

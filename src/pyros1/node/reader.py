@@ -31,7 +31,7 @@ from pyros1.msgs.large import SplitBody
 from pyros1.node.backlog import Backlog
 from pyros1.node.flood import Flood
 from pyros1.node.inbox import Handover, Inbox
-from pyros1.node.inlink import InLink
+from pyros1.node.inlink import LARGE, InLink
 from pyros1.node.local import UNBOUNDED_LIMIT
 from pyros1.node.sources import Item, Rest, Source
 from pyros1.node.spinning import Spinning
@@ -323,6 +323,9 @@ class Reader:
         return frames
 
     def _take(self, link: InLink, frames: list[tuple[int, int]]) -> None:
+        if frames[-1][1] > LARGE and len(frames) == 1:  # a body that stands alone is not copied again
+            self._take_item(link, link.buffer.take_bodies(frames)[0])
+            return
         data = link.buffer.take(frames)
         if self._callbacks is not None:
             for start, end in frames:

@@ -3,8 +3,9 @@
 A FrameBuffer owns the memory that a link receives into. The driver asks for `writable()`, receives into it, says how
 much arrived and gets the positions of the complete frames inside `data`.
 Frames larger than the buffer make it grow, but only as bytes really arrive: a peer's claim costs no memory. It shrinks
-again when large frames have not come for a while. Nothing behind such a frame is received together with it, so that the
-next one can be received elsewhere.
+again when large frames have not come for a while, and at once behind one of more than 16 MiB: such a frame takes twice
+its size when it is taken, and then no more than its size. Nothing behind a large frame is received together with it,
+so that the next one can be received elsewhere.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class FrameBuffer:
         view: the same memory, for slicing without a copy.
     """
 
-    __slots__ = ("_begin", "_capacity", "_end", "_filled", "_limit", "_spare", "_stop", "data", "view")
+    __slots__ = ("_begin", "_capacity", "_end", "_filled", "_limit", "_spare", "_stop", "_trusted", "data", "view")
 
     def __init__(self, capacity: int = 1 << 16, limit: int = MAX_MESSAGE_SIZE, first: bytes = b"") -> None:
         self._capacity = capacity
@@ -50,6 +51,7 @@ class FrameBuffer:
         self._filled = False
         self._spare = 0  # receives since a large buffer was needed
         self._stop = 0  # end of the large frame that is incomplete, counted from its begin; else 0
+        self._trusted = _TRUSTED_GROWTH  # memory set aside before the bytes have come: no more than have come before
 
     @property
     def partial(self) -> bool:
@@ -117,7 +119,20 @@ class FrameBuffer:
 
     def take(self, frames: list[tuple[int, int]]) -> bytes:
         """Return the bytes to which the positions of complete frames, not empty, refer, to keep."""
-        return bytes(self.view[: frames[-1][1]])
+        data = bytes(self.view[: frames[-1][1]])
+        self._taken(frames)
+        return data
+
+    def take_bodies(self, frames: list[tuple[int, int]]) -> list[bytes]:
+        """Return the bodies of complete frames, not empty, each by itself; no position stays valid."""
+        bodies = [bytes(self.view[start:stop]) for start, stop in frames]
+        self._taken(frames)
+        return bodies
+
+    def _taken(self, frames: list[tuple[int, int]]) -> None:
+        if frames[-1][1] > _TRUSTED_GROWTH:
+            self._trusted = frames[-1][1]
+            self.shrink()
 
     def _expect(self, size: int) -> None:
         """Make room for a frame of ``size`` bytes of which a part is here, in steps if it is large."""
@@ -125,6 +140,6 @@ class FrameBuffer:
             raise ProtocolError(f"message of {size} bytes is over the limit of {self._limit}")
         self._stop = size + 4 if size > self._capacity else 0
         if size + 4 > len(self.data):
-            wanted = min(size + 4 + self._capacity, max(_TRUSTED_GROWTH, 2 * len(self.data)))
+            wanted = min(size + 4 + self._capacity, max(self._trusted, 2 * len(self.data)))
             if wanted > len(self.data):
                 self._grow(wanted)
