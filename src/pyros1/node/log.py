@@ -12,6 +12,7 @@ import re
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, TextIO
 
@@ -26,6 +27,7 @@ MAX_FILE_SIZE = 50 << 20
 _COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
 _TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
 _MOST_SITES = 10_000
+_MOST_WAITING = 100
 
 
 class Record(NamedTuple):
@@ -63,6 +65,19 @@ def level_from_name(name: str) -> int:
     return LEVELS[upper]
 
 
+class _Inside(threading.local):
+    """What a thread is doing in a sink.
+
+    Attributes:
+        writing: it writes a record.
+        waiting: records to write.
+    """
+
+    def __init__(self) -> None:
+        self.writing = False
+        self.waiting: deque[tuple[Record, bool]] = deque()
+
+
 class LogSink:
     """Where a node's log messages go; shared by all its loggers.
 
@@ -88,16 +103,33 @@ class LogSink:
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
         self._path = file_path
         self._file: TextIO | None = None
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
+        self._inside = _Inside()
 
     def emit(self, record: Record, simulated: bool) -> None:
-        """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node."""
+        """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node.
+
+        A signal handler may log while its thread is in here: that record is written when this goes on.
+        """
+        inside = self._inside
+        inside.waiting.append((record, simulated))
+        if inside.writing:
+            return
+        for _ in range(_MOST_WAITING):  # no more: writing must not go on for ever because writing makes records
+            if not inside.waiting:
+                return
+            try:
+                inside.writing = True
+                self._write(*inside.waiting.popleft())
+            finally:
+                inside.writing = False  # and then is looked again: a handler may have seen it still true
+
+    def _write(self, record: Record, simulated: bool) -> None:
         stream = sys.stdout if record.level <= INFO else sys.stderr
         text = self.format(record, simulated)
         with contextlib.suppress(OSError, ValueError, AttributeError):
             colour = _COLOURS.get(record.level) if stream.isatty() else None
-            stream.write(f"{colour}{text}\x1b[0m\n" if colour else text + "\n")
-            stream.flush()
+            _write_line(stream, f"{colour}{text}\x1b[0m\n" if colour else text + "\n")
         self.write_file(record)
         if self.publish is not None:
             try:
@@ -158,6 +190,14 @@ class LogSink:
                 self._file.close()
                 self._file = None
             self._path = None
+
+
+def _write_line(stream: TextIO, line: str) -> None:
+    try:
+        stream.write(line)
+        stream.flush()
+    except RuntimeError:  # in a signal handler, on top of a print() or write() of the program to the same stream
+        os.write(stream.fileno(), line.encode(stream.encoding or "utf-8", "replace"))
 
 
 class Log:

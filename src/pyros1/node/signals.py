@@ -42,11 +42,16 @@ class SignalHandlers:
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         self.count += 1
-        if self.count == 1:
-            self._on_signal(number)
+        first = self.count == 1
         previous = self._previous.get(number)
         if callable(previous) and previous is not signal.default_int_handler:
-            previous(number, frame)
+            try:
+                previous(number, frame)  # first: it may have something to publish
+            finally:
+                if first:
+                    self._on_signal(number)
+        elif first:
+            self._on_signal(number)
         elif self.count > 1:
             if number == signal.SIGTERM:
                 raise SystemExit(128 + number)
