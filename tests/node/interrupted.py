@@ -238,16 +238,21 @@ def raising(queue_size: int | None) -> None:
             if working:
                 raise KeyboardInterrupt
 
+        def publish_until(interruptions: Interruptions) -> None:
+            nonlocal count
+            while not interruptions.over:
+                count += 1
+                publisher.publish(message(PointStamped, False, count))
+
         working = False
         count = 0
         for number in range(1, 400):
             interruptions = Interruptions(handle, 1)
             try:
                 working = True
-                while not interruptions.over:
-                    count += 1
-                    publisher.publish(message(PointStamped, False, count))
-                working = False
+                publish_until(
+                    interruptions
+                )  # not here: an exception in a jump to a loop's begin escapes Python 3.13's try
             except KeyboardInterrupt:
                 working = False
             publisher.publish(message(PointStamped, True, number))
