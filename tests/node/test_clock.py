@@ -28,9 +28,9 @@ class Simulation(Clock):
         self.waiting = threading.Semaphore(0)
         wait = self._ticked.wait
 
-        def watched(timeout: float | None = None) -> bool:
+        def watched(ready: Any, timeout: float | None = None) -> bool:
             self.waiting.release()
-            return wait(timeout)
+            return wait(ready, timeout)
 
         self._ticked.wait = watched  # type: ignore[method-assign]
 

@@ -240,6 +240,19 @@ def test_a_copy_that_is_fetched_while_both_set_it() -> None:
     assert master.params.cached("/x") == 6
 
 
+def test_a_signal_handler_sees_its_own_change_at_once() -> None:
+    master = RacingMaster("never")
+    params, got = master.params, []
+    assert params.cached("/x") == 0
+
+    def handle() -> None:
+        params["/x"] = 4
+        got.append(params.cached("/x"))
+
+    params._lane.do(handle)  # as if it had interrupted its thread while that changed a copy
+    assert got == [4] and params.cached("/x") == 4
+
+
 def test_copies_above_and_below_what_both_set() -> None:
     class Master(RacingMaster):
         def subscribe_param(self, api: str, key: str) -> Any:

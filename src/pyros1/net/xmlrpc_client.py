@@ -24,7 +24,8 @@ class _LostError(Exception):
 class XmlRpcClient:
     """Calls methods at one URI, over one connection that is kept open.
 
-    Calls from several threads take turns.
+    Calls from several threads take turns. A signal handler that calls on top of a call of its own thread gets another
+    connection.
 
     Args:
         uri: ``http://host:port/``.
@@ -39,7 +40,8 @@ class XmlRpcClient:
         self.timeout = timeout
         self._host, self._port = parse_uri(uri)
         self._path = "/" + uri.partition("://")[2].partition("/")[2]
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
+        self._busy = False  # a call is under way, of the thread that has the lock
         self._sock: socket.socket | None = None
         self._parser = ResponseParser()  # the connection's: it knows what its answers look like
         self._closed = False
@@ -63,7 +65,10 @@ class XmlRpcClient:
         deadline = monotonic() + seconds
         if not self._lock.acquire(timeout=max(0.0, seconds)):
             raise self._too_late(seconds)
+        if self._busy:
+            return self._call_aside(method, params, seconds)
         try:
+            self._busy = True
             response = self._exchange(build_request(f"{self._host}:{self._port}", self._path, body), deadline)
         except TimeoutError as error:
             self._drop()
@@ -76,13 +81,27 @@ class XmlRpcClient:
                 raise
             reason = getattr(error, "strerror", None) or str(error)
             raise UnreachableError(f"cannot reach {self.uri}: {reason}") from error
+        except BaseException:
+            self._drop()  # or the next call would take the answer to this one for its own
+            raise
         finally:
+            self._busy = False
             self._lock.release()
             if self._closed:  # meanwhile, by a thread that could not take the lock
                 self._drop_if_free()
         if response.status != 200:
             raise ProtocolError(f"{self.uri} answered with HTTP status {response.status} {response.reason}".rstrip())
         return loads_response(response.body)
+
+    def _call_aside(self, method: str, params: tuple[Any, ...], timeout: float) -> Any:
+        other = XmlRpcClient(self.uri, timeout=timeout)
+        try:
+            if self._closed:
+                other.close()
+            return other.call(method, *params)
+        finally:
+            other.close()
+            self._lock.release()
 
     def close(self) -> None:
         """Closes the connection; a call that is pending in another thread fails at once."""
@@ -96,7 +115,8 @@ class XmlRpcClient:
     def _drop_if_free(self) -> None:
         if self._lock.acquire(blocking=False):
             try:
-                self._drop()
+                if not self._busy:
+                    self._drop()
             finally:
                 self._lock.release()
 

@@ -6,23 +6,25 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections import deque
 from collections.abc import Callable
+from math import inf
+from time import monotonic
+
+STEP = 0.2
+"""Seconds for which a signal may be overlooked."""
 
 
 class Bell:
     """Wakes threads that wait for something to become true. `ring` takes no lock: anybody may ring at any moment."""
 
     def __init__(self) -> None:
-        self._waiters: deque[threading.Lock] = deque()  # each is released once, which ends a wait
+        self._waiters: dict[threading.Lock, None] = {}  # to be released, which ends a wait
 
     def ring(self) -> None:
         """End all waits that have begun. To be called after what they wait for was changed."""
-        for _ in range(len(self._waiters)):
-            try:
-                self._waiters.popleft().release()
-            except IndexError:  # somebody else rings, too
-                return
+        for waiter in list(self._waiters):
+            with contextlib.suppress(RuntimeError):  # if it was rung for, and has not left yet
+                waiter.release()
 
     def wait(self, ready: Callable[[], object], timeout: float | None = None) -> bool:
         """Wait until something is true or the bell rings.
@@ -36,18 +38,24 @@ class Bell:
         """
         waiter = threading.Lock()
         waiter.acquire()
-        self._waiters.append(waiter)  # before looking, or a change in between would be missed
+        self._waiters[waiter] = None  # before looking, or a change in between would be missed
         try:
             if ready():
                 return True
-            if timeout is None:
-                waiter.acquire()
-            elif timeout > 0:
-                waiter.acquire(timeout=min(timeout, threading.TIMEOUT_MAX))
+            _acquire(waiter, timeout)
         finally:
-            with contextlib.suppress(ValueError):  # if it was rung for
-                self._waiters.remove(waiter)
+            del self._waiters[waiter]
         return bool(ready())
+
+
+def _acquire(waiter: threading.Lock, timeout: float | None) -> None:
+    """Wait for a lock, in steps.
+
+    A signal that comes just before the interpreter begins to wait does not end that wait: its handler runs after it.
+    """
+    until = inf if timeout is None else monotonic() + timeout
+    while (left := until - monotonic()) > 0 and not waiter.acquire(timeout=min(left, STEP)):
+        pass
 
 
 class Event(threading.Event):

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.errors import NodeShutdownError, TimeMovedBackwardsError
+from pyros1.node.bell import Bell, Event
 from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ class Clock:
         self.simulated = False
         self._stopping = stopping
         self._now = Time()
-        self._ticked = threading.Condition()
+        self._ticked = Bell()
 
     def use_simulated_time(self) -> None:
         """From now on, time is what `tick` says; 0 until the first tick."""
@@ -37,14 +38,12 @@ class Clock:
 
     def tick(self, now: Time) -> None:
         """Take the time that a simulation announced."""
-        with self._ticked:
-            self._now = now
-            self._ticked.notify_all()
+        self._now = now
+        self._ticked.ring()
 
     def wake(self) -> None:
         """End sleeps in simulated time, to let them see that the node is shutting down."""
-        with self._ticked:
-            self._ticked.notify_all()
+        self._ticked.ring()
 
     def now(self) -> Time:
         """Return the current time."""
@@ -84,16 +83,20 @@ class Clock:
 
     def await_tick(self) -> bool:
         """Wait until simulated time changes, for a short while at most; return whether the node goes on."""
-        with self._ticked:
-            self._ticked.wait(_STEP)
+        self._wait_for_change(self._now)
         return not self._stopping.is_set()
 
+    def _wait_for_change(self, now: Time) -> None:
+        self._ticked.wait(lambda: self._now is not now or self._stopping.is_set(), _STEP)
+
     def _await_tick(self, waiting: Callable[[], bool]) -> bool:
-        with self._ticked:
-            while waiting():
-                if self._stopping.is_set():
-                    return False
-                self._ticked.wait(_STEP)
+        while True:
+            now = self._now
+            if not waiting():
+                break
+            if self._stopping.is_set():
+                return False
+            self._wait_for_change(now)
         return not self._stopping.is_set()
 
 
@@ -197,7 +200,7 @@ class Timer:
         self._oneshot = oneshot
         self._callbacks = callbacks
         self._log = log
-        self._stopped = threading.Event()
+        self._stopped = Event()
         self._pending = False
         self._last: tuple[Time, Time, float] | None = None
         self._thread = threading.Thread(target=self._run, name="timer", daemon=True)

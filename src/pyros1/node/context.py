@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.errors import NodeShutdownError, UnknownHostError
 from pyros1.net.loop import Loop, LoopThread
+from pyros1.node.bell import Event
 from pyros1.node.readers import Readers
 
 if TYPE_CHECKING:
@@ -135,7 +136,7 @@ def wait_for_links(topic: Linked, count: int, timeout: float | None) -> bool:
     Returns:
         Whether it has.
     """
-    changed = threading.Event()
+    changed = Event()
     stopping = topic.context.stopping
     until = None if timeout is None else monotonic() + timeout
     topic.on_change.append(changed.set)

@@ -239,7 +239,7 @@ class DatagramInLink:
         port, number = self._sock.getsockname()[1], self._sock.fileno()
         self.address = f"UDPROS connection on port {port} to [{place[0]}:{place[1]} on socket {number}]"
         self._open = True
-        self._subscription.reader.open(self._inbox)
+        self._subscription.reader.handover.open(self._inbox)
         self._loop.register(self._sock, READ, self._receive)
 
     def _receive(self, _mask: int) -> None:

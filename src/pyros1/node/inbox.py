@@ -114,12 +114,17 @@ class Handover(Generic[S, T]):
         """Messages lost so far, in all inboxes."""
         return self._dropped + sum(inbox.dropped for inbox in list(self.inboxes))
 
+    def open(self, inbox: Inbox[S, T]) -> None:
+        """Take messages out of an inbox from now on, until it is forgotten."""
+        self.inboxes[inbox] = None
+
     def put(self, inbox: Inbox[S, T], item: T, limit: int | None) -> None:
         """Add a message; see `Inbox.put`."""
         inbox.put(item, limit)
-        self._line_up(inbox)
+        self.line_up(inbox)
 
-    def _line_up(self, inbox: Inbox[S, T]) -> None:
+    def line_up(self, inbox: Inbox[S, T]) -> None:
+        """Put an inbox with messages into the line, if it is not there."""
         if not inbox.in_line:
             inbox.in_line = True
             self.line.append(inbox)
@@ -135,7 +140,7 @@ class Handover(Generic[S, T]):
         inbox.in_line = False
         self._room.ring()
         if len(inbox):
-            self._line_up(inbox)
+            self.line_up(inbox)
             return False
         return True
 

@@ -6,9 +6,11 @@ import atexit
 import os
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from pyros1.node.bell import Event
 from pyros1.node.signals import SignalHandlers
 
 if TYPE_CHECKING:
@@ -33,11 +35,11 @@ class Life:
         self._context = context
         self._clock = clock
         self._close = close
-        self._hooks: list[Callable[[], object]] = []
-        self._lock = threading.Lock()
-        self._begun = False
+        self._hooks: deque[Callable[[], object]] = deque()
+        self._hooks_are_run = False
+        self._first = [True]  # taken out by who ends the node
         self._closing_thread: int | None = None
-        self._done = threading.Event()
+        self._done = Event()
         self._signals = SignalHandlers(self._on_signal)
         self._pid = os.getpid()  # a process forked from this one has copies of our sockets, but not the node
 
@@ -58,23 +60,32 @@ class Life:
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
         """Call ``hook`` at the end, or now if that has come."""
-        with self._lock:
-            if not self._begun:
-                self._hooks.append(hook)
+        if self._first:
+            self._hooks.append(hook)
+            if not self._hooks_are_run:
                 return
+            try:
+                self._hooks.remove(hook)
+            except ValueError:
+                return  # it was still run with the others
         hook()
 
     def end(self, reason: str = "") -> None:
-        """End the node, or wait until another thread has done so."""
-        with self._lock:
-            begun, self._begun = self._begun, True
-        if not begun:
-            self._closing_thread = threading.get_ident()
+        """End the node, or wait until another thread has done so. A signal handler may call it, too."""
+        me = threading.get_ident()
+        try:
+            del self._first[0]
+        except IndexError:
+            first = False
+        else:
+            first = True
+        if first:
+            self._closing_thread = me
             try:
                 self._run(reason)
             finally:
                 self._done.set()
-        elif not self._context.loop.in_loop() and self._closing_thread != threading.get_ident():
+        elif not self._context.loop.in_loop() and self._closing_thread != me:
             self._done.wait(LONGEST_CLOSE)
         self._signals.restore()
 
@@ -87,14 +98,20 @@ class Life:
         if reason:
             context.log.debug("shutting down: %s", reason)
         try:
-            for hook in self._hooks:
-                try:
-                    hook()
-                except Exception as error:
-                    context.log.exception(f"bad shutdown hook {hook!r}", error=error)
+            self._run_hooks()
+            self._hooks_are_run = True
+            self._run_hooks()  # what came at the last moment
         finally:  # also when a hook ends the program
             self._close()
             atexit.unregister(self._end_at_exit)
+
+    def _run_hooks(self) -> None:
+        while self._hooks:
+            hook = self._hooks.popleft()
+            try:
+                hook()
+            except Exception as error:
+                self._context.log.exception(f"bad shutdown hook {hook!r}", error=error)
 
     def request(self, reason: str) -> None:
         """End the node soon: for the loop, which must not wait for it."""
@@ -105,5 +122,5 @@ class Life:
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
             return
-        # In a signal handler no lock may be taken: whoever was interrupted could hold it. The loop does the rest.
+        # Not here: this thread may be in the middle of anything, and hooks and the end take their time.
         self._context.loop.call_soon(self.request, f"signal {number}")

@@ -162,13 +162,13 @@ class SubscriberLink:
     def _keep_rest(self) -> None:
         """Queue what the socket has not taken of the flying frame."""
         frame, sent = self._flying, self._sent
-        self._flying = None
         if frame is not None:
             self._idle = False
             if sent:
                 self._queue.push_begun(frame, sent)
             else:
                 self._queue.push(frame)
+            self._flying = None
             self._block()
 
     def _flush(self) -> None:
@@ -208,6 +208,7 @@ class SubscriberLink:
             self._keep_rest()
         self._flying = None
         self._queue.settle()
+        self._armed = self._blocked = False  # the loop may not have been told yet
         self._flush()
 
     def _arm(self) -> None:

@@ -60,7 +60,7 @@ class LocalLink:
         self._on_closed = on_closed
         self._open = [True]
         self._inbox: Inbox[Source, Item] = Inbox(self)
-        subscription.reader.open(self._inbox)
+        subscription.reader.handover.open(self._inbox)
 
     def start(self) -> None:
         """There is no greeting within the process."""
@@ -96,7 +96,8 @@ class LocalLink:
         self._subscription.reader.push(self._inbox, data[4:], self._limit)
 
     def recover(self) -> None:
-        """Nothing is ever half done here."""
+        """Let the subscriber know of what waits, in case it was not told yet."""
+        self._subscription.reader.recover(self._inbox)
 
     def wait(self) -> None:
         """Wait until the subscriber is not too far behind, if neither side has bounded what may wait."""

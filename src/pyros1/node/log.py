@@ -16,6 +16,7 @@ import re
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from types import CodeType
 from typing import NamedTuple, TextIO
@@ -35,6 +36,7 @@ MAX_FILE_SIZE = 50 << 20
 _COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
 _TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
 _MOST_SITES = 10_000
+_MOST_WAITING = 100
 
 
 class Record(NamedTuple):
@@ -72,6 +74,19 @@ def level_from_name(name: str) -> int:
     return LEVELS[upper]
 
 
+class _Inside(threading.local):
+    """What a thread is doing in a sink.
+
+    Attributes:
+        writing: it writes a record.
+        waiting: records to write.
+    """
+
+    def __init__(self) -> None:
+        self.writing = False
+        self.waiting: deque[tuple[Record, bool]] = deque()
+
+
 class LogSink:
     """Where a node's log messages go; shared by all its loggers.
 
@@ -102,11 +117,29 @@ class LogSink:
         self._path = file_path
         self._file: TextIO | None = None
         self._lock = threading.Lock()
+        self._inside = _Inside()
         self._terminal_thread = Background(f"{node_name}:log", write_to_terminal)
         self._file_thread = Background(f"{node_name}:log file", self._write_items)
 
     def emit(self, record: Record, simulated: bool) -> None:
-        """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node."""
+        """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node.
+
+        A signal handler may log while its thread is in here: that record is written when this goes on.
+        """
+        inside = self._inside
+        inside.waiting.append((record, simulated))
+        if inside.writing:
+            return
+        for _ in range(_MOST_WAITING):  # no more: writing must not go on for ever because writing makes records
+            if not inside.waiting:
+                return
+            try:
+                inside.writing = True
+                self._write(*inside.waiting.popleft())
+            finally:
+                inside.writing = False  # and then is looked again: a handler may have seen it still true
+
+    def _write(self, record: Record, simulated: bool) -> None:
         where = "stdout" if record.level <= INFO else "stderr"
         stream = getattr(sys, where)
         may_wait = not isinstance(threading.current_thread(), LoopThread)
@@ -116,8 +149,7 @@ class LogSink:
             if colour:
                 text = f"{colour}{text[:-1]}\x1b[0m\n"
             if may_wait:
-                stream.write(text)
-                stream.flush()
+                _write_line(stream, text)
             else:
                 self._terminal_thread.write(where, text)
         if self._path is not None:
@@ -188,7 +220,8 @@ class LogSink:
         self.repeats.close()
         self._terminal_thread.close()
         self._file_thread.close()
-        if not self._lock.acquire(timeout=1.0):
+        # A handler of a signal may be on top of this thread's own writing, which only goes on afterwards.
+        if not self._lock.acquire(timeout=0.0 if self._inside.writing else 1.0):
             return  # somebody waits for the disk
         try:
             if self._file is not None:
@@ -197,6 +230,14 @@ class LogSink:
             self._path = None
         finally:
             self._lock.release()
+
+
+def _write_line(stream: TextIO, line: str) -> None:
+    try:
+        stream.write(line)
+        stream.flush()
+    except RuntimeError:  # in a signal handler, on top of a print() or write() of the program to the same stream
+        os.write(stream.fileno(), line.encode(stream.encoding or "utf-8", "replace"))
 
 
 class Log:

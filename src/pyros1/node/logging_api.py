@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error
@@ -19,12 +18,8 @@ def publish_log(node: Node, sink: LogSink) -> None:
     """Publish what a node logs on /rosout, latched."""
     log_class: Any = load_message("rosgraph_msgs/Log")
     publisher = node.advertise("/rosout", log_class, queue_size=QUEUE_SIZE, latch=True)
-    inside = threading.local()
 
     def publish(record: Record) -> None:
-        if getattr(inside, "publishing", False):
-            return  # publishing a log message must not log messages about itself
-        inside.publishing = True
         try:
             message = log_class()
             message.header.stamp = record.stamp
@@ -38,8 +33,6 @@ def publish_log(node: Node, sink: LogSink) -> None:
             publisher.publish(message)
         except Error:
             pass  # the node is closing; the message has been printed
-        finally:
-            inside.publishing = False
 
     sink.publish = publish
 

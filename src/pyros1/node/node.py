@@ -20,6 +20,7 @@ from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import logging_api
+from pyros1.node.bell import Event
 from pyros1.node.callbacks import CallbackQueue
 from pyros1.node.checks import check_callback, check_name, check_queue_size, message_class, service_class
 from pyros1.node.clock import Clock, Rate, Timer, TimerEvent
@@ -99,7 +100,7 @@ class Node:
         self._remappings = self.arguments.resolved_remappings(self.name)
         self.master_uri = master_uri or find_master_uri(environ, special)
 
-        stopping = threading.Event()
+        stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
         self._sink = LogSink(self.name, environ, log_file, self._log_time, self._later)

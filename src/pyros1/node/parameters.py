@@ -105,7 +105,7 @@ class Parameters:
         """
         key = self._resolve(name)
         value = self._copies.get(key)
-        if value is MISSING:
+        if value is MISSING or self._lane.jobs:  # in a signal handler changes may wait for what it has interrupted
             value = self._fetch(key)
         return default if value == {} else value
 
@@ -121,7 +121,7 @@ class Parameters:
                 raise
             self._lane.do(self._copies.keep, fetch, value)
             kept = self._copies.get(key)
-            if kept is not MISSING:
+            if kept is not MISSING and not self._lane.jobs:
                 return kept
         return value  # it changes all the time; the next one who asks fetches it again
 

@@ -85,6 +85,8 @@ class Publication:
         self.context = context
         self.topic = topic
         self.message_class = message_class
+        # What classes have is made when it is first used: now, and not in a signal handler in the middle of an import.
+        message_class()
         self._encode = message_class._encode_frame
         self.type = type_
         self.queue_size = queue_size
@@ -280,6 +282,7 @@ class Publication:
         except Refusal as refusal:  # over TCP the server says so
             self.context.log.warn("refused a connection of %s for %s: %s", header["callerid"], self.topic, refusal)
             raise
+        _ = self.message_class._copy  # as in __init__
         link = LocalLink(self._lane, subscription, uri, header, answer, self.queue_size, self._remove)
         self._add(link)
         return link

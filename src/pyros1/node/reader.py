@@ -86,8 +86,8 @@ class Reader:
         self._readable: deque[int] = deque()
         self._jobs: deque[Callable[[], None]] = deque()
         self._begun: deque[Rest] = deque()
-        self._handover: Handover[Source, Item] = Handover()
-        self._local = self._handover.line
+        self.handover: Handover[Source, Item] = Handover()
+        self._local = self.handover.line
         self._spinning: Spinning[Source, Item] = Spinning(deliver_item)
         self._dropped = 0  # but for those of these two
         self._ownership = threading.Lock()
@@ -112,21 +112,21 @@ class Reader:
     def _wake(self) -> None:
         if not self._woken and not self._ownership.locked():
             self._woken = True
-            self._readers.wake(self)
+            try:
+                self._readers.wake(self)
+            except BaseException:  # of a signal handler
+                self._woken = False
+                raise
 
     @property
     def dropped(self) -> int:
         """Messages lost because callbacks were too slow, or on the way in datagrams."""
-        return self._dropped + self._handover.dropped + self._spinning.dropped
+        return self._dropped + self.handover.dropped + self._spinning.dropped
 
     @property
     def waiting(self) -> int:
         """Messages that wait here: those handed over, and those for `spin`."""
-        return len(self._handover) + len(self._spinning)
-
-    def open(self, inbox: Inbox[Source, Item]) -> None:
-        """Take messages out of an inbox from now on, until its source has ended."""
-        self._handover.inboxes[inbox] = None
+        return len(self.handover) + len(self._spinning)
 
     def push(self, inbox: Inbox[Source, Item], item: Item, limit: int | None) -> None:
         """Take a message that is handed over. Never waits; one thread at a time for each inbox.
@@ -138,14 +138,20 @@ class Reader:
         most = own if own is not None else limit
         if inbox.full(most) and self._owner != threading.get_ident():
             time.sleep(0)  # let the owner take them, if all that it waits for is the interpreter's lock
-        self._handover.put(inbox, item, most)
+        self.handover.put(inbox, item, most)
         self._wake()
+
+    def recover(self, inbox: Inbox[Source, Item]) -> None:
+        """A signal handler has raised in the middle of `push`."""
+        if len(inbox):
+            self.handover.line_up(inbox)
+            self._wake()
 
     def wait_for_room(self, inbox: Inbox[Source, Item]) -> None:
         """Wait until fewer than UNBOUNDED_LIMIT messages wait, if nobody has set a limit."""
         # A callback that publishes to its own topic would wait for itself.
         if self.limit is None and self._owner != threading.get_ident():
-            self._handover.wait_for_room(inbox, UNBOUNDED_LIMIT, lambda: self._closed)
+            self.handover.wait_for_room(inbox, UNBOUNDED_LIMIT, lambda: self._closed)
 
     def stop(self) -> None:
         """Deliver nothing more; `close` is still to be called."""
@@ -206,7 +212,7 @@ class Reader:
                 self._receive_from(self._readable.popleft())
             for _ in range(len(self._local)):
                 self._take_from(self._local.popleft())
-            self._handover.ring()
+            self.handover.ring()
         if self._closed:
             self._dispose()
 
@@ -223,7 +229,7 @@ class Reader:
         link.last_time = now
         try:
             self._receive(link)
-            if flowing and link.patient and len(self._links) == 1 and not self._handover.inboxes:
+            if flowing and link.patient and len(self._links) == 1 and not self.handover.inboxes:
                 self._stay_with(link)
         finally:
             self._rearm(link)
@@ -250,7 +256,7 @@ class Reader:
             self._new.popleft().sock.close()
         self._jobs.clear()
         self._begun.clear()
-        self._handover.ring()
+        self.handover.ring()
 
     def _add(self, link: InLink) -> None:
         frames = self._open(link)
@@ -423,17 +429,17 @@ class Reader:
         self._leave_line(inbox)
 
     def _leave_line(self, inbox: Inbox[Source, Item]) -> None:
-        if self._handover.leave_line(inbox) and not inbox.source.connected:
+        if self.handover.leave_line(inbox) and not inbox.source.connected:
             self._forget(inbox)
 
     def forget(self, source: Source) -> None:
         """A source that hands over its messages has ended. By the owner."""
-        for inbox in list(self._handover.inboxes):
+        for inbox in list(self.handover.inboxes):
             if inbox.source is source and not len(inbox):
                 self._forget(inbox)
 
     def _forget(self, inbox: Inbox[Source, Item]) -> None:
-        self._handover.forget(inbox)
+        self.handover.forget(inbox)
         self._spinning.forget(inbox.source)
 
     # Nodes that spin --------------------------------------------------------------------------------------------------

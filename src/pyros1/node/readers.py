@@ -47,7 +47,7 @@ class Readers:
         self._poller = Poller()
         self._channels: dict[int, Channel] = {}
         self._woken: deque[Channel] = deque()
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal handler may wake a channel while its thread is in here
         self._waiting = 0
         self._refused = False  # the system would start no further thread
         self._threads: set[threading.Thread] = set()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error, MasterError, MasterUnreachableError, NodeShutdownError, UnknownHostError
 from pyros1.net.master_client import MasterClient
+from pyros1.node.bell import Bell, Event
 from pyros1.node.log import WARN
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class _Job:
 
     def __init__(self, entry: Entry) -> None:
         self.entry = entry
-        self.done = threading.Event()
+        self.done = Event()
         self.value: Any = None
         self.error: Exception | None = None
 
@@ -61,7 +62,7 @@ class Registrar:
         self._on_restart = on_restart
         self._entries: dict[Entry, None] = {}
         self._jobs: deque[_Job] = deque()
-        self._changed = threading.Condition()
+        self._changed = Bell()
         self._closed = False
         self._away = False
         self._incomplete = False  # a new master has not been told everything yet
@@ -89,16 +90,14 @@ class Registrar:
 
     def unregister(self, method: str, *args: str) -> None:
         """Undo `register` with the same arguments. The master's absence is no error: it has forgotten us anyway."""
-        with self._changed:
-            self._entries.pop((method, *args), None)
+        self._entries.pop((method, *args), None)
         self._do(_Job(_inverse((method, *args))))
 
     def _do(self, job: _Job) -> Any:
-        with self._changed:
-            if self._closed:
-                raise NodeShutdownError(f"{self._context.name} is shutting down")
-            self._jobs.append(job)
-            self._changed.notify()
+        if self._closed:
+            raise NodeShutdownError(f"{self._context.name} is shutting down")
+        self._jobs.append(job)
+        self._changed.ring()
         while not job.done.wait(0.5):
             if self._closed and not self._thread.is_alive():
                 raise NodeShutdownError(f"{self._context.name} is shutting down")
@@ -108,9 +107,8 @@ class Registrar:
 
     def close(self) -> None:
         """Unregister everything in one call (T55) and end the thread."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify()
+        self._closed = True
+        self._changed.ring()
         if self._thread.ident is not None:
             self._thread.join(FAREWELL_TIMEOUT + 8.0)
         if self._entries and not self._away:
@@ -127,12 +125,11 @@ class Registrar:
 
     def _run(self) -> None:
         while True:
-            with self._changed:
-                if not self._jobs and not self._closed:
-                    self._changed.wait(CHECK_TIME)
-                job = self._jobs.popleft() if self._jobs else None
-                if self._closed and job is None:
-                    return
+            self._changed.wait(lambda: self._jobs or self._closed, CHECK_TIME)
+            closed = self._closed  # looked at first: what was queued before is done
+            job = self._jobs.popleft() if self._jobs else None
+            if closed and job is None:
+                return
             if job is None:
                 self._check()
                 continue

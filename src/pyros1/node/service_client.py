@@ -147,9 +147,13 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = dict(headers)
         self._wire_type = service_type(service_class)
+        # Made when it is first used: now, and not in a signal handler in the middle of an import.
+        service_class._request_class()
+        _ = service_class._request_class._encode_frame, service_class._response_class._decode
         self._kept: _Call | None = None
         self._under_way: set[_Call] = set()
-        self._lock = threading.Lock()  # of a persistent connection: one call at a time
+        self._lock = threading.RLock()  # of a persistent connection: one call at a time
+        self._busy = False  # a call is under way there, of the thread that has the lock
 
     def __call__(self, *args: Any, **fields: Any) -> Any:
         """Call the service without a time limit; see `call`."""
@@ -191,10 +195,16 @@ class ServiceClient:
         if not self._persistent:
             return self._exchange(self._connect(deadline), data)
         with self._lock:
-            if self._kept is None:
-                self._kept = self._connect(deadline)
-            self._kept.deadline = deadline
-            return self._exchange(self._kept, data)
+            if self._busy:  # a signal handler calls, on top of a call of its thread
+                return self._exchange(self._connect(deadline), data)
+            self._busy = True
+            try:
+                if self._kept is None:
+                    self._kept = self._connect(deadline)
+                self._kept.deadline = deadline
+                return self._exchange(self._kept, data)
+            finally:
+                self._busy = False
 
     def _own(self, uri: str | None = None) -> ServiceServer | None:
         """Return our own node's service of that name if its handler could only run in this thread, which would wait.

@@ -50,12 +50,17 @@ class SignalHandlers:
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         counts = self._insistence.again()
-        if counts and self.count == 1:
-            self._on_signal(number)
+        first = counts and self.count == 1
         previous = self._previous.get(number)
         if callable(previous) and not self._is_default(previous):
-            previous(number, frame)
-        elif counts and self.count > 1:
+            try:
+                previous(number, frame)  # first: it may have something to publish
+            finally:
+                if first:
+                    self._on_signal(number)
+        elif first:
+            self._on_signal(number)
+        elif counts:
             self._interrupt(number)
 
     def _is_default(self, handler: Any) -> bool:

@@ -1,0 +1,81 @@
+"""signals: what a handler may do on top of whatever it has interrupted (the program is ``interrupted.py``).
+
+Each case is a process of its own, that ends with all stacks shown if it hangs.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import pyros1
+from pyros1.node.signals import SignalHandlers
+
+SRC = str(Path(pyros1.__file__).parent.parent)
+PROGRAM = Path(__file__).with_name("interrupted.py")
+MAINS = ["rate", "sleep", "params", "cached", "log", "print", "service", "persistent", "spin", "advertise", "wait"]
+
+
+@pytest.fixture
+def run(environ: dict[str, str]) -> Callable[..., None]:
+    """Return a function that runs a scenario."""
+
+    def run(*words: object) -> None:
+        process = subprocess.run(
+            [sys.executable, "-W", "error", str(PROGRAM), *map(str, words)],
+            env={**os.environ, **environ, "PYTHONPATH": SRC},
+            capture_output=True,
+            check=False,
+            text=True,
+            timeout=60,
+        )
+        said = "\n".join(line for line in process.stdout.splitlines() if "[INFO]" not in line)
+        assert process.returncode == 0, f"{said[-2000:]}\n{process.stderr[-10_000:]}"
+
+    return run
+
+
+@pytest.mark.parametrize("latch", ["", "latch"])
+@pytest.mark.parametrize("queue_size", [None, 0, 10])
+@pytest.mark.parametrize("transport", ["local", "tcp"])
+def test_publishing_on_top_of_publishing(
+    run: Callable[..., None], transport: str, queue_size: int | None, latch: str
+) -> None:
+    run("publishing", transport, queue_size, latch)
+
+
+@pytest.mark.parametrize("main", MAINS)
+def test_everything_that_is_promised_on_top_of_everything(run: Callable[..., None], main: str) -> None:
+    run(f"everything:{main}", "tcp" if main == "rate" else "local")
+
+
+@pytest.mark.parametrize("main", ["publish", "rate", "spin", "params"])
+def test_the_last_message_and_the_end_of_the_node(run: Callable[..., None], main: str) -> None:
+    run(f"ending:{main}", "tcp" if main == "publish" else "local")
+
+
+@pytest.mark.parametrize("queue_size", [None, 0])
+@pytest.mark.parametrize("transport", ["local", "tcp"])
+def test_a_handler_that_raises_tears_no_frame(run: Callable[..., None], transport: str, queue_size: int | None) -> None:
+    run("raising", transport, queue_size)
+
+
+def test_the_handler_of_the_program_comes_before_the_end_of_the_node() -> None:
+    done: list[Any] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: done.append("program"))
+    handlers = SignalHandlers(lambda number: done.append("node"))
+    handlers.install()
+    try:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+    finally:
+        handlers.restore()
+        signal.signal(signal.SIGINT, before)
+    assert done == ["program", "node", "program"]
