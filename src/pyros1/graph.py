@@ -21,6 +21,7 @@ from pyros1.errors import (
     UnreachableError,
 )
 from pyros1.names import SEP
+from pyros1.shown import foreign, one_line
 
 NODE_TIMEOUT = 10.0
 """Seconds that a node gets to answer one call."""
@@ -109,17 +110,17 @@ class Graph:
     def state(self) -> SystemState:
         """The registrations of all nodes."""
         publishers, subscribers, services = (
-            {name: list(nodes) for name, nodes in table} for table in self.master.get_system_state()
+            {foreign(name): [*map(foreign, nodes)] for name, nodes in table} for table in self.master.get_system_state()
         )
         return SystemState(publishers, subscribers, services)
 
     def topic_types(self) -> dict[str, str]:
         """The type of every topic that ever had one, ``*`` included; the name's order is the master's."""
-        return {entry[0]: entry[1] for entry in self.master.get_topic_types()}
+        return {foreign(entry[0]): foreign(entry[1]) for entry in self.master.get_topic_types()}
 
     def published_types(self) -> dict[str, str]:
         """The type of every topic that has a publisher."""
-        return {entry[0]: entry[1] for entry in self.master.get_published_topics("")}
+        return {foreign(entry[0]): foreign(entry[1]) for entry in self.master.get_published_topics("")}
 
     def find_topic(self, name: str) -> tuple[str, str, str] | None:
         """Split a name of the form ``/topic/field`` at the topic that the master knows.
@@ -205,7 +206,7 @@ class NodeApi:
         entries = self._call("getSubscriptions")
         match entries:
             case list() if all(isinstance(entry, list) and len(entry) > 1 for entry in entries):
-                return {str(topic): str(type_) for topic, type_, *_ in entries}
+                return {foreign(str(topic)): foreign(str(type_)) for topic, type_, *_ in entries}
         raise ProtocolError(f"the node at {self.uri} answered getSubscriptions with something else than pairs")
 
     def shutdown(self, reason: str) -> None:
@@ -229,7 +230,8 @@ def parse_bus_entry(entry: Any) -> Connection:
     connected = bool(entry[5]) if len(entry) > 5 else True
     match = _INFO.match(entry[6]) if len(entry) > 6 and isinstance(entry[6], str) else None
     port, peer, sock = match.groups() if match else (None, None, None)
-    return Connection(number, str(destination), str(direction), str(transport), str(topic), connected, port, peer, sock)
+    where, way, by, topic = (foreign(str(word)) for word in (destination, direction, transport, topic))
+    return Connection(number, where, way, by, topic, connected, port, peer and foreign(peer), sock)
 
 
 def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
@@ -266,8 +268,8 @@ def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TI
     except (OSError, ProtocolError, UnreachableError, DeadlineError) as error:
         raise ServiceUnavailableError(f"service [{name}] at {uri} does not answer: {error}") from error
     if "error" in header:
-        raise ServiceUnavailableError(f"service [{name}] at {uri}: {header['error']}")
-    return header
+        raise ServiceUnavailableError(f"service [{name}] at {uri}: {one_line(header['error'])}")
+    return {name: foreign(value) for name, value in header.items()}
 
 
 def in_namespace(names: Iterable[str], namespace: str | None) -> list[str]:

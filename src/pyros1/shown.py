@@ -39,5 +39,34 @@ def coloured_lines(text: str) -> str:
     return _BUT_COLOURS.sub(lambda found: found.group(1) or _escape(found), text)
 
 
+class Foreign(str):
+    """A text of others that stays what it is for programs, as a name to look up or a value in JSON, but shows itself as
+    `one_line` in what is printed and formatted. Strings that are joined or added show what is in them: join ``map(str,
+    names)``.
+    """
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        return one_line(str.__str__(self), len(self))
+
+    def __format__(self, spec: str) -> str:
+        return format(str(self), spec)
+
+
+def foreign(text: str) -> str:
+    """Return a text of others to be shown and used; the same object if nothing in it does harm."""
+    return text if (text.isprintable() and text.isascii()) or not _IN_ONE_LINE.search(text) else Foreign(text)
+
+
+def json_text(text: str) -> str:
+    """Return JSON with control characters, which JSON allows in strings, in the form that stands for them."""
+    return (
+        text
+        if text.isascii() and "\x7f" not in text
+        else _IN_LINES.sub(lambda found: f"\\u{ord(found.group()):04x}", text)
+    )
+
+
 def _escape(found: re.Match[str]) -> str:
     return repr(found.group())[1:-1]

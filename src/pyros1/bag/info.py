@@ -11,6 +11,7 @@ from typing import Any
 
 from pyros1.bag.reader import BagReader
 from pyros1.bag.records import NS
+from pyros1.shown import foreign
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,13 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
     old = bag.file.version == 102
     rates = _frequencies(bag, by_topic) if frequencies or old else {}  # stock has them of old bags at once
     topics = [
-        Topic(name, connections[ids[0]].type, sum(counts.get(i, 0) for i in ids), len(ids), rates.get(name))
+        Topic(
+            foreign(name),
+            foreign(connections[ids[0]].type),
+            sum(counts.get(i, 0) for i in ids),
+            len(ids),
+            rates.get(name),
+        )
         for name, ids in sorted(by_topic.items())
     ]
     version = "1.2" if old else "2.0"
@@ -133,11 +140,11 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         end=end / NS,
         messages=sum(counts.values()),
         storage={} if old else _storage(bag),
-        types=dict(sorted(types.items())),
+        types={foreign(name): foreign(md5sum) for name, md5sum in sorted(types.items())},
         topics=topics,
         empty=not bag.chunks and not bag.connections,
-        encryption=bag.file.encrypted,
-        gpg_user=bag.file.header.get("gpg_user", b"").decode("utf-8", "replace"),
+        encryption=foreign(bag.file.encrypted),
+        gpg_user=foreign(bag.file.header.get("gpg_user", b"").decode("utf-8", "replace")),
     )
 
 

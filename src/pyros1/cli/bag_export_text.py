@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from contextlib import ExitStack
 from optparse import Values
 from typing import Any, TextIO
 
 from pyros1.bag.export.tables import Table
 from pyros1.bag.export.topic_names import FileNames
+from pyros1.cli.clean_output import data_stream
 from pyros1.cli.common import CommandError
 from pyros1.cli.topic_echo import Json
 from pyros1.msgs import Message
@@ -66,7 +66,7 @@ class CsvWriter:
 
     def _open(self, topic: str) -> TextIO:
         if self._target == STDOUT:
-            return sys.stdout
+            return data_stream()
         path = os.path.join(self._folder, f"{self._names[topic]}.csv") if self._folder else self._target
         return self._stack.enter_context(open(path, "w", encoding="utf-8", newline=""))
 
@@ -83,7 +83,7 @@ class JsonWriter:
         self._bare = bool(options.bare)
         self._json = Json(options)
         self._own = target != STDOUT
-        self._file = open(target, "w", encoding="utf-8", newline="") if self._own else sys.stdout  # noqa: SIM115
+        self._file = open(target, "w", encoding="utf-8", newline="") if self._own else data_stream()  # noqa: SIM115
         self._heads: dict[str, str] = {}
 
     def write_message(self, topic: str, message: Any, time: Time) -> None:

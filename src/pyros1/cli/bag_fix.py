@@ -17,6 +17,7 @@ from pyros1.cli.common import Invocation
 from pyros1.cli.progress import Progress
 from pyros1.errors import MessageError
 from pyros1.msgs import load_message
+from pyros1.shown import one_line
 
 Migration = tuple[Class, Class | None, list[Missing]]
 
@@ -190,7 +191,7 @@ def _migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
         try:
             old = bag.message_class(connection)
         except MessageError as error:
-            raise BagError(bag.path, f"connection {connection.id} on {connection.topic}: {error}") from error
+            raise BagError(bag.path, f"connection {connection.id} on {one_line(connection.topic)}: {error}") from error
         migration = migration_of(old, migrator)
         if migration is not None:
             found[key] = migration

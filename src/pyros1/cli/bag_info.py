@@ -11,6 +11,7 @@ from pyros1.bag.errors import BagError, EncryptedError, UnindexedError
 from pyros1.bag.info import info_text, info_values, summarize, yaml_text
 from pyros1.bag.reader import BagReader
 from pyros1.cli.common import Invocation, flush
+from pyros1.shown import json_text
 
 _WRITING = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
 _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(-?\d+)\]")
@@ -43,7 +44,7 @@ def info(invocation: Invocation) -> int:
         if options.json:
             import json  # noqa: PLC0415
 
-            print(json.dumps(_typed(info_values(summary)), ensure_ascii=False))
+            print(json_text(json.dumps(_typed(info_values(summary)), ensure_ascii=False)))
             continue
         if not options.yaml:
             print(info_text(summary))

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
-from pyros1 import names
+from pyros1 import names, shown
 from pyros1.errors import Error, MasterUnreachableError
 
 if TYPE_CHECKING:
@@ -69,8 +69,8 @@ class Invocation:
     def resolve(self, name: str) -> str:
         """Return the full name that a name on the command line stands for. Legal or not is the master's business."""
         if names.is_private(name):
-            return names.canonicalize_name(f"{self._namespace}/{self.stock}/{name[1:]}")
-        return names.canonicalize_name(names.ns_join(self._namespace, name))
+            return shown.foreign(names.canonicalize_name(f"{self._namespace}/{self.stock}/{name[1:]}"))
+        return shown.foreign(names.canonicalize_name(names.ns_join(self._namespace, name)))
 
     @property
     def namespace(self) -> str:
@@ -228,7 +228,7 @@ def print_json(value: Any) -> None:
     """Print a value as one line of JSON."""
     import json  # noqa: PLC0415
 
-    print(json.dumps(value, ensure_ascii=False))
+    print(shown.json_text(json.dumps(value, ensure_ascii=False)))
 
 
 def report(text: str, code: int) -> int:

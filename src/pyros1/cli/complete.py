@@ -7,12 +7,13 @@ candidate needs, no more.
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
 
+from pyros1.cli.clean_output import data_stream
 from pyros1.cli.complete_words import VERBS, arguments_of
 from pyros1.cli.main import COMMANDS
 from pyros1.cli.setup_names import FUNCTIONS, stock_names
+from pyros1.shown import lines
 
 _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./:=@%,~")
 PATIENCE = 0.7
@@ -103,15 +104,16 @@ def main(argv: list[str]) -> int:
         token = words[-1]
         lead = token[:1] if token[:1] in ("'", '"') else ""
         line = Line([*words[:-1], token[len(lead) :]], one_line=shell == "fish")
-        found = [each for each in candidates(line) if each.startswith(line.token) and each != ""]
+        found = [each for each in candidates(line) if each.startswith(line.token) and each == lines(each) != ""]
     except Exception:  # noqa: BLE001 - whatever is wrong, a line that is being typed is not the place to say it
         return 0
     start = max((line.token.rfind(each) for each in ":=" if each in breaks), default=-1) + 1
+    out = data_stream()
     for each in dict.fromkeys(found):
         text = each[start:] if " " not in each else each
         text = text.replace("\n", " ") if shell == "fish" else quote(text, lead)
-        sys.stdout.write(text + ("\n" if shell == "fish" else "\0"))
-    sys.stdout.flush()
+        out.write(text + ("\n" if shell == "fish" else "\0"))
+    out.flush()
     return 0
 
 

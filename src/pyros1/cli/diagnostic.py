@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, print_json, run, use_colour
 from pyros1.cli.usage import examples_text
+from pyros1.shown import one_line
 
 if TYPE_CHECKING:
     import argparse
@@ -158,11 +159,11 @@ def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False,
         shown = _SHOWN[status.level] if known else f"{status.level:<5}"
         if colour and known:
             shown = f"{_COLOURS[status.level]}{shown}{_RESET}"
-        yield f"[ {shown} ] {status.name} - {status.message}"
+        yield f"[ {shown} ] {one_line(status.name)} - {one_line(status.message)}"
         if detail:
             yield f"    timestamp:   {_moment(message)}"
-            yield f"    hardware_id: {status.hardware_id}"
-            yield from (f"    - {each.key}: {each.value}" for each in status.values)
+            yield f"    hardware_id: {one_line(status.hardware_id)}"
+            yield from (f"    - {one_line(each.key)}: {one_line(each.value)}" for each in status.values)
 
 
 def as_json(message: Any, statuses: Sequence[Any]) -> dict[str, Any]:

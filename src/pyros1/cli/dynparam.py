@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, guard_negatives, print_json, run, unguard
 from pyros1.cli.usage import examples_text
 from pyros1.errors import ParameterNotSetError, ServiceError, WaitTimeoutError
+from pyros1.shown import one_line
 
 if TYPE_CHECKING:
     from optparse import OptionParser
@@ -107,7 +108,7 @@ def list_nodes(invocation: Invocation) -> None:
     if options.json:
         print_json(names)
     elif names:
-        print("\n".join(names))
+        print(*map(one_line, names), sep="\n")
 
 
 def _known(invocation: Invocation) -> list[str]:

@@ -16,6 +16,7 @@ from pyros1.doctor.edges import Edge, actual_edges
 from pyros1.doctor.together import together
 from pyros1.errors import Error, MasterUnreachableError
 from pyros1.graph import Connection, Graph
+from pyros1.shown import json_text
 
 _NODE_TIMEOUT = 2.0
 _PERIOD = 1.0
@@ -76,7 +77,7 @@ def _run(invocation: Invocation, how: str = "", file: str = "") -> None:
         if how == "--svg":
             _draw(picture.dot(), file)
         elif how == "--json":
-            print(json.dumps(picture.as_json(), ensure_ascii=False))
+            print(json_text(json.dumps(picture.as_json(), ensure_ascii=False)))
         else:
             print(picture.dot() if how == "--dot" else picture.text(), flush=True)
             for name in picture.silent:
@@ -136,7 +137,7 @@ class Picture:
 
 
 def _label(edge: Edge) -> str:
-    return json.dumps(edge.topic, ensure_ascii=False)
+    return json_text(json.dumps(edge.topic, ensure_ascii=False))
 
 
 def _indented(names: Iterable[str]) -> list[str]:

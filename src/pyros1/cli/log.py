@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, print_json, program_name, run, use_colour
 from pyros1.cli.usage import examples_text
 from pyros1.errors import ServiceError, ServiceUnavailableError
+from pyros1.shown import lines, one_line
 
 if TYPE_CHECKING:
     import argparse
@@ -86,7 +87,7 @@ def list_loggers(invocation: Invocation) -> None:
     if json:
         print_json([{"logger": name, "level": level} for name, level in loggers.items()])
     elif loggers:
-        print("\n".join(loggers))
+        print(*map(one_line, loggers), sep="\n")
 
 
 def get(invocation: Invocation) -> None:
@@ -220,17 +221,18 @@ def line(message: Any, *, colour: bool = False, verbose: bool = False) -> str:
         colour: with escape sequences.
         verbose: a second line says when and where it was logged.
     """
-    level, name = _level(message.level).upper(), message.name
+    level, name = _level(message.level).upper(), one_line(message.name)
     shown = f"{level:5}"
     if colour:
         shown, name = f"{_COLOURS.get(message.level, '')}{shown}{_RESET}", f"{_BOLD}{name}{_RESET}"
-    text = f"[ {shown} ] [{name}]: {message.msg}"
+    text = f"[ {shown} ] [{name}]: " + lines(message.msg).replace("\n", "\n  ")  # so that none passes for another's
     if not verbose:
         return text
     stamp = message.header.stamp
     seconds = stamp.secs + stamp.nsecs / 1e9
     moment = datetime.fromtimestamp(seconds, timezone.utc)
-    return f"{text}\n          [{moment} ({seconds:.6f})] [{message.function}]: {message.file}:{message.line}"
+    place = f"[{one_line(message.function)}]: {one_line(message.file)}:{message.line}"
+    return f"{text}\n          [{moment} ({seconds:.6f})] {place}"
 
 
 def as_json(message: Any) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import os
 import sys
 from importlib import import_module
 
+from pyros1.cli.clean_output import clean_output
 from pyros1.cli.pkg_here import add_packages_here
 from pyros1.errors import Error
 
@@ -84,7 +85,8 @@ def entry(argv: list[str] | None = None) -> int:
             return entry(argv)
     try:
         try:
-            return _entry(list(sys.argv if argv is None else argv))
+            with clean_output():
+                return _entry(list(sys.argv if argv is None else argv))
         finally:
             sys.stdout.flush()  # now: what fails in Python's own flush at the end cannot be caught
     except BrokenPipeError:

@@ -65,7 +65,7 @@ def list_nodes(invocation: Invocation) -> None:
         names = [f"{graph.node_uri(name) or 'unknown address'} \t{name}" for name in names]
     elif uris:
         names = [graph.node_uri(name) or f"unknown address {name}" for name in names]
-    print("\n".join(names))
+    print(*names, sep="\n")
 
 
 def info(invocation: Invocation) -> None:
@@ -202,7 +202,7 @@ def _print_names(names: Iterable[str], json: bool) -> None:
     if json:
         print_json(sorted(names))
     else:
-        print("\n".join(sorted(names)))
+        print(*sorted(names), sep="\n")
 
 
 def _addresses(host: str) -> set[str]:

@@ -31,7 +31,7 @@ def ping(invocation: Invocation) -> None:
         return
     if not args:
         try:
-            available = "\n".join(sorted(graph.state().nodes()))
+            available = "\n".join(map(str, sorted(graph.state().nodes())))
         except Error:
             available = ""
         parser.print_usage(sys.stderr)

@@ -7,6 +7,7 @@ from typing import Any
 
 from pyros1.cli.common import Invocation, print_json
 from pyros1.graph import SystemState, in_namespace
+from pyros1.shown import one_line
 
 _QUIET_TOPICS = ("/rosout", "/rosout_agg", "/clock")
 _QUIET_SERVICES = ("/get_loggers", "/set_logger_level")
@@ -65,7 +66,7 @@ def _branch(
         name, last = f"{path}/{part}", number == len(branch)
         inner = indent + ("   " if last else "│  ")
         own = table.get(name)
-        yield f"{indent}{'└─' if last else '├─'} {part}{'/' if own is None else ''}"
+        yield f"{indent}{'└─' if last else '├─'} {one_line(part)}{'/' if own is None else ''}"
         if own is not None:
             edge = inner + ("│ " if below else "  ")
             for topic in own["publishes"]:
@@ -79,4 +80,4 @@ def _branch(
 
 def _others(table: dict[str, list[str]], topic: str, name: str) -> str:
     nodes = [node for node in table.get(topic, []) if node != name]
-    return f" {', '.join(nodes)}" if nodes else " nobody"
+    return f" {', '.join(map(str, nodes))}" if nodes else " nobody"

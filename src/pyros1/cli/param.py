@@ -9,6 +9,7 @@ from typing import Any
 
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, guard_negatives, print_json, run, unguard
 from pyros1.errors import MasterError, MasterUnreachableError, ParameterNotSetError
+from pyros1.shown import foreign, one_line
 
 INT_RANGE = range(-(2**31), 2**31)
 
@@ -58,14 +59,14 @@ def list_names(invocation: Invocation) -> None:
     if args and (len(args) > 1 or args[0].startswith("-")):
         options, args, _ = _parse(invocation, "[namespace]", 1, "", json=True)
         json = options.json
-    names = invocation.master.get_param_names()
+    names = [*map(foreign, invocation.master.get_param_names())]
     if args:
         prefix = invocation.resolve(args[0]).rstrip("/") + "/"
         names = [name for name in names if name.startswith(prefix)]
     if json:
         print_json(sorted(names))
     else:
-        print("\n".join(sorted(names)))
+        print(*sorted(names), sep="\n")
 
 
 def get(invocation: Invocation) -> None:
@@ -119,8 +120,8 @@ def _scalar_or_block(value: Any) -> str:
 def pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
     """A dictionary for people: strings without quotes, longer ones as blocks."""
     lines = []
-    for key in sorted(value):
-        item = value[key]
+    for name in sorted(value):
+        item, key = value[name], one_line(name)
         if isinstance(item, dict):
             lines += [f"{indent}{key}:", *pretty_lines(item, indent + "  ")]
         elif isinstance(item, str):

@@ -17,6 +17,7 @@ from pyros1.errors import (
     UnknownTypeError,
 )
 from pyros1.graph import Graph, in_namespace, probe_service
+from pyros1.shown import json_text
 
 if TYPE_CHECKING:
     from optparse import Values
@@ -92,7 +93,7 @@ def list_services(invocation: Invocation) -> None:
         print_json([{"service": name, "nodes": services[name]} for name in names])
         return
     for name in sorted(in_namespace(services, namespace)):
-        print(f"{name} {','.join(services[name])}" if with_nodes else name)
+        print(f"{name} {','.join(map(str, services[name]))}" if with_nodes else name)
 
 
 def info(invocation: Invocation) -> None:
@@ -176,7 +177,7 @@ def find(invocation: Invocation) -> None:
     if options.json:
         print_json(matching)
     else:
-        print("\n".join(matching))
+        print(*matching, sep="\n")
 
 
 def call(invocation: Invocation) -> None:
@@ -220,7 +221,7 @@ def _response(options: Values, response: Message) -> str:
 
         from pyros1.msgs.json_form import to_json  # noqa: PLC0415
 
-        return json.dumps(to_json(response), ensure_ascii=False)
+        return json_text(json.dumps(to_json(response), ensure_ascii=False))
     from pyros1.msgs.text import format_message  # noqa: PLC0415
 
     return format_message(response, no_string=bool(options.nostr), no_array=bool(options.noarr))

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
 
+from pyros1.shown import one_line
+
 LETTER = 7.0  # px, width of a letter on average
 LINE = 15.0  # px, height of a line of text
 MARGIN = 14.0
@@ -76,7 +78,7 @@ def text(frames: Sequence[Frame], now: float) -> str:
     rows: list[tuple[str, list[str]]] = []
 
     def add(frame: Frame, lead: str, deeper: str) -> None:
-        rows.append((lead + frame.name, frame.facts(now)))
+        rows.append((lead + one_line(frame.name), [*map(one_line, frame.facts(now))]))
         last = len(below.get(frame.name, ())) - 1
         for number, child in enumerate(below.get(frame.name, ())):
             ends = number == last

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.common import Invocation
 from pyros1.cli.tf_node import Cures, await_clock, open_node, pauser
 from pyros1.cli.usage import Parser
+from pyros1.shown import one_line
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -118,7 +119,7 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
             rows = ["", "", "", f"RESULTS: for {' to '.join(frames) or 'all Frames'}"]
             if chain:
                 rows += [f"Chain is: {' -> '.join(chain)}", f"Net delay     avg = {average:g}: max = {most:g}"]
-            print("\n".join(rows + delays.lines(chain)), flush=True)
+            print(*map(one_line, rows + delays.lines(chain)), sep="\n", flush=True)
 
 
 def _await_chain(node: Node, buffer: Buffer, cures: Cures, first: str, last: str) -> list[str]:

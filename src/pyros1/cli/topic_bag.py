@@ -12,6 +12,7 @@ from pyros1 import bag as bags
 from pyros1.cli.common import CommandError, did_you_mean, print_json
 from pyros1.graph import in_namespace
 from pyros1.msgs import AnyMsg
+from pyros1.shown import one_line
 from pyros1.timing import Time
 
 
@@ -23,7 +24,7 @@ def list_topics(path: str, namespace: str | None, *, json: bool) -> None:
             if json:
                 print_json([{"topic": name, "type": bag.topics[name], "messages": bag.count(name)} for name in names])
             elif names:
-                print("\n".join(names))
+                print(*map(one_line, names), sep="\n")
             return
         topics = in_namespace(bag.topics, namespace)
         times = [message.time.to_sec() for message in bag.messages(topics, raw=True)] if topics else []

@@ -16,6 +16,7 @@ from pyros1.cli.subscribing import Decoder, find_topic, subscribe
 from pyros1.errors import MessageError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.text import format_message
+from pyros1.shown import json_text
 from pyros1.timing import Time, TVal
 
 _CLEAR = "\033[2J\033[;H"
@@ -245,7 +246,7 @@ class Json:
         tree = to_json(value, kind)
         if self._nostr or self._noarr:
             tree = _without(value, tree, self._nostr, self._noarr)
-        return json.dumps(tree, ensure_ascii=False) + "\n"
+        return json_text(json.dumps(tree, ensure_ascii=False)) + "\n"
 
 
 def _without(value: Any, tree: Any, nostr: bool, noarr: bool) -> Any:

@@ -50,7 +50,7 @@ def list_topics(invocation: Invocation) -> int | None:
     elif verbose:
         print(_verbose(publishers, subscribers, graph.topic_types(), only, ""))
     else:
-        print("\n".join(sorted({*publishers, *subscribers})))
+        print(*sorted({*publishers, *subscribers}), sep="\n")
     return None
 
 
@@ -206,7 +206,7 @@ def find(invocation: Invocation) -> int | None:
     if options.json:
         print_json([{"topic": topic, "type": types[topic]} for topic in names])
     else:
-        print("\n".join(names))
+        print(*names, sep="\n")
     return None
 
 

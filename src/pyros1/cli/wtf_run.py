@@ -19,6 +19,7 @@ from pyros1.doctor.topic_checks import check_topics
 from pyros1.errors import Error, MasterUnreachableError
 from pyros1.net.hosts import is_local, master_uri, parse_uri
 from pyros1.net.master_client import MasterClient
+from pyros1.shown import one_line
 
 _RULE = "=" * 80
 _MASTER_TIMEOUT = 3.0
@@ -164,8 +165,8 @@ def print_findings(title: str, findings: list[Finding]) -> None:
         print(f"\nFound {len(some)} {severity}(s).\n{about}")
         for finding in some:
             word = f"{mark}{severity.upper()}\x1b[0m" if colour else severity.upper()
-            print("\n".join([f"{word} {finding.text}", *(f" * {item}" for item in finding.items)]))
-            print(f"   cure: {finding.cure}\n")
+            print(f"{word} {one_line(finding.text)}", *(f" * {one_line(item)}" for item in finding.items), sep="\n")
+            print(f"   cure: {one_line(finding.cure)}\n")
     if not findings:
         print(f"\nNo errors or warnings (pyros1 {__version__}, Python {sys.version.split()[0]})\n")
     sys.stdout.flush()

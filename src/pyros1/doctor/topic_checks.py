@@ -52,7 +52,7 @@ def _types(system: System) -> Iterator[Finding]:
             yield Finding(
                 "type-mismatch",
                 ERROR,
-                f"the nodes of topic {topic} do not agree on its type: {', '.join(sorted(types))}",
+                f"the nodes of topic {topic} do not agree on its type: {', '.join(map(str, sorted(types)))}",
                 "correct the type in one of them, or remap one to another topic; they will never be connected",
                 tuple(f"{who}: {offer.type}" for who, offer in offers.items()),
             )
@@ -84,7 +84,9 @@ def _unheard(system: System) -> Iterator[Finding]:
             if other is None:
                 plain.append(f"{node}: {topic}")
             else:
-                near.append(f"{node} subscribes {topic}; {', '.join(state.publishers[other])} publishes {other}")
+                near.append(
+                    f"{node} subscribes {topic}; {', '.join(map(str, state.publishers[other]))} publishes {other}"
+                )
     if near:
         yield Finding(
             "near-miss",

@@ -55,8 +55,9 @@ class Console:
         """Set the terminal's title."""
         if self._title and self._out.isatty():
             with self._lock:
-                self._out.write(f"\033]2;{text}\007")
-                self._out.flush()
+                out = getattr(self._out, "under", self._out)  # a command's cleans what is written
+                out.write(f"\033]2;{text}\007")
+                out.flush()
 
     def _write(self, stream: TextIO, text: str, style: str) -> None:
         with self._lock:

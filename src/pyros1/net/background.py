@@ -104,6 +104,7 @@ def write_to_terminal(items: list[Item], give_up: GiveUp) -> None:
     """Write to this process's stdout and stderr; trouble with them is nobody's business."""
     for where, text in items:
         stream = getattr(sys, where, None)
+        stream = getattr(stream, "under", stream)  # a command's, see cli/clean_output.py; log lines are clean
         if stream is None:
             continue
         try:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, cast
 
+from pyros1 import shown
 from pyros1.errors import Error, MasterError, MasterUnreachableError, ParameterNotSetError, ProtocolError, XmlRpcFault
 
 from pyros1.errors import DeadlineError, UnknownHostError, UnreachableError  # isort: skip
@@ -29,7 +30,7 @@ def unpack(reply: Any, what: str) -> Any:
         raise ProtocolError(f"{what} did not answer with [code, message, value]")
     code, message, value = reply
     if code != 1:
-        raise MasterError(str(message), code)
+        raise MasterError(shown.one_line(message), code)
     return value
 
 

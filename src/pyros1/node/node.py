@@ -158,7 +158,7 @@ class Node:
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
         if "__log" not in self.arguments.special:  # a launcher gives it, and sets parameters itself
             for line in left_over(self.name, private, self.arguments.parameters):
-                self.log.info("%s", line)
+                self.log.info("%s", shown.one_line(line, 10_000))
         self._registrar.start()
         if sim_time is True:
             self._use_simulated_time()

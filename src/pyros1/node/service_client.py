@@ -25,6 +25,7 @@ from pyros1.msgs import Message, Service
 from pyros1.net.hosts import parse_uri
 from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.service_server import service_type
+from pyros1.shown import one_line
 from pyros1.wire.handshake import check_service_answer, service_client_header
 from pyros1.wire.header import HeaderReader, encode_header
 from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
@@ -267,7 +268,9 @@ class ServiceClient:
 
     def _read_response(self, ok: bool, body: bytes) -> Any:
         if not ok:
-            raise ServiceError(f"service [{self.name}] responded with an error: {body.decode('utf-8', 'replace')}")
+            raise ServiceError(
+                f"service [{self.name}] responded with an error: {one_line(body.decode('utf-8', 'replace'))}"
+            )
         return self.type._response_class._decode(body, 0, len(body))
 
     def _greet(self, call: _Call) -> None:
@@ -321,7 +324,7 @@ def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEO
     finally:
         call.close()
     if "error" in answer:
-        raise ServiceUnavailableError(f"service [{service}] at {uri}: {answer['error']}")
+        raise ServiceUnavailableError(f"service [{service}] at {uri}: {one_line(answer['error'])}")
     return answer
 
 

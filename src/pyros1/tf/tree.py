@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import isnan
 
+from pyros1.shown import one_line
 from pyros1.tf.errors import (
     ConnectivityException,
     ExtrapolationException,
@@ -277,7 +278,8 @@ class Tree:
         for frame in self.frames.values():
             if frame.static is not None:
                 parent = frame.parent
-                lines.append(f"Frame {frame.name} exists with parent {parent.name if parent else 'NO_PARENT'}.\n")
+                above = one_line(parent.name) if parent else "NO_PARENT"
+                lines.append(f"Frame {one_line(frame.name)} exists with parent {above}.\n")
         return "".join(lines)
 
     def as_yaml(self, now: float | None = None) -> str:

@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from pyros1.errors import ConnectionRefusedByPeerError, ProtocolError
+from pyros1.shown import one_line
 
 ANY = "*"
 
@@ -101,7 +102,7 @@ def answer_subscriber(
 
 def _check_answer(header: Mapping[str, str], who: str, *needed: str) -> None:
     if "error" in header:
-        raise ConnectionRefusedByPeerError(f"{who} refused the connection: {header['error']}")
+        raise ConnectionRefusedByPeerError(f"{who} refused the connection: {one_line(header['error'])}")
     for name in needed:
         if not header.get(name):
             raise ProtocolError(f"{who} answered without the field {name!r}")
@@ -120,7 +121,7 @@ def check_publisher_answer(header: Mapping[str, str], topic: str, wanted: TopicT
     _check_answer(header, f"publisher {publisher} of {topic}", "type", "md5sum")
     if not _md5_equal(wanted.md5sum, header["md5sum"]):
         raise ProtocolError(
-            f"publisher {publisher} sends {topic} as {header['type']} [{header['md5sum']}], "
+            f"publisher {publisher} sends {topic} as {one_line(header['type'])} [{one_line(header['md5sum'])}], "
             f"but this subscriber wants {wanted.name} [{wanted.md5sum}]"
         )
 
@@ -171,7 +172,8 @@ def check_service_answer(header: Mapping[str, str], service: str, wanted: Servic
     _check_answer(header, f"service {service}", "md5sum")
     if not _md5_equal(wanted.md5sum, header["md5sum"]):
         raise ProtocolError(
-            f"service {service} has md5sum [{header['md5sum']}], but this client's {wanted.name} has [{wanted.md5sum}]"
+            f"service {service} has md5sum [{one_line(header['md5sum'])}], "
+            f"but this client's {wanted.name} has [{wanted.md5sum}]"
         )
 
 

@@ -1,0 +1,226 @@
+"""What others send reaches no terminal as it is: every command, shown a robot whose every text would steer it."""
+
+from __future__ import annotations
+
+import io
+import json
+import queue
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pyros1.bag import BagWriter
+from pyros1.cli.clean_output import CleanStream
+from pyros1.cli.main import entry
+from pyros1.errors import ServiceError
+from pyros1.msgs import load_message
+from pyros1.wire.header import encode_header
+
+from .hostile import BAD, WORSE, HostileRobot, assert_clean
+
+COMMANDS = [
+    "topic list",
+    "topic list -v",
+    "topic list --json",
+    "topic info /topic",
+    "topic info /topicBAD",
+    "topic type /topic",
+    "topic type /topicBAD",
+    "topic find std_msgs/String",
+    "topic find std_msgs/BadBAD",
+    "topic echo -n 1 /topic",
+    "topic echo -n 1 /topic/data",
+    "topic echo -n 1 -p /topic",
+    "topic echo -n 1 --json /topic",
+    "topic echo -n 1 /topicBAD",
+    "topic info --json /topic",
+    "node list",
+    "node list -a",
+    "node list -u",
+    "node list --json",
+    "node info /node",
+    "node info /nodeBAD",
+    "node info --json /node",
+    "node ping -c 1 /node",
+    "node ping -c 1 /nodeBAD",
+    "node ping -a",
+    "node machine",
+    "node tree",
+    "node kill /nodeBAD",
+    "service list",
+    "service list -n",
+    "service list --json",
+    "service info /service",
+    "service info /serviceBAD",
+    "service type /service",
+    "service uri /serviceBAD",
+    "service node /service",
+    "service args /service",
+    "service find std_srvs/Trigger",
+    "service call /service",
+    "param list",
+    "param get /p",
+    "param get /q",
+    "param get -p /q",
+    "param get /pBAD",
+    "param dump",
+    "param delete /pBAD",
+    "graph --once",
+    "graph --dot",
+    "graph --json",
+    "log list",
+    "log list /node",
+    "log get /node rosout",
+    "dynparam list",
+    "version",
+    "wtf",
+]
+
+
+@pytest.fixture
+def make_robot() -> Iterator[Callable[[str], HostileRobot]]:
+    """Return a function that makes hostile robots."""
+    robots: list[HostileRobot] = []
+
+    def make(mode: str) -> HostileRobot:
+        robots.append(HostileRobot(mode))
+        return robots[-1]
+
+    yield make
+    for robot in robots:
+        robot.close()
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, call_main: Any, tmp_path: Path) -> Callable[..., tuple[int, str, str]]:
+    """Return a function that runs a command on a robot."""
+    monkeypatch.setenv("ROS_HOSTNAME", "localhost")
+    monkeypatch.setenv("ROS_HOME", str(tmp_path))
+
+    def run(uri: str, command: str) -> tuple[int, str, str]:
+        monkeypatch.setenv("ROS_MASTER_URI", uri)
+        words = [word.replace("BAD", BAD) for word in command.split(" ")]
+        code, out, err = call_main(entry, "pyros1", *words)
+        assert_clean(out, command)
+        assert_clean(err, command)
+        assert "Traceback" not in err, command
+        return code, out, err
+
+    return run
+
+
+@pytest.mark.parametrize("mode", ["answer", "fail", "wrong", "fault", "refuse"])
+def test_no_command_shows_what_steers_a_terminal(run: Any, make_robot: Any, mode: str) -> None:
+    robot, seen = make_robot(mode), 0
+    for command in COMMANDS:
+        if mode == "refuse" and "echo" in command:
+            continue  # waits for a publisher that takes it
+        _, out, err = run(robot.uri, command)
+        seen += "FORGED" in out + err
+    assert seen > len(COMMANDS) // 2, "the texts are shown, but cleaned"
+
+
+def test_json_keeps_what_others_sent(run: Any, make_robot: Any) -> None:
+    robot = make_robot("answer")
+    assert json.loads(run(robot.uri, "topic list --json")[1])[1]["topic"] == "/topic" + BAD
+    assert json.loads(run(robot.uri, "topic echo -n 1 --json /topic")[1])["data"] == "data" + WORSE
+    assert "/node" + BAD in json.loads(run(robot.uri, "graph --json")[1])["nodes"]
+
+
+def test_a_node_shows_nothing_of_the_kind(
+    make_robot: Any, make_node: Any, collect_lines: Any, environ: dict[str, str], capfd: Any
+) -> None:
+    environ["ROS_MASTER_URI"] = make_robot("refuse").uri
+    node = make_node("victim")
+    refused = collect_lines(node)
+    node.subscribe("/topic", "std_msgs/String", print)
+    assert "refused the connection" in refused.get(timeout=10)
+    for broken in (node.service("/service", "std_srvs/Trigger"), lambda: node.params["/p" + BAD]):
+        try:
+            value = broken()
+        except Exception as error:  # noqa: BLE001 - whatever the program would be shown
+            assert_clean(str(error))
+        else:
+            assert value
+    with socket.create_connection(("localhost", node._tcpros.port)) as peer:
+        peer.sendall(encode_header({"topic": "/t" + WORSE, "callerid": "/peer" + WORSE, "md5sum": "*"}))
+        assert "refused a connection of /peer" in refused.get(timeout=10)
+    node.shutdown()
+    out, err = capfd.readouterr()
+    assert "FORGED" in err
+    assert_clean(out)
+    assert_clean(err)
+    for file in Path(environ["ROS_HOME"]).rglob("*.log"):
+        assert_clean(file.read_text(encoding="utf-8"))
+
+
+def test_what_a_service_answers_is_shown_clean(make_robot: Any, make_node: Any, environ: dict[str, str]) -> None:
+    environ["ROS_MASTER_URI"] = make_robot("answer").uri
+    node = make_node("victim")
+    with pytest.raises(ServiceError, match="responded with an error: failed") as raised:
+        node.service("/service", "std_srvs/Trigger")()
+    assert_clean(str(raised.value))
+
+
+@pytest.fixture
+def collect_lines() -> Callable[[Any], queue.Queue[str]]:
+    """Return a function that collects what a node logs from now on."""
+
+    def collect(node: Any) -> queue.Queue[str]:
+        lines: queue.Queue[str] = queue.Queue()
+        before = node._sink.publish
+
+        def publish(record: Any) -> None:
+            before(record)
+            lines.put(record.text)
+
+        node._sink.publish = publish
+        return lines
+
+    return collect
+
+
+def test_log_messages_of_others(run: Any, make_node: Any, environ: dict[str, str]) -> None:
+    from pyros1.msgs.rosgraph_msgs.msg import Log
+
+    publisher = make_node("talker", rosout=False).advertise("/hostile_log", Log, latch=True)
+    publisher.publish(Log(level=8, name="/n" + WORSE, msg="text" + WORSE, file=WORSE, function=WORSE))
+    out = run(environ["ROS_MASTER_URI"], "log echo --once --verbose --topic /hostile_log")[1]
+    assert out.startswith("[ ERROR ] [/n") and "FORGED" in out
+
+
+def test_bags_of_others(run: Any, environ: dict[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "hostile.bag"
+    kind: Any = load_message("std_msgs/String")
+    header = {"type": kind._type + BAD, "md5sum": kind._md5sum, "message_definition": kind._full_text}
+    writer = BagWriter(path)
+    number = writer.add_connection("/topic" + WORSE, {name: text.encode() for name, text in header.items()})
+    good = writer.add_connection("/good", {**{k: v.encode() for k, v in header.items()}, "type": b"std_msgs/String"})
+    writer.write(number, 10**18, kind._encode(kind("data" + WORSE)))
+    writer.write(good, 10**18, kind._encode(kind("data" + WORSE)))
+    writer.close()
+    for command in (
+        "bag info {}", "bag info -y {}", "bag info -y -k topics {}", "bag check {}", "topic list -b {}",
+        "topic echo -b {} /good", "topic echo -p -b {} /good", "topic echo -b {} /none", "bag info --json {}",
+    ):  # fmt: skip
+        out, err = run(environ["ROS_MASTER_URI"], command.format(path))[1:]
+        assert "FORGED" in out + err or "none" in command, command
+
+
+def test_on_a_terminal_the_commands_own_colours_pass_and_nothing_else() -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    terminal, file = Terminal(), io.StringIO()
+    with closing(terminal), closing(file):
+        for stream in (CleanStream(terminal), CleanStream(file)):
+            print("\x1b[31mred\x1b[0m", WORSE, file=stream)
+        assert terminal.getvalue().startswith("\x1b[31mred\x1b[0m \\x9b31m")
+        assert "\x1b]" not in terminal.getvalue() and "\x07" not in terminal.getvalue()
+        assert file.getvalue().startswith("\\x1b[31mred\\x1b[0m")
+        assert CleanStream(file).exact is file and CleanStream(terminal).exact is not terminal
