@@ -138,7 +138,7 @@ class Invocation:
         Raises:
             MasterUnreachableError: the master is not there; tools do not wait for it.
         """
-        self.master.get_pid()  # says at once, before anything heavy is imported, if there is no master
+        self.master.ping()  # says at once, before anything heavy is imported, if there is no master
         from threading import Event  # noqa: PLC0415
 
         from pyros1.node import Node  # noqa: PLC0415

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import ParameterNotSetError
+from pyros1.errors import MasterMethodError, ParameterNotSetError
 
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
@@ -111,6 +112,11 @@ class Parameters:
         self._overtaking = []
         try:
             self._cache[key] = self._master.subscribe_param(self._api(), key)
+        except MasterMethodError:  # nobody would tell us of changes: asked each time, and not kept
+            try:
+                return self._master.get_param(key)
+            except ParameterNotSetError:
+                return {}
         finally:
             overtaking, self._overtaking = self._overtaking, None
             for update in overtaking:
@@ -128,7 +134,8 @@ class Parameters:
         key = self._resolve(name)
         with self._lock:
             if self._cache.pop(key, _MISSING) is not _MISSING:
-                self._master.unsubscribe_param(self._api(), key)
+                with contextlib.suppress(MasterMethodError):  # then its updates are for nobody
+                    self._master.unsubscribe_param(self._api(), key)
 
     def cached_names(self) -> list[str]:
         """Return the full names of the parameters with a local copy."""
