@@ -82,12 +82,13 @@ def test_a_closed_descriptor_is_not_a_sockets(system: dict[str, str], tmp_path: 
     package.mkdir()
     (package / "package.xml").write_text("<package><name>closed</name></package>")
     show = package / "show"
-    show.write_text(f"#!/bin/sh\nreadlink /proc/$$/fd/0 /proc/$$/fd/1 /proc/$$/fd/2 >{tmp_path}/seen\n:\n")
+    names = "[os.readlink(f'/proc/self/fd/{number}') for number in range(3)]"
+    show.write_text(f"#!{sys.executable}\nimport os\nopen('{tmp_path}/seen', 'w').write(repr({names}))\n")
     show.chmod(0o755)
     run("run closed show", {**system, "ROS_PACKAGE_PATH": str(tmp_path)}, preexec_fn=lambda: os.closerange(0, 3))
     if not os.path.exists("/proc/self/fd"):
         pytest.skip("only Linux tells")
-    assert (tmp_path / "seen").read_text() == 3 * "/dev/null\n"
+    assert (tmp_path / "seen").read_text() == repr(3 * ["/dev/null"])
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252", "utf-16", "utf-8", "ascii:strict", "utf-8:strict"])
