@@ -14,7 +14,7 @@ SOURCE = ROOT / "src" / "pyros1"
 
 # A room may import the rooms on lower levels, and itself.
 LEVELS = [
-    {"errors", "names", "timing", "expressions", "suggest", "lazy", "interrupts", "shown"},
+    {"errors", "names", "timing", "expressions", "suggest", "lazy", "interrupts", "shown", "starting"},
     {"values", "wire", "msgs"},
     {"net"},
     {"master", "node"},

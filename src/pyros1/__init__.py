@@ -17,7 +17,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pyros1.starting import prepare as _prepare
+
+_prepare()  # before the imports that take time
+
+from typing import TYPE_CHECKING, Any  # noqa: E402
 
 if TYPE_CHECKING:
     from pyros1.errors import Error

@@ -17,6 +17,7 @@
     │   └── DeadlineError (TimeoutError)    the peer did not answer in time
     ├── XmlRpcFault                         the remote side answered with an XML-RPC fault
     ├── MasterError                         the master answered with code 0 or -1
+    │   ├── MasterMethodError               the master does not have the method, or failed in it
     │   └── MasterUnreachableError          the master did not answer at all
     ├── ServiceError                        a service call failed, here or in the handler
     │   └── ServiceUnavailableError         nobody provides the service, or its node cannot be reached
@@ -148,6 +149,11 @@ class MasterError(Error):
     def __init__(self, message: str, code: int = -1) -> None:
         self.code = code
         super().__init__(message)
+
+
+class MasterMethodError(MasterError):
+    """The master answered, but not to the call: it does not have the method (others than stock's have fewer), or it
+    failed in it."""
 
 
 class MasterUnreachableError(MasterError):

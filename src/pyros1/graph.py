@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, Protocol, cast
 from pyros1.errors import (
     DeadlineError,
     MasterError,
+    MasterMethodError,
     MasterUnreachableError,
     ProtocolError,
     ServiceUnavailableError,
@@ -142,7 +143,7 @@ class Graph:
         """The API URI of a node, None if the master does not know it."""
         try:
             return self.master.lookup_node(name)
-        except MasterUnreachableError:
+        except (MasterUnreachableError, MasterMethodError):
             raise
         except MasterError:
             return None
@@ -151,7 +152,7 @@ class Graph:
         """The ``rosrpc://`` URI of a service's provider, None if nobody provides it."""
         try:
             return self.master.lookup_service(name)
-        except MasterUnreachableError:
+        except (MasterUnreachableError, MasterMethodError):
             raise
         except MasterError:
             return None

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from types import FrameType
+from typing import NoReturn
 
 ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """The signals that ask a program to end."""
@@ -37,6 +40,55 @@ class Insistence:
         self._last = now
         self.count += 1
         return True
+
+
+INTERRUPTED = 128 + signal.SIGINT
+"""Exit code of what SIGINT has ended, as shells count."""
+
+
+class Interrupt:
+    """A handler of SIGINT that raises KeyboardInterrupt once; who insists ends the process at once."""
+
+    def __init__(self) -> None:
+        self._insistence = Insistence()
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        if not self._insistence.again():
+            return
+        if self._insistence.count > 1:
+            die(number)
+        raise KeyboardInterrupt
+
+
+def is_usual(handler: object) -> bool:
+    """Whether a handler of a signal is nobody's in particular, and may be replaced."""
+    return handler in (signal.SIG_DFL, signal.default_int_handler) or isinstance(handler, Interrupt)
+
+
+def die_quietly() -> None:
+    """Let SIGINT end the process at once, where it would raise KeyboardInterrupt."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+@contextmanager
+def raised() -> Iterator[None]:
+    """Raise KeyboardInterrupt meanwhile in a process that `die_quietly` has prepared, so that all is tidied up."""
+    prepared = signal.getsignal(signal.SIGINT) is signal.SIG_DFL
+    if prepared:
+        signal.signal(signal.SIGINT, Interrupt())
+    try:
+        yield
+    finally:
+        if prepared:
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def die(number: int = signal.SIGINT) -> NoReturn:
+    """End the process by a signal, as if it had no handler."""
+    signal.signal(number, signal.SIG_DFL)
+    os.kill(os.getpid(), number)
+    raise SystemExit(128 + number)  # where it is blocked
 
 
 def catch(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int] = ENDINGS) -> Callable[[], None]:

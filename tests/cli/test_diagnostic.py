@@ -86,8 +86,10 @@ def test_where_else_to_look_is_said(run: Run, make_node: Callable[..., Any]) -> 
     assert said == ["WARNING: topic [/d_agg] does not appear to be published yet; there is /d"]
 
 
-def test_following_prints_lines_only(run: Run, robot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first line that is printed ends the node, as Ctrl-C does."""
+def test_following_prints_lines_only(
+    run: Run, robot: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The first line that is printed ends the command, as Ctrl-C does."""
     printed = diagnostic._print
 
     def ending(lines: Any) -> None:
@@ -95,7 +97,9 @@ def test_following_prints_lines_only(run: Run, robot: Any, monkeypatch: pytest.M
         raise KeyboardInterrupt
 
     monkeypatch.setattr(diagnostic, "_print", ending)
-    assert run("-f", "-l", "3") == (0, "[ STALE ] /Lidar - silent\n", "")
+    with pytest.raises(KeyboardInterrupt):
+        run("-f", "-l", "3")
+    assert capsys.readouterr().out == "[ STALE ] /Lidar - silent\n"
 
 
 def test_colours_and_levels_that_do_not_exist() -> None:

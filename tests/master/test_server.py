@@ -11,7 +11,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
-from pyros1.errors import Error, MasterError, MasterUnreachableError, ParameterNotSetError, XmlRpcFault
+from pyros1.errors import Error, MasterError, MasterMethodError, MasterUnreachableError, ParameterNotSetError
 from pyros1.master import Master
 from pyros1.master.notify import MAX_WAITING, Notifier
 from pyros1.master.registry import Notice
@@ -104,7 +104,7 @@ def test_the_typed_client(master: Master, client: MasterClient) -> None:
     with pytest.raises(MasterError, match="unknown node") as caught:
         client.lookup_node("/tester")
     assert caught.value.code == -1
-    with pytest.raises(XmlRpcFault):
+    with pytest.raises(MasterMethodError):
         client.call("nope")
 
 
@@ -127,7 +127,7 @@ def test_the_typed_client_and_parameters(client: MasterClient) -> None:
 def test_m04_multicall(client: MasterClient) -> None:
     results = client.multicall([("setParam", ["/a", 1]), ("getParam", ["/a"]), ("getParam", ["/none"]), ("nope", [])])
     assert results[:2] == [0, 1]
-    assert [type(result) for result in results[2:]] == [MasterError, XmlRpcFault]
+    assert [type(result) for result in results[2:]] == [MasterError, MasterMethodError]
 
 
 def test_no_master_is_said_clearly() -> None:

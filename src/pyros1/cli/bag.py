@@ -8,6 +8,7 @@ from keyword import iskeyword
 
 from pyros1.bag.errors import BagError, UnindexedError
 from pyros1.cli.common import Invocation, flush, run
+from pyros1.cli.output import NAME
 
 _VERBS = {
     "play": ("bag_play", "play back the contents of one or more bag files in a time-synchronized fashion"),
@@ -66,16 +67,12 @@ def _verb(invocation: Invocation) -> int | None:
     try:
         code = function(invocation)
         return code
-    except KeyboardInterrupt:
-        if invocation.verb in ("play", "record"):
-            raise
-        text, code = "interrupted", 130  # what was to be made is not there: no success
     except UnindexedError as error:
         text = f"ERROR bag unindexed: {error}"
     except BagError as error:
         text = f"ERROR reading {error}"
     except OSError as error:
-        if isinstance(error, BrokenPipeError):
+        if isinstance(error, BrokenPipeError) or error.filename == NAME:
             raise
         text = f"ERROR {error.filename}: {error.strerror}" if error.filename else f"ERROR: {error.strerror or error}"
     flush()

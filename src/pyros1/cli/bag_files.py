@@ -17,7 +17,7 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.reader import BagReader
 from pyros1.cli.bag_info import report_bag_error
 from pyros1.cli.common import CommandError
-from pyros1.interrupts import ENDINGS, Insistence, catch
+from pyros1.interrupts import ENDINGS, Insistence, catch, is_usual
 
 _NS = 1_000_000_000
 
@@ -65,8 +65,7 @@ def interruptible(consequence: str) -> Iterator[None]:
             came = signal.Signals(number)
             raise KeyboardInterrupt
 
-    usual = (signal.SIG_DFL, signal.default_int_handler)
-    restore = catch(end, [number for number in ENDINGS if signal.getsignal(number) in usual])
+    restore = catch(end, [number for number in ENDINGS if is_usual(signal.getsignal(number))])
     try:
         yield
     except KeyboardInterrupt:

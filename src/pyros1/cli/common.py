@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from pyros1 import names, shown
+from pyros1.cli import output
 from pyros1.errors import Error, MasterUnreachableError
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ class Invocation:
         Raises:
             MasterUnreachableError: the master is not there; tools do not wait for it.
         """
-        self.master.get_pid()  # says at once, before anything heavy is imported, if there is no master
+        self.master.ping()  # says at once, before anything heavy is imported, if there is no master
         from threading import Event  # noqa: PLC0415
 
         from pyros1.node import Node  # noqa: PLC0415
@@ -162,7 +163,7 @@ class Invocation:
         return not self._wait(seconds)
 
 
-def run(  # noqa: PLR0911 - one way out per kind of end
+def run(
     stock: str,
     argv: list[str],
     verbs: Mapping[str, Callable[[Invocation], int | None]],
@@ -189,8 +190,6 @@ def run(  # noqa: PLR0911 - one way out per kind of end
         return 0 if invocation.verb == "--help" and stock == "rosnode" else usage_code
     try:
         return _run_verb(verb, invocation)
-    except KeyboardInterrupt:
-        return 0
     except BrokenPipeError:
         return quiet_pipe()
     except MasterUnreachableError as error:
@@ -253,9 +252,7 @@ def flush() -> None:
 
 def quiet_pipe() -> int:
     """After the reader of our output went away: let the interpreter end without complaint."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, sys.stdout.fileno())
-    os.close(null)
+    output.abandon()
     return 0
 
 

@@ -164,4 +164,4 @@ def print_exception(error: Error) -> None:
 if __name__ == "__main__":
     from pyros1.cli.main import entry
 
-    sys.exit(entry(["pyros1", "launch", *sys.argv[1:]]))
+    sys.exit(entry(["pyros1", "launch", *sys.argv[1:]], alone=True))

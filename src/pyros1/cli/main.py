@@ -6,6 +6,8 @@ import os
 import sys
 from importlib import import_module
 
+from pyros1 import interrupts
+from pyros1.cli import output
 from pyros1.cli.clean_output import clean_output
 from pyros1.cli.pkg_here import add_packages_here
 from pyros1.errors import Error
@@ -69,32 +71,44 @@ def command_name(word: str) -> str | None:
     return word[3:] if word.startswith("ros") and word[3:] in COMMANDS else None
 
 
-def entry(argv: list[str] | None = None) -> int:
+def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     """Run a command.
+
+    Ctrl-C ends what runs until then with 0. It ends what is cut short by it as if there were no handler: a loop of the
+    shell around it ends, too.
 
     Args:
         argv: the command line with the program's name; None takes ``sys.argv``. Under a stock tool's name, such as
             ``rostopic``, the program is that tool.
+        alone: this process is the command and nothing else; None: it is if there is no ``argv``.
 
     Returns:
         The exit code.
     """
-    if sys.stdout is None or sys.stderr is None:  # the caller closed them
-        with open(os.devnull, "w") as nothing:
-            sys.stdout, sys.stderr = sys.stdout or nothing, sys.stderr or nothing
-            return entry(argv)
+    if alone is None:
+        alone = argv is None
+    if alone:
+        interrupts.die_quietly()  # a traceback of imports is of no use
+        output.prepare()
     try:
         try:
             with clean_output():
                 return _entry(list(sys.argv if argv is None else argv))
         finally:
             sys.stdout.flush()  # now: what fails in Python's own flush at the end cannot be caught
+    except KeyboardInterrupt:
+        if alone:
+            interrupts.die()
+        return interrupts.INTERRUPTED
     except BrokenPipeError:
-        # Whoever read our output has gone. Python would complain when it flushes stdout at exit.
-        null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, sys.stdout.fileno())
-        os.close(null)
+        output.abandon()  # whoever read it has gone
         return 0
+    except OSError as error:
+        if error.filename != output.NAME:
+            raise
+        output.abandon()
+        print(f"ERROR: cannot write to standard output: {error.strerror}", file=sys.stderr)
+        return 1
 
 
 def _entry(words: list[str]) -> int:
@@ -127,7 +141,9 @@ def _entry(words: list[str]) -> int:
 def _run(module: str, arguments: list[str]) -> int:
     try:
         add_packages_here(os.environ)
-        code: int = import_module(f"pyros1.cli.{module}").main(arguments)
+        main = import_module(f"pyros1.cli.{module}").main
+        with interrupts.raised():
+            code: int = main(arguments)
         if code:
             _say_what_was_meant(module, arguments)
         return code
@@ -135,8 +151,6 @@ def _run(module: str, arguments: list[str]) -> int:
         if end.code:  # a wrong command line
             _say_what_was_meant(module, arguments)
         raise
-    except KeyboardInterrupt:
-        return 0
     except Error as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
@@ -145,7 +159,7 @@ def _run(module: str, arguments: list[str]) -> int:
         print(f"ERROR: what was read is not UTF-8 text: byte {byte:#04x} at {place}", file=sys.stderr)
         return 1
     except OSError as error:
-        if error.filename is None:  # not about a file that the user named: a defect
+        if error.filename in (None, output.NAME):  # a defect, if it is about no file that the user named
             raise
         print(f"ERROR: {error.filename or repr('')}: {error.strerror}", file=sys.stderr)
         return 1

@@ -149,6 +149,8 @@ def _program(words: tuple[str, ...], package: str) -> str:
     call = f'["pyros1", *{list(words)!r}, *sys.argv[1:]]'
     return (
         f"#!/bin/sh\n'''exec' {shlex.quote(sys.executable)} \"$0\" \"$@\"\n' '''\n"
+        "import _signal\n\nif callable(_signal.getsignal(_signal.SIGINT)):  # no traceback of imports\n"
+        "    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)\n"
         f"import sys\n\ndel sys.path[0]\nif {package!r} not in sys.path:\n    sys.path.append({package!r})\n"
-        f"from pyros1.cli.main import entry\n\nsys.exit(entry({call}))\n"
+        f"from pyros1.cli.main import entry\n\nsys.exit(entry({call}, alone=True))\n"
     )

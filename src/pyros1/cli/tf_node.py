@@ -30,7 +30,7 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True) -> Node:
         MasterUnreachableError: a tool has no master.
     """
     if tool:
-        invocation.master.get_pid()  # says at once, before anything heavy is imported, if there is no master
+        invocation.master.ping()  # says at once, before anything heavy is imported, if there is no master
     from pyros1.node import Node  # noqa: PLC0415 - help needs none
 
     return Node(

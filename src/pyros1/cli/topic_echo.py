@@ -184,7 +184,7 @@ class Printer:
                 return
             sys.stdout.write(text)
             sys.stdout.flush()
-        except (BrokenPipeError, CommandError) as error:
+        except (OSError, CommandError) as error:
             self.error = error
             self.done.set()
             return

@@ -32,8 +32,6 @@ def main(argv: list[str]) -> int:
     files = [word for word in words if ":=" not in word]
     try:
         findings = examine(options.everything, options.offline, options.json, files, words)
-    except KeyboardInterrupt:
-        return 0
     except BrokenPipeError:
         return quiet_pipe()
     if options.json:

@@ -123,12 +123,10 @@ def _master() -> MasterClient | None:
     except Error:
         return None  # the URI is wrong, and the static checks said so
     try:
-        master.get_pid()
+        master.ping()
     except MasterUnreachableError:
         master.close()
         return None
-    except Error:
-        pass  # something is there: the checks will tell
     return master
 
 

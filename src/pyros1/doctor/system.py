@@ -71,15 +71,8 @@ def _uris(master: MasterClient, method: str, names: list[str]) -> dict[str, str]
     try:
         values = master.multicall([(method, [name]) for name in names])
     except Error:
-        values = [_one(master, method, name) for name in names]
+        return {}
     return {name: value for name, value in zip(names, values, strict=True) if isinstance(value, str)}
-
-
-def _one(master: MasterClient, method: str, name: str) -> object:
-    try:
-        return master.call(method, name)
-    except Error as error:
-        return error
 
 
 def _node(uri: str, answer: object) -> NodeFacts:

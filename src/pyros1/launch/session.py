@@ -164,7 +164,7 @@ class Session:
         waiting = False
         while True:
             try:
-                self._master.get_pid()
+                self._master.ping()
             except MasterUnreachableError:
                 if not self.options.wait:
                     break
@@ -301,7 +301,7 @@ class Session:
             self._core = None
             raise
         try:
-            self._master.get_pid()
+            self._master.ping()
         except MasterUnreachableError:
             raise LaunchError(
                 f"the master just started cannot be reached at {self._uri}: this machine is not called "

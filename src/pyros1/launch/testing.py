@@ -197,7 +197,7 @@ class TestRun:
     def _prepare_master(self) -> None:
         master = MasterClient("/rostest", master_uri(self.environ, {}))
         try:
-            master.get_pid()
+            master.ping()
             if self.clear:
                 names = [name for name in master.get_param_names() if not name.startswith(_KEPT)]
                 master.multicall([("deleteParam", (name,)) for name in names])

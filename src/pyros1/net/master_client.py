@@ -1,16 +1,28 @@
 """The ROS Master and Parameter Server API, as a node or a tool calls it
 (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
+
+There are masters with fewer methods than stock's, and with other words for what they refuse. What such a master lacks
+is done with what it has, where that is possible.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, cast
 
 from pyros1 import shown
-from pyros1.errors import Error, MasterError, MasterUnreachableError, ParameterNotSetError, ProtocolError, XmlRpcFault
-
-from pyros1.errors import DeadlineError, UnknownHostError, UnreachableError  # isort: skip
+from pyros1.errors import (
+    DeadlineError,
+    Error,
+    MasterError,
+    MasterMethodError,
+    MasterUnreachableError,
+    ParameterNotSetError,
+    ProtocolError,
+    UnknownHostError,
+    UnreachableError,
+    XmlRpcFault,
+)
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
 SystemState = list[list[list[Any]]]
@@ -34,6 +46,19 @@ def unpack(reply: Any, what: str) -> Any:
     return value
 
 
+def _says_not_set(error: MasterError) -> bool:
+    return error.code == -1 and "not set" in str(error)
+
+
+def _leaves(namespace: str, tree: Any) -> Iterator[str]:
+    """Yield the full names of the parameters of a tree."""
+    if not isinstance(tree, dict) or not tree:
+        yield namespace or "/"
+        return
+    for name, value in tree.items():
+        yield from _leaves(f"{namespace}/{name}", value)
+
+
 class MasterClient:
     """One caller's view of the master; may be used from several threads.
 
@@ -42,13 +67,15 @@ class MasterClient:
         uri: the master's.
         timeout: seconds that a call may take.
 
-    All methods raise MasterError (the master refused), MasterUnreachableError (it does not answer) and ProtocolError.
+    All methods raise MasterError (the master refused), MasterMethodError (it does not have the method),
+    MasterUnreachableError (it does not answer) and ProtocolError.
     """
 
     def __init__(self, caller_id: str, uri: str, *, timeout: float = 10.0) -> None:
         self.caller_id = caller_id
         self.uri = uri
         self._client = XmlRpcClient(uri, timeout=timeout)
+        self._one_by_one = False  # the master has no system.multicall
 
     def close(self) -> None:
         """Closes the connection; a call pending in another thread fails at once."""
@@ -59,26 +86,43 @@ class MasterClient:
         return unpack(self._raw(method, self.caller_id, *args, timeout=timeout), self._who(method))
 
     def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]]) -> list[Any]:
-        """Makes many calls in one round trip; the caller id is put before each one's arguments.
+        """Makes many calls, in one round trip if the master can; the caller id is put before each one's arguments.
 
         Returns:
-            For each call its value, or, not raised, the MasterError, XmlRpcFault or ProtocolError that it got.
+            For each call its value, or, not raised, the MasterError or ProtocolError that it got.
         """
-        request = [{"methodName": method, "params": [self.caller_id, *args]} for method, args in calls]
-        replies = self._raw("system.multicall", request)
-        if not isinstance(replies, list) or len(replies) != len(calls):
-            raise ProtocolError(f"the master at {self.uri} did not answer each call of a system.multicall")
+        replies = None
+        if not self._one_by_one and len(calls) > 1:
+            request = [{"methodName": method, "params": [self.caller_id, *args]} for method, args in calls]
+            try:
+                replies = self._raw("system.multicall", request)
+            except MasterMethodError:
+                self._one_by_one = True
+        if not isinstance(replies, list) or len(replies) != len(calls) or isinstance(replies[0], int):
+            return [self._attempt(method, args) for method, args in calls]
         results: list[Any] = []
         for (method, _), reply in zip(calls, replies, strict=True):
             try:
                 if isinstance(reply, dict):
-                    raise XmlRpcFault(int(reply.get("faultCode", 1)), str(reply.get("faultString", "")))
+                    raise self._lacks(method, str(reply.get("faultString", "")))
                 if not isinstance(reply, list) or len(reply) != 1:
                     raise ProtocolError(f"{self._who(method)}, inside a multicall, with something else than one value")
                 results.append(unpack(reply[0], self._who(method)))
             except Error as error:
                 results.append(error)
         return results
+
+    def _attempt(self, method: str, args: Sequence[Any]) -> Any:
+        """The value of a call, or the error that only this call has got."""
+        try:
+            return self.call(method, *args)
+        except MasterUnreachableError:
+            raise
+        except Error as error:
+            return error
+
+    def _lacks(self, method: str, why: object) -> MasterMethodError:
+        return MasterMethodError(f"the master at {self.uri} does not do {method}: {why}")
 
     def _who(self, method: str) -> str:
         return f"the master at {self.uri}, asked for {method},"
@@ -94,8 +138,23 @@ class MasterClient:
                     f"or add a line 'ADDRESS {error.host}' to /etc/hosts."
                 )
             raise MasterUnreachableError(f"no answer from the master at {self.uri} ({error}).\n{cure}", 0) from error
+        except (XmlRpcFault, ProtocolError) as error:
+            raise self._lacks(method, error) from error
 
     # ---- master
+
+    def ping(self) -> None:
+        """Returns if the master answers, whatever it is: some have no getPid.
+
+        Raises:
+            MasterUnreachableError: it does not.
+        """
+        try:
+            self.call("getPid")
+        except MasterUnreachableError:
+            raise
+        except (MasterError, ProtocolError):
+            pass
 
     def get_pid(self) -> int:
         """The master's process id."""
@@ -143,11 +202,19 @@ class MasterClient:
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
         """``[[topic, type], ...]`` of topics with a publisher, in a namespace or (empty) everywhere."""
-        return cast("list[list[str]]", self.call("getPublishedTopics", subgraph))
+        try:
+            return cast("list[list[str]]", self.call("getPublishedTopics", subgraph))
+        except MasterMethodError:
+            types = dict(cast("list[tuple[str, str]]", self.call("getTopicTypes")))
+            below = subgraph.rstrip("/") + "/"
+            return [[name, types.get(name, "*")] for name, _ in self.get_system_state()[0] if name.startswith(below)]
 
     def get_topic_types(self) -> list[list[str]]:
         """``[[topic, type], ...]`` of all topics that ever had a type."""
-        return cast("list[list[str]]", self.call("getTopicTypes"))
+        try:
+            return cast("list[list[str]]", self.call("getTopicTypes"))
+        except MasterMethodError:
+            return self.get_published_topics()
 
     def get_system_state(self) -> SystemState:
         """``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]``."""
@@ -166,9 +233,37 @@ class MasterClient:
         except MasterUnreachableError:
             raise
         except MasterError as error:
-            if error.code == -1 and "not set" in str(error):
+            if _says_not_set(error):
                 raise ParameterNotSetError(str(error)) from error
-            raise
+            return self._get_tree(key, error)
+
+    def _get_tree(self, key: str, refusal: MasterError) -> Any:
+        """A value put together from the parameters below a key, for a master that knows no namespaces.
+
+        Raises:
+            ParameterNotSetError: there is nothing, neither below the key nor under it.
+            MasterError: the refusal, since the parameter is there.
+        """
+        if isinstance(refusal, MasterMethodError):
+            raise refusal
+        names = self.get_param_names()
+        if key in names:
+            raise refusal
+        prefix = key.rstrip("/") + "/"
+        below = [name for name in names if name.startswith(prefix)]
+        if not below:
+            raise ParameterNotSetError(f"Parameter [{key}] is not set") from refusal
+        tree: dict[str, Any] = {}
+        for name, value in zip(below, self.multicall([("getParam", (name,)) for name in below]), strict=True):
+            if isinstance(value, Error):
+                continue  # deleted meanwhile
+            branch = tree
+            *folders, leaf = name[len(prefix) :].split("/")
+            for folder in folders:
+                inner = branch.setdefault(folder, {})
+                branch = inner if isinstance(inner, dict) else {}
+            branch[leaf] = value
+        return tree
 
     def set_param(self, key: str, value: Any) -> None:
         """Sets a parameter; a dict replaces the whole tree below the key."""
@@ -176,7 +271,14 @@ class MasterClient:
 
     def has_param(self, key: str) -> bool:
         """Whether a parameter or namespace of that name exists."""
-        return bool(self.call("hasParam", key))
+        try:
+            return bool(self.call("hasParam", key))
+        except MasterMethodError:
+            try:
+                self.get_param(key)
+            except ParameterNotSetError:
+                return False
+            return True
 
     def delete_param(self, key: str) -> None:
         """Removes a parameter or a whole namespace.
@@ -189,24 +291,41 @@ class MasterClient:
         except MasterUnreachableError:
             raise
         except MasterError as error:
-            if error.code == -1 and "not set" in str(error):
+            if _says_not_set(error):
                 raise ParameterNotSetError(str(error)) from error
             raise
 
     def search_param(self, key: str) -> str | None:
         """The full name of the nearest such parameter, looking from the caller's namespace upwards; None if none."""
         try:
-            return cast(str, self.call("searchParam", key))
+            found = self.call("searchParam", key)
         except MasterUnreachableError:
             raise
         except MasterError as error:
             if error.code == -1 and str(error).startswith("Cannot find"):
                 return None
-            raise
+            if (error.code == -1 or key.startswith("~")) and not isinstance(error, MasterMethodError):
+                raise
+            found = None
+        if isinstance(found, str) and found.endswith(key):
+            return found
+        # It does not search, or answers something else than a name.
+        if key.startswith("/"):
+            return key if self.has_param(key) else None
+        first = key.partition("/")[0]
+        namespace = self.caller_id
+        while not self.has_param(f"{namespace}/{first}"):
+            if not namespace:
+                return None
+            namespace = namespace.rpartition("/")[0]
+        return f"{namespace}/{key}"
 
     def get_param_names(self) -> list[str]:
         """The full names of all parameters."""
-        return cast("list[str]", self.call("getParamNames"))
+        try:
+            return cast("list[str]", self.call("getParamNames"))
+        except MasterMethodError:
+            return list(_leaves("", self.call("getParam", "/")))
 
     def subscribe_param(self, api: str, key: str) -> Any:
         """Asks for ``paramUpdate`` calls to ``api``; returns the present value, ``{}`` if not set."""

@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeVar
 
 from pyros1 import names, shown
 from pyros1.errors import (
+    MasterMethodError,
     NodeShutdownError,
 )
 from pyros1.msgs import Service, load_message
@@ -162,9 +163,11 @@ class Node:
         self._registrar.start()
         if sim_time is True:
             self._use_simulated_time()
-        if rosout:
-            logging_api.publish_log(self, self._sink)
-        logging_api.offer_levels(self, self._sink)
+        for offer in (logging_api.publish_log, logging_api.offer_levels) if rosout else (logging_api.offer_levels,):
+            try:
+                offer(self, self._sink)
+            except MasterMethodError as error:
+                self.log.warn("others can see or set less of this node's log: %s", error)
 
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()

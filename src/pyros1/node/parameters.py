@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import ParameterNotSetError
+from pyros1.errors import MasterMethodError, ParameterNotSetError
 from pyros1.node.copies import MISSING, Copies
 from pyros1.node.lane import Lane
 
@@ -116,6 +117,12 @@ class Parameters:
             fetch = self._copies.begin(key)
             try:
                 value = self._master.subscribe_param(self._api(), key)
+            except MasterMethodError:  # nobody would tell us of changes: asked each time, and not kept
+                self._lane.do(self._copies.give_up, fetch)
+                try:
+                    return self._master.get_param(key)
+                except ParameterNotSetError:
+                    return {}
             except BaseException:
                 self._lane.do(self._copies.give_up, fetch)
                 raise
@@ -135,7 +142,8 @@ class Parameters:
         key = self._resolve(name)
         if key in self._copies.names():
             self._lane.do(self._copies.drop, key)
-            self._master.unsubscribe_param(self._api(), key)
+            with contextlib.suppress(MasterMethodError):  # then its updates are for nobody
+                self._master.unsubscribe_param(self._api(), key)
 
     def cached_names(self) -> list[str]:
         """Return the full names of the parameters with a local copy."""

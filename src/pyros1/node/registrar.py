@@ -8,11 +8,18 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from pyros1.errors import Error, MasterError, MasterUnreachableError, NodeShutdownError, UnknownHostError
+from pyros1.errors import (
+    Error,
+    MasterError,
+    MasterMethodError,
+    MasterUnreachableError,
+    NodeShutdownError,
+    UnknownHostError,
+)
 from pyros1.net.master_client import MasterClient
 from pyros1.node.bell import Bell, Event
 from pyros1.node.log import WARN
@@ -89,7 +96,10 @@ class Registrar:
         return self._do(_Job((method, *args)))
 
     def unregister(self, method: str, *args: str) -> None:
-        """Undo `register` with the same arguments. The master's absence is no error: it has forgotten us anyway."""
+        """Undo `register` with the same arguments.
+
+        The master's absence is no error, it has forgotten us anyway; nor is that it has no such method.
+        """
         self._entries.pop((method, *args), None)
         self._do(_Job(_inverse((method, *args))))
 
@@ -148,6 +158,11 @@ class Registrar:
                 value = self._call_once(entry)
                 self._away = False
                 return value
+            except MasterMethodError as error:
+                if entry[0] in _INVERSE:
+                    raise
+                self._context.log.debug("%s stays registered: %s", entry[1], error)
+                return 0
             except MasterUnreachableError:
                 if entry[0] not in _INVERSE:
                     self._away = True
@@ -164,13 +179,36 @@ class Registrar:
         Once a new master knows this one entry it knows the node, and `_check` no longer sees that the rest is missing.
         """
         if not self._entries or entry[0] not in _INVERSE:
-            return self._master.call(entry[0], *entry[1:])
+            return self._tell(entry)
         node, value = self._master.multicall([("lookupNode", (self._context.name,)), (entry[0], entry[1:])])
         if isinstance(value, Error):
-            raise value
-        if isinstance(node, MasterError):
+            value = self._tell_type(entry, value)
+        if isinstance(node, MasterError) and not isinstance(node, MasterMethodError):
             self._register_again()
         return value
+
+    def _tell(self, entry: Entry) -> Any:
+        try:
+            return self._master.call(entry[0], *entry[1:])
+        except MasterError as error:
+            return self._tell_type(entry, error)
+
+    def _tell_type(self, entry: Entry, refusal: Error) -> Any:
+        """Subscribe with the topic's type where the master does not know that ``*`` is any type.
+
+        Raises:
+            Error: the refusal, if it has another reason.
+        """
+        if (
+            entry[0] == "registerSubscriber"
+            and entry[2] == "*"
+            and isinstance(refusal, MasterError)
+            and not refusal.code
+        ):
+            topic_type = dict(cast("Iterable[tuple[str, str]]", self._master.get_topic_types())).get(entry[1])
+            if topic_type not in (None, "*"):
+                return self._master.call(entry[0], entry[1], topic_type, *entry[3:])
+        raise refusal
 
     def _check(self) -> None:
         """Look whether the master still knows us; if not, tell it everything again."""
@@ -184,6 +222,8 @@ class Registrar:
             self._away = False
         except MasterUnreachableError:
             self._away = True
+        except MasterMethodError:
+            pass  # a master that cannot be asked for nodes: whether it was restarted is not seen
         except MasterError:  # it answers, but does not know us: it is a new one
             self._register_again()
         except Error:
@@ -196,7 +236,7 @@ class Registrar:
         try:
             for entry in list(self._entries):
                 try:
-                    value = self._master.call(entry[0], *entry[1:])
+                    value = self._tell(entry)
                 except MasterUnreachableError:
                     raise
                 except MasterError as error:
@@ -240,7 +280,7 @@ def await_master(context: Context, master: MasterClient, patience: float | None)
     said = False
     while True:
         try:
-            master.get_pid()
+            master.ping()
             return
         except MasterUnreachableError as error:
             if until is not None and monotonic() >= until:

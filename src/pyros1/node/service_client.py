@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.errors import (
     ConnectionRefusedByPeerError,
     MasterError,
+    MasterMethodError,
     MasterUnreachableError,
     MessageError,
     NodeShutdownError,
@@ -232,7 +233,7 @@ class ServiceClient:
         self._context.check_running()
         try:
             return self._master.lookup_service(self.name)
-        except MasterUnreachableError as error:
+        except (MasterUnreachableError, MasterMethodError) as error:
             raise ServiceError(f"service [{self.name}] cannot be looked up: {error}") from error
         except MasterError:
             raise ServiceUnavailableError(f"service [{self.name}] unavailable: nobody provides it") from None
@@ -337,6 +338,7 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
 
     Raises:
         WaitTimeoutError: it did not appear in time.
+        ServiceError: the master cannot be asked for services.
         NodeShutdownError: the node is shutting down.
     """
     start = monotonic()
@@ -348,6 +350,8 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
             uri = master.lookup_service(service)
             probe(context, service, uri, PROBE_TIMEOUT if timeout is None else min(PROBE_TIMEOUT, max(timeout, 0.1)))
             return
+        except MasterMethodError as error:
+            raise ServiceError(f"service [{service}] cannot be waited for: {error}") from error
         except (MasterError, ServiceError, WaitTimeoutError, ProtocolError):
             pass
         now = monotonic()

@@ -5,13 +5,14 @@ A second one is one that a person can have meant, see `Insistence`.
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-from pyros1.interrupts import Insistence, catch
+from pyros1.interrupts import Insistence, catch, is_usual
 
 
 class SignalHandlers:
@@ -25,6 +26,7 @@ class SignalHandlers:
         self._on_signal = on_signal
         self._previous: dict[int, Any] = {}
         self._insistence = Insistence()
+        self._over = False
 
     @property
     def count(self) -> int:
@@ -43,6 +45,9 @@ class SignalHandlers:
         """Put the former handlers back, unless somebody has put others in place of ours."""
         if threading.current_thread() is not threading.main_thread():
             return
+        if self.count:
+            self._over = True  # the handlers stay: another signal may come with the first, and would end the ending
+            return
         for number, previous in self._previous.items():
             if signal.getsignal(number) == self._handle:
                 signal.signal(number, previous)
@@ -50,8 +55,13 @@ class SignalHandlers:
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         counts = self._insistence.again()
-        first = counts and self.count == 1
         previous = self._previous.get(number)
+        if self._over:
+            if counts:
+                signal.signal(number, signal.SIG_DFL if previous is None else previous)
+                os.kill(os.getpid(), number)
+            return
+        first = counts and self.count == 1
         if callable(previous) and not self._is_default(previous):
             try:
                 previous(number, frame)  # first: it may have something to publish
@@ -65,7 +75,7 @@ class SignalHandlers:
 
     def _is_default(self, handler: Any) -> bool:
         """Tell whether ours takes the place of that handler, which nobody has installed on purpose."""
-        return handler is signal.default_int_handler
+        return is_usual(handler)
 
     def _interrupt(self, number: int) -> None:
         if number == signal.SIGTERM:

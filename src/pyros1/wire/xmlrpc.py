@@ -398,6 +398,8 @@ def loads_response(body: bytes) -> Any:
         return value
     code = value.get("faultCode") if isinstance(value, dict) else None
     text = value.get("faultString") if isinstance(value, dict) else None
-    if not isinstance(code, int) or not isinstance(text, str):
+    if code is None or text is None:
         raise ProtocolError("not an XML-RPC message: a fault without faultCode and faultString")
-    raise XmlRpcFault(code, text)
+    if not isinstance(code, int):  # there are servers that send words
+        code, text = 0, f"{code}: {text}"
+    raise XmlRpcFault(code, str(text))

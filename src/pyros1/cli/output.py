@@ -1,0 +1,85 @@
+"""Standard output as it may be: closed, full, a pipe that nobody reads, or with an encoding that lacks characters."""
+
+from __future__ import annotations
+
+import codecs
+import io
+import os
+import sys
+from typing import Any, TextIO
+
+_STAND_INS = str.maketrans(
+    {"─": "-", "│": "|", "├": "|", "└": "`", "•": "*", "…": "...", "→": "->", "←": "<-", "↔": "<->", "·": "."}
+)
+"""What is drawn with in place of characters that the encoding lacks."""
+_HANDLER = "pyros1"
+NAME = "standard output"
+"""The file's name in errors of standard output."""
+
+
+def prepare() -> None:
+    """Make standard output and error usable: at the start of a process that is a command."""
+    if sys.stdin is None or sys.stdout is None or sys.stderr is None:
+        _fill_descriptors()
+    sys.stdout = _named(sys.stdout)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and not stream.encoding.lower().startswith("utf"):
+            codecs.register_error(_HANDLER, _replace)
+            stream.reconfigure(errors=_HANDLER)
+        elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="backslashreplace")  # parts of file names that are no text
+
+
+def _fill_descriptors() -> None:
+    """Open what the caller has closed: else the next socket would be standard output for a child."""
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(descriptor, True)
+    os.close(descriptor)
+    sys.stdin = sys.stdin or open(0, closefd=False)  # noqa: SIM115 - as long as the process
+    sys.stdout = sys.stdout or open(1, "w", closefd=False)  # noqa: SIM115
+    sys.stderr = sys.stderr or open(2, "w", closefd=False)  # noqa: SIM115
+
+
+def _replace(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Encode a character that the encoding lacks: bytes of a file name as they are, others as best we can."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    character = error.object[error.start]
+    if "\udc80" <= character <= "\udcff":
+        return bytes([ord(character) - 0xDC00]), error.start + 1
+    stand_in = character.translate(_STAND_INS)
+    if stand_in == character:
+        stand_in = character.encode("ascii", "backslashreplace").decode("ascii")
+    return stand_in, error.start + 1
+
+
+class _Descriptor(io.FileIO):
+    """A file whose errors say which one it is: print tells nobody."""
+
+    def write(self, data: Any) -> int:
+        try:
+            return super().write(data)
+        except OSError as error:
+            error.filename = NAME
+            raise
+
+
+def _named(stream: TextIO) -> TextIO:
+    """Return the same stream with errors that have `NAME` in place of a file's."""
+    if not isinstance(stream, io.TextIOWrapper):
+        return stream
+    raw = _Descriptor(stream.fileno(), "w", closefd=False)
+    return io.TextIOWrapper(
+        raw if isinstance(stream.buffer, io.RawIOBase) else io.BufferedWriter(raw),
+        encoding=stream.encoding,
+        errors=stream.errors,
+        line_buffering=stream.line_buffering,
+        write_through=stream.write_through,
+    )
+
+
+def abandon() -> None:
+    """Let what could not be written go, so that the interpreter ends without complaint."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, sys.stdout.fileno())
+    os.close(null)
