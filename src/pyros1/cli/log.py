@@ -58,8 +58,8 @@ def main(argv: list[str]) -> int:
 
 
 def _program() -> str:
-    """The one command whose name is not the stock tool's without "ros"."""
-    return "rosconsole" if program_name("rosconsole") == "rosconsole" else "pyros1 log"
+    """How the user called this command."""
+    return program_name("rosconsole")
 
 
 def _parse(invocation: Invocation, arguments: str, needed: int, wanted: str) -> tuple[OptionParser, list[str], bool]:
