@@ -328,6 +328,9 @@ rosparam get -h
 rosparam set
 rosparam set a
 rosparam set a b c
+rosparam set a -
+rosparam set a -- -
+rosparam set a -- --
 rosparam set -h
 rosparam set /t/bad {1:\u00a02}
 rosparam set -t nofile /t/text

@@ -80,6 +80,9 @@ def test_parameters(run: Any) -> None:
     assert run("param", "list", "/a") == (0, "/a/x\n/a/y/z\n", "")
     assert run("param", "get", "/a/x") == (0, "-7\n", "")
     assert run("param", "get", "/nope") == (1, "", "ERROR: Parameter [/nope] is not set\n")
+    for words in (["-"], ["--", "-"], ["--", "--"]):
+        code, out, err = run("param", "set", "/dash", *words)
+        assert (code, out) == (2, "") and err.endswith("error: invalid arguments. Please specify a parameter value\n")
     code, out, err = run("param", "set", "/big", "5000000000")
     assert (code, out) == (1, "") and err.startswith("ERROR: ")
 
