@@ -23,6 +23,7 @@ STOCK_SYSTEM = """
 import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolResponse
+from nav_msgs.srv import GetPlan, GetPlanResponse
 from sensor_msgs.msg import JointState
 from geometry_msgs.msg import Pose, PoseArray, PoseStamped
 rospy.init_node("subject")
@@ -43,6 +44,7 @@ def flip(request):
     if not request.data: raise ValueError("nope")
     return SetBoolResponse(True, "ok %s" % request.data)
 services = [rospy.Service("~flip", SetBool, flip), rospy.Service("empty", Empty, lambda r: EmptyResponse())]
+services += [rospy.Service("plan", GetPlan, lambda r: GetPlanResponse())]
 print("ready", flush=True)
 rospy.spin()
 """
@@ -51,6 +53,7 @@ OUR_SYSTEM = """
 import pyros1
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.msgs.std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolResponse
+from pyros1.msgs.nav_msgs.srv import GetPlan, GetPlanResponse
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.msgs.geometry_msgs.msg import Pose, PoseArray, PoseStamped
 node = pyros1.Node("subject")
@@ -73,6 +76,7 @@ def flip(request):
     return SetBoolResponse(True, "ok %s" % request.data)
 node.advertise_service("~flip", SetBool, flip)
 node.advertise_service("empty", Empty, lambda r: EmptyResponse())
+node.advertise_service("plan", GetPlan, lambda r: GetPlanResponse())
 print("ready", flush=True)
 node.spin()
 """
@@ -293,6 +297,9 @@ rosservice node /subject/flip
 rosservice node /nope
 rosservice args /subject/flip
 rosservice args /empty
+rosservice args /plan
+rosservice info /plan
+rosservice call /plan 1 2
 rosservice args /subject/set_logger_level
 rosservice args /nope
 rosservice find std_srvs/SetBool
@@ -326,6 +333,9 @@ rosparam get -h
 rosparam set
 rosparam set a
 rosparam set a b c
+rosparam set a -
+rosparam set a -- -
+rosparam set a -- --
 rosparam set -h
 rosparam set /t/bad {1:\u00a02}
 rosparam set -t nofile /t/text

@@ -35,13 +35,45 @@ def run(words: list[str], cwd: Path, environ: dict[str, str], timeout: float = 6
     )
 
 
+def uncomment(text: str, function: str) -> str:
+    """Take the # from the lines of a call, as ROS's tutorials ask their readers to do."""
+    start = text.index(f"# {function}(\n")
+    end = text.index("# )\n", start) + len("# )\n")
+    return text[:start] + "".join(line[2:] for line in text[start:end].splitlines(keepends=True)) + text[end:]
+
+
+def follow_the_tutorial(package: Path) -> None:
+    """Do in a new package what https://wiki.ros.org/ROS/Tutorials/CreatingMsgAndSrv says."""
+    for file, text in {
+        "msg/Num.msg": "int64 num\n",
+        "srv/AddTwoInts.srv": "int64 a\nint64 b\n---\nint64 sum\n",
+    }.items():
+        (package / file).parent.mkdir()
+        (package / file).write_text(text)
+    manifest = (package / "package.xml").read_text()
+    for tag in ("<build_depend>message_generation</build_depend>", "<exec_depend>message_runtime</exec_depend>"):
+        assert f"<!-- {tag} -->" in manifest
+        manifest = manifest.replace(f"<!-- {tag} -->", tag)
+    (package / "package.xml").write_text(manifest)
+    text = (package / "CMakeLists.txt").read_text()
+    for function in ("add_message_files", "add_service_files", "generate_messages"):
+        text = uncomment(text, function)
+    text = text.replace("  std_msgs\n)", "  std_msgs\n  message_generation\n)", 1)
+    text = text.replace("  # message_runtime", "  message_runtime")
+    text = text.replace("  Message1.msg", "  Num.msg").replace("  Service1.srv", "  AddTwoInts.srv")
+    (package / "CMakeLists.txt").write_text(text)
+
+
 @pytest.fixture(scope="module")
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A workspace with a package made by us, built by stock's catkin_make."""
+    """A workspace with packages made by us, one of them edited as a tutorial says, built by stock's catkin_make."""
     place = tmp_path_factory.mktemp("workspace")
     (place / "src").mkdir()
     create = [sys.executable, "-m", "pyros1", "pkg", "create", "my_robot", "std_msgs"]
     assert run(create, place / "src", environment(place)).returncode == 0
+    create = [sys.executable, "-m", "pyros1", "pkg", "create", "--no-examples", "tutorial", "std_msgs", "rospy"]
+    assert run(create, place / "src", environment(place)).returncode == 0
+    follow_the_tutorial(place / "src" / "tutorial")
     built = run(["catkin_make", "-j2"], place, environment(place), 300)
     assert built.returncode == 0, built.stdout[-3000:] + built.stderr[-3000:]
     return place
@@ -61,6 +93,12 @@ def test_catkin_make_builds_its_message(workspace: Path) -> None:
     )
     assert stock.returncode == ours.returncode == 0, stock.stderr + ours.stderr
     assert stock.stdout == ours.stdout != ""
+
+
+def test_what_the_tutorial_adds_is_built(workspace: Path) -> None:
+    code = "from tutorial.msg import Num; from tutorial.srv import AddTwoInts; print(Num._type, AddTwoInts._type)"
+    done = in_workspace(workspace, f"/usr/bin/python3 -c '{code}'")
+    assert done.stdout == "tutorial/Num tutorial/AddTwoInts\n", done.stderr
 
 
 def test_stock_tools_find_it(workspace: Path) -> None:

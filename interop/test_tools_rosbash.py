@@ -16,6 +16,10 @@ COMMANDS = [
     "roscd roscpp && pwd",
     "roscd roscpp/cmake && pwd",
     "roscd nope 2>&1; echo $?",
+    "roscd >/dev/null 2>&1; echo $?",
+    "CMAKE_PREFIX_PATH=$HOME/bin:$HOME/ros roscd && pwd",
+    "CMAKE_PREFIX_PATH=$HOME/bin:$HOME/ros ROS_WORKSPACE=$HOME/bin roscd && pwd",
+    "CMAKE_PREFIX_PATH=$HOME/bin roscd >/dev/null 2>&1; echo $?",
     "roscd log && pwd",
     "roscd here && pwd",
     "rosls std_msgs",
@@ -36,6 +40,7 @@ def place(tmp_path: Path) -> Path:
     program.write_text(f'#!/bin/sh\nPYTHONPATH="{SOURCE}" exec "{sys.executable}" -m pyros1 "$@"\n')
     program.chmod(0o755)
     (tmp_path / "ros" / "log").mkdir(parents=True)
+    (tmp_path / "ros" / ".catkin").touch()  # a devel space
     return tmp_path
 
 

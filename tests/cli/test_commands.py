@@ -20,7 +20,7 @@ from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 
 from pyros1.cli.main import COMMANDS, command_name, entry
 from pyros1.cli.topic_plot import expand
-from pyros1.msgs import load_message
+from pyros1.msgs import load_message, load_service
 
 
 @pytest.fixture
@@ -80,6 +80,9 @@ def test_parameters(run: Any) -> None:
     assert run("param", "list", "/a") == (0, "/a/x\n/a/y/z\n", "")
     assert run("param", "get", "/a/x") == (0, "-7\n", "")
     assert run("param", "get", "/nope") == (1, "", "ERROR: Parameter [/nope] is not set\n")
+    for words in (["-"], ["--", "-"], ["--", "--"]):
+        code, out, err = run("param", "set", "/dash", *words)
+        assert (code, out) == (2, "") and err.endswith("error: invalid arguments. Please specify a parameter value\n")
     code, out, err = run("param", "set", "/big", "5000000000")
     assert (code, out) == (1, "") and err.startswith("ERROR: ")
 
@@ -93,6 +96,15 @@ def test_services(run: Any, make_node: Callable[..., Any]) -> None:
     assert run("service", "type", "/server/flip") == (0, "std_srvs/SetBool\n", "")
     assert run("service", "call", "/server/flip", "true") == (0, 'success: True\nmessage: "ok"\n', "")
     assert run("service", "call", "/nope", "1") == (2, "", "ERROR: Service [/nope] is not available.\n")
+
+
+def test_arguments_of_a_service_are_those_that_call_takes(run: Any, make_node: Callable[..., Any]) -> None:
+    plans = load_service("nav_msgs/GetPlan")
+    make_node("server", rosout=False).advertise_service("plan", plans, lambda request: plans._response_class())
+    assert run("service", "args", "/plan") == (0, "start goal tolerance\n", "")
+    assert run("service", "info", "/plan")[1].endswith("\nType: nav_msgs/GetPlan\nArgs: start goal tolerance\n")
+    assert json.loads(run("service", "info", "--json", "/plan")[1])["args"] == ["start", "goal", "tolerance"]
+    assert run("service", "call", "/plan", "{}", "{}", "0.5")[0] == 0
 
 
 def test_an_unreachable_master_is_said_in_the_stock_words(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -328,3 +340,19 @@ def test_plot_draws_what_comes(run: Any, make_node: Callable[..., Any]) -> None:
 
 def test_help_has_examples_but_under_stock_names(run: Any) -> None:
     assert "Examples:\n  pyros1 topic echo /pose" in run("topic", "echo", "-h")[1]
+
+
+VERBS = ["topic", "node", "service", "param", "msg", "srv", "log", "tf", "dynparam", "bag", "topic_tools"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("word", ["-h", "--help"])
+def test_every_command_explains_itself(run: Any, command: str, word: str) -> None:
+    code, out, err = run(command, word)
+    assert (code, err) == (0, "") and ("sage" in out or "ommands" in out)
+
+
+@pytest.mark.parametrize("command", VERBS)
+def test_what_is_no_verb_is_said_to_be_none(run: Any, command: str) -> None:
+    code, _, err = run(command, "bogus")
+    assert code != 0 and err == f"pyros1 {command}: there is no 'bogus'\n"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Callable
 from functools import partial
 from types import SimpleNamespace
@@ -65,6 +66,23 @@ def test_echo_prints_what_comes_from_the_aggregator_if_there_is_one(
         "",
     )
     assert json.loads(run("echo", "-1", "--json", "--topic", topic)[1])["text"] == "bad"
+
+
+@pytest.mark.parametrize("words", [[], ["-l", "warn"]])
+def test_echo_says_once_that_it_hides_something(run: Run, make_node: Callable[..., Any], words: list[str]) -> None:
+    publisher = make_node("talker", rosout=False).advertise("/rosout", Log)
+
+    def publish() -> None:
+        publisher.wait_for_subscribers(timeout=10)
+        for level in (2, 1, 2, 8):
+            publisher.publish(Log(level=level, name="/talker", msg="text"))
+
+    thread = threading.Thread(target=publish)
+    thread.start()
+    code, out, err = run("echo", "-1", *words)
+    thread.join()
+    assert (code, out) == (0, "[ ERROR ] [/talker]: text\n")
+    assert err == ("" if words else "pyros1 log echo: what is below warn is hidden: see it with -l info\n")
 
 
 def test_echo_refuses_what_it_does_not_understand(run: Run) -> None:

@@ -171,3 +171,28 @@ def test_in_a_place_for_all_only_ones_own_packages_count(clean: Path, monkeypatc
     assert here(clean, monkeypatch) == ["one"]
     monkeypatch.setattr("os.getuid", lambda: 4242)
     assert here(clean, monkeypatch) == []
+
+
+def test_the_workspace_that_roscd_alone_means(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def cd(*words: str) -> tuple[int, str]:
+        code = entry(["pyros1", "pkg", "cd", *words])
+        said = capsys.readouterr()
+        return code, said.out + said.err
+
+    for name in ("plain", "devel", "workspace"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "devel" / ".catkin").touch()
+    for name in ("ROS_WORKSPACE", "CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.chdir(tmp_path)
+    code, said = cd()
+    assert code == 1 and "source the setup.bash of a workspace, or name a package" in said
+    monkeypatch.setenv("CMAKE_PREFIX_PATH", str(tmp_path / "plain"))
+    assert cd()[0] == 1
+    monkeypatch.setenv("CMAKE_PREFIX_PATH", f"{tmp_path / 'plain'}:{tmp_path / 'devel'}")
+    assert cd() == (0, f"{tmp_path / 'devel'}\n")
+    monkeypatch.setenv("ROS_WORKSPACE", str(tmp_path / "workspace"))
+    assert cd() == (0, f"{tmp_path / 'workspace'}\n")
+    assert cd("--help") == cd("a", "b") == (1, "roscd: usage: roscd [package[/folder]]\n")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -241,3 +242,13 @@ def test_what_a_group_waits_for_its_nodes_wait_for() -> None:
         "c": (["topic:/scan", "param:/g/c/ready"], 7.0),
         "d": ([], 60.0),
     }
+
+
+@pytest.mark.parametrize("name", ["/dev/null", "folder", "pipe"])
+def test_rosparam_loads_regular_files_only(tmp_path: Path, name: str) -> None:
+    (tmp_path / "folder").mkdir()
+    os.mkfifo(tmp_path / "pipe")
+    resources = Resources(FakePackages(), {})
+    (tmp_path / "main.launch").write_text(f'<launch><rosparam command="load" file="{tmp_path / name}"/></launch>')
+    with pytest.raises(LaunchError, match=r"error loading <rosparam> tag: cannot read .* it is not a regular file"):
+        load_plan([str(tmp_path / "main.launch")], {}, resources)

@@ -51,6 +51,25 @@ def test_bare_package_and_metapackage(tmp_path: Path) -> None:
     assert manifest.metapackage and manifest.runs_with() == ["bare"]
 
 
+def test_the_places_that_tutorials_name_are_there_to_be_uncommented(tmp_path: Path) -> None:
+    create(NewPackage("plain", ["roscpp", "std_msgs"], examples=False), tmp_path)
+    create(NewPackage("rich", ["std_msgs"]), tmp_path)
+    text = (tmp_path / "plain" / "CMakeLists.txt").read_text()
+    code = "".join(line for line in text.splitlines(keepends=True) if not line.lstrip().startswith("#"))
+    for call in (
+        *("add_message_files(", "add_service_files(", "add_action_files(", "generate_messages(", "add_library("),
+        *("add_executable(", "target_link_libraries(", "add_dependencies(", "catkin_install_python(", "install("),
+    ):
+        assert f"\n# {call}" in text and call not in code
+    assert "find_package(catkin REQUIRED COMPONENTS\n  roscpp\n  std_msgs\n)" in code
+    assert "\n  # message_runtime\n" in text and "CATKIN_DEPENDS roscpp std_msgs\n" in code
+    assert "-DPYTHON_EXECUTABLE=/usr/bin/python3" in text
+    assert "<!-- <build_depend>message_generation</build_depend> -->" in (tmp_path / "plain/package.xml").read_text()
+    rich = (tmp_path / "rich" / "CMakeLists.txt").read_text()
+    assert "\nadd_message_files(\n  FILES\n  Measurement.msg\n)" in rich and "\n# add_service_files(" in rich
+    assert read_manifest(tmp_path / "plain/package.xml").runs_with() == ["roscpp", "std_msgs"]
+
+
 def test_nothing_is_overwritten(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "README.md").write_text("mine")

@@ -41,7 +41,9 @@ class CommandError(Error):
 def program_name(stock: str) -> str:
     """How the user called this command: ``rostopic`` under that name, else ``pyros1 topic``."""
     called = os.path.basename(sys.argv[0]) if sys.argv else ""
-    return stock if called == stock else f"pyros1 {stock.removeprefix('ros')}"
+    return (
+        stock if called == stock else "pyros1 log" if stock == "rosconsole" else f"pyros1 {stock.removeprefix('ros')}"
+    )
 
 
 class Invocation:
@@ -184,10 +186,14 @@ def run(
     verb = verbs.get(invocation.verb)
     if verb is None:
         print(usage(invocation.program))
+        if _asks_for_help(invocation):
+            return 0
         hint = did_you_mean(invocation.verb, verbs)
-        if hint:
+        if hint or (invocation.verb and (invocation.program != stock or stock == "rosbag")):
+            flush()
             print(f"{invocation.program}: there is no {invocation.verb!r}{hint}", file=sys.stderr)
-        return 0 if invocation.verb == "--help" and stock == "rosnode" else usage_code
+            return usage_code if invocation.program == stock else usage_code or EX_USAGE
+        return usage_code
     try:
         return _run_verb(verb, invocation)
     except BrokenPipeError:
@@ -200,6 +206,13 @@ def run(
         return error.code
     except Error as error:
         return report(str(error), error_code)
+
+
+def _asks_for_help(invocation: Invocation) -> bool:
+    """Whether the command list is what was wanted; under their own names only some of stock's tools see it so."""
+    if invocation.program != invocation.stock:
+        return invocation.verb in ("-h", "--help")
+    return invocation.verb == "--help" and invocation.stock in ("rosnode", "rosmsg", "rossrv")
 
 
 def _run_verb(verb: Callable[[Invocation], int | None], invocation: Invocation) -> int:

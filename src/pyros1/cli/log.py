@@ -34,6 +34,8 @@ _EXAMPLES = {
     },
 }
 _LOOK_FOR_END = 0.2
+_LOWEST = "warn"
+"""The lowest level that is printed, unless the user says another one."""
 
 
 def usage(program: str) -> str:
@@ -57,8 +59,8 @@ def main(argv: list[str]) -> int:
 
 
 def _program() -> str:
-    """The one command whose name is not the stock tool's without "ros"."""
-    return "rosconsole" if program_name("rosconsole") == "rosconsole" else "pyros1 log"
+    """How the user called this command."""
+    return program_name("rosconsole")
 
 
 def _parse(invocation: Invocation, arguments: str, needed: int, wanted: str) -> tuple[OptionParser, list[str], bool]:
@@ -155,7 +157,8 @@ def echo(invocation: Invocation) -> None:
         pattern = re.compile(options.filter)
     except re.error as error:
         raise CommandError(f"{options.filter!r} is not a regular expression: {error}", 2) from None
-    lowest = 1 << LEVELS.index(options.level)
+    lowest = 1 << LEVELS.index(options.level or _LOWEST)
+    told = False
     topic = options.topic and invocation.resolve(options.topic)
     if topic is None:
         # The aggregator has everybody's messages in one connection; without one each node is asked itself.
@@ -168,7 +171,16 @@ def echo(invocation: Invocation) -> None:
                 message: Any = arrived.get(timeout=_LOOK_FOR_END)
             except queue.Empty:
                 continue
-            if message.level < lowest or not pattern.search(message.name):
+            if not pattern.search(message.name):
+                continue
+            if message.level < lowest:
+                if options.level is None and not told:
+                    told = True
+                    wanted = _level(message.level)
+                    print(
+                        f"{_program()} echo: what is below {_LOWEST} is hidden: see it with -l {wanted}",
+                        file=sys.stderr,
+                    )
                 continue
             if options.json:
                 print_json(as_json(message))
@@ -201,9 +213,8 @@ def _echo_options(invocation: Invocation) -> argparse.Namespace:
         "--level",
         choices=LEVELS,
         type=str if stock else str.lower,
-        default="warn",
         metavar="LEVEL",
-        help=f"lowest level to print, one of {', '.join(LEVELS)} (default: %(default)s)",
+        help=f"lowest level to print, one of {', '.join(LEVELS)} (default: {_LOWEST})",
     )
     parser.add_argument("-1", "--once", action="store_true", help="print one message and exit")
     parser.add_argument("--topic", help="topic to read (default: /rosout_agg if somebody publishes it, else /rosout)")

@@ -168,7 +168,7 @@ def set_value(invocation: Invocation) -> None:
         if options.verbose:
             print(f"set parameter [{name}] to [{content.decode('utf-8', 'replace')}]")
         return
-    if len(args) < 2:
+    if len(args) < 2 or args[1] in ("-", "--"):
         parser.error("invalid arguments. Please specify a parameter value")
     if len(args) > 2:
         parser.error("too many arguments")

@@ -72,13 +72,20 @@ def folder_of(place: str) -> str:
 
 def _home_of_packages() -> str:
     """Where ``roscd`` alone goes: the workspace."""
-    first = os.environ.get("ROS_WORKSPACE") or os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)[0]
-    if not first:
-        raise _FilesError("neither ROS_WORKSPACE nor CMAKE_PREFIX_PATH is set: name a package")
-    return first
+    prefixes = os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
+    spaces = [prefix for prefix in prefixes if prefix and os.path.isfile(os.path.join(prefix, ".catkin"))]
+    place = os.environ.get("ROS_WORKSPACE") or next(iter(spaces), None)
+    if place is None:
+        raise _FilesError(
+            "neither ROS_WORKSPACE nor, with a workspace in it, CMAKE_PREFIX_PATH is set: "
+            "source the setup.bash of a workspace, or name a package"
+        )
+    return place
 
 
 def _cd(words: list[str]) -> int:
+    if len(words) > 1 or words in (["-h"], ["--help"]):
+        raise _FilesError("usage: roscd [package[/folder]]")
     path = folder_of(words[0]) if words and words[0] else _home_of_packages()
     if not os.path.isdir(path):
         raise _FilesError(f"{path} is no folder")

@@ -108,13 +108,13 @@ def info(invocation: Invocation) -> None:
         print(f"URI: {graph.service_uri(name)}")
     type_name = (_header(invocation, graph, name) or {}).get("type", "")
     if json:
-        arguments = _argument_names(_load(type_name))
+        arguments = list(_load(type_name)._request_class.__slots__)
         print_json(
             {"service": name, "node": nodes[0], "uri": graph.service_uri(name), "type": type_name, "args": arguments}
         )
         return
     print(f"Type: {type_name}")
-    print(f"Args: {' '.join(_argument_names(_load(type_name)))}")
+    print(f"Args: {' '.join(_load(type_name)._request_class.__slots__)}")
 
 
 def type_of(invocation: Invocation) -> None:
@@ -151,7 +151,7 @@ def args_of(invocation: Invocation) -> None:
     header = _header(invocation, invocation.graph, name)
     if header is None:
         raise CommandError(f"Service [{name}] is not available.{_hint(invocation.graph, name)}", _ERROR)
-    print(" ".join(_argument_names(_load(header.get("type", "")))))
+    print(" ".join(_load(header.get("type", ""))._request_class.__slots__))
 
 
 def find(invocation: Invocation) -> None:
@@ -241,6 +241,7 @@ def _as_arguments(document: Any) -> list[Any]:
 def _call(
     client: Any, service_class: type[Service], name: str, arguments: list[Any], now: Any, verbose: bool
 ) -> Message:
+    from pyros1.cli.arguments import argument_names  # noqa: PLC0415
     from pyros1.msgs.fill import fill_message  # noqa: PLC0415
 
     request = service_class._request_class()
@@ -248,7 +249,7 @@ def _call(
         fill_message(request, arguments, now)
     except MessageError as error:
         provided = "\n".join(f" * {argument} (type {type(argument).__name__})" for argument in arguments)
-        expected = " ".join(_argument_names(service_class))
+        expected = " ".join(argument_names(service_class._request_class))
         raise CommandError(
             f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n{provided}\n\n"
             f"Service arguments are: [{expected}]",
@@ -288,12 +289,6 @@ def _load(type_name: str) -> type[Service]:
         return load_service(type_name)
     except (UnknownTypeError, DefinitionError) as error:
         raise CommandError(f"Unable to load type [{type_name}]: {error}", _ERROR) from None
-
-
-def _argument_names(service_class: type[Service]) -> list[str]:
-    from pyros1.cli.arguments import argument_names  # noqa: PLC0415
-
-    return argument_names(service_class._request_class)
 
 
 _VERBS = {

@@ -38,9 +38,11 @@ def main(argv: list[str]) -> int:
     if tool not in ABOUT:
         print(help_text(""))
         hint = did_you_mean(tool, ABOUT)
-        if hint:
+        if tool in ("-h", "--help"):
+            return 0
+        if tool:
             print(f"pyros1 topic_tools: there is no {tool!r}{hint}", file=sys.stderr)
-        return 0 if tool in ("-h", "--help") else EX_USAGE
+        return EX_USAGE
     try:
         return _run(tool, words)
     except UsageError as error:

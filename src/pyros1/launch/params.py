@@ -117,7 +117,7 @@ class ParamReader:
         if file is not None:
             where, first_line = file, 1
             try:
-                text = scope.resources.read_text(file)
+                text = scope.resources.read_file(file)
             except LaunchError as error:
                 raise LaunchError(f"error loading <rosparam> tag: {error}") from error
         if substituter is not None:

@@ -76,6 +76,16 @@ class Resources:
             raise LaunchError(f"cannot read [{path}]: {reason}") from error
         return text.replace("\r\n", "\n").replace("\r", "\n")
 
+    def read_file(self, path: str) -> str:
+        """Return a regular file as text: not a device or pipe, which might never end, or say something once only.
+
+        Raises:
+            LaunchError: it is none, cannot be read, or is not UTF-8.
+        """
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise LaunchError(f"cannot read [{path}]: it is not a regular file")
+        return self.read_text(path)
+
     def near_file(self, path: str) -> str:
         """Return a hint at a file beside `path` with a similar name, empty if there is none."""
         try:

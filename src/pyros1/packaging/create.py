@@ -11,6 +11,7 @@ from html import escape  # XML's three characters are among HTML's; xml.sax is s
 from pathlib import Path
 
 from pyros1.errors import Error
+from pyros1.packaging.cmake import cmake_lists
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
@@ -110,7 +111,7 @@ def _folders(package: NewPackage) -> list[str]:
 
 
 def _files(package: NewPackage) -> dict[str, str]:
-    files = {"package.xml": package_xml(package), "CMakeLists.txt": cmake_lists(package)}
+    files = {"package.xml": package_xml(package), "CMakeLists.txt": cmake_lists(package, _has_messages(package))}
     if package.examples and not package.meta:
         for base, _, names in os.walk(TEMPLATES):
             for name in sorted(names):
@@ -136,6 +137,7 @@ def package_xml(package: NewPackage) -> str:
     lines += ["", *(_person("maintainer", each) for each in package.maintainers or [f"{user} <{user}@todo.todo>"])]
     lines += [_person("author", each) for each in package.authors]
     lines += [f"  <license>{escape(each)}</license>" for each in package.licenses or ["TODO"]]
+    lines += [f'  <!-- <url type="website">http://wiki.ros.org/{package.name}</url> -->']
     lines += ["", "  <buildtool_depend>catkin</buildtool_depend>"]
     if package.meta:
         lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted(package.depends)]
@@ -145,6 +147,10 @@ def package_xml(package: NewPackage) -> str:
         if _has_messages(package):
             lines += ["  <build_depend>message_generation</build_depend>"]
             lines += [f"  <{tag}>message_runtime</{tag}>" for tag in ("build_export_depend", "exec_depend")]
+        else:
+            lines += ["  <!-- With messages, services or actions of its own a package needs these, too: -->"]
+            lines += ["  <!-- <build_depend>message_generation</build_depend> -->"]
+            lines += ["  <!-- <exec_depend>message_runtime</exec_depend> -->"]
     return "\n".join([*lines, "</package>", ""])
 
 
@@ -163,30 +169,3 @@ def _person(tag: str, text: str) -> str:
         return f'  <{tag} email="{escape(match[2])}">{escape(match[1] or match[2])}</{tag}>'
     address = f' email="{re.sub(r"[^a-z0-9.]+", ".", text.lower()) or "user"}@todo.todo"' if tag == "maintainer" else ""
     return f"  <{tag}{address}>{escape(text)}</{tag}>"
-
-
-def cmake_lists(package: NewPackage) -> str:
-    """Return the text of CMakeLists.txt."""
-    lines = ["cmake_minimum_required(VERSION 3.0.2)", f"project({package.name})", ""]
-    if package.meta:
-        return "\n".join([*lines, "find_package(catkin REQUIRED)", "catkin_metapackage()", ""])
-    messages = _has_messages(package)
-    depends = sorted({*package.depends} - {"catkin", "message_generation", "message_runtime"})
-    components = [*depends, *(["message_generation"] if messages else [])]
-    lines.append(" ".join(["find_package(catkin REQUIRED", *(["COMPONENTS", *components] if components else [])]) + ")")
-    lines += [f"find_package({each} REQUIRED)" for each in package.system]
-    if package.boost:
-        lines.append(f"find_package(Boost REQUIRED COMPONENTS {' '.join(package.boost)})")
-    if messages:
-        lines += ["", "add_message_files(FILES Measurement.msg)"]
-        lines += ["# Behind DEPENDENCIES name the packages whose messages yours have as fields:"]
-        lines += ["# generate_messages(DEPENDENCIES std_msgs)", "generate_messages()"]
-    exported = [*depends, *(["message_runtime"] if messages else [])]
-    lines += ["", f"catkin_package({' '.join(['CATKIN_DEPENDS', *exported])})" if exported else "catkin_package()"]
-    if messages:
-        lines += ["", "catkin_install_python(PROGRAMS scripts/minimal_publisher scripts/minimal_subscriber"]
-        lines += ["  DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})"]
-        lines += ["install(DIRECTORY launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})"]
-    else:
-        lines += ["", "include_directories(${catkin_INCLUDE_DIRS})"] if "roscpp" in package.depends else []
-    return "\n".join([*lines, ""])
