@@ -118,7 +118,24 @@ class Invocation:
         parser = OptionParser(usage=f"usage: %prog {usage}", prog=self.program, formatter=HidingFormatter())
         if self.program != self.stock:  # under the stock tool's name help is as that tool's
             parser.format_epilog = self._examples  # type: ignore[method-assign]
+        if self.stock == "rosbag" and self.verb != "record":
+            self.add_chunk_limit(parser)
         return parser
+
+    def add_chunk_limit(self, parser: OptionParser) -> None:
+        """Add the option ``--chunk-limit``, for what reads bags: the environment variable, for this command."""
+        from pyros1.bag.limits import CHUNK_LIMIT, LIMIT_VARIABLE, parse_limit  # noqa: PLC0415
+
+        def take(option: object, name: str, value: str, parser: OptionParser) -> None:
+            try:
+                parse_limit(value, name)
+            except Error as error:
+                parser.error(str(error))
+            os.environ[LIMIT_VARIABLE] = value
+
+        text = f"read chunks of bags up to MB mebibytes (default {CHUNK_LIMIT >> 20}, or ${LIMIT_VARIABLE})"
+        text = text if self.program != self.stock else "SUPPRESSHELP"
+        parser.add_option("--chunk-limit", type="str", metavar="MB", action="callback", callback=take, help=text)
 
     def add_json(self, parser: OptionParser, what: str = "print JSON") -> None:
         """Add the option ``--json``; under the stock tool's name help does not mention it."""

@@ -51,12 +51,12 @@ def _around(here: str) -> list[str]:
 
 
 def _packages_in(folder: str) -> Iterator[str]:
-    from pyros1.msgs.packages import is_folder  # noqa: PLC0415 - not before every command
-
     try:
         with os.scandir(folder) as entries:
             some = islice(entries, _MOST_ENTRIES)
-            names = sorted(entry.name for entry in some if entry.name[0] != "." and is_folder(entry))
+            names = sorted(
+                entry.name for entry in some if entry.name[0] != "." and (entry.is_symlink() or entry.is_dir())
+            )
     except OSError:
         return
     for name in names:
