@@ -13,9 +13,12 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import NamedTuple, TextIO
+from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from pyros1.timing import Time
+
+if TYPE_CHECKING:
+    from types import FrameType
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 LEVELS = {"DEBUG": DEBUG, "INFO": INFO, "WARN": WARN, "ERROR": ERROR, "FATAL": FATAL}
@@ -98,6 +101,10 @@ class LogSink:
             colour = _COLOURS.get(record.level) if stream.isatty() else None
             stream.write(f"{colour}{text}\x1b[0m\n" if colour else text + "\n")
             stream.flush()
+        self.note(record)
+
+    def note(self, record: Record) -> None:
+        """Write a record to the log file and to /rosout, not to the terminal."""
         self.write_file(record)
         if self.publish is not None:
             try:
@@ -193,6 +200,11 @@ class Log:
         """Log what a user may like to know."""
         self._log(INFO, text, args, throttle, once)
 
+    def note(self, text: object) -> None:
+        """Log what a user may like to know to the log file and /rosout only: the program shows it in its own way."""
+        if self.level <= INFO:
+            self._sink.note(self._record(INFO, str(text), sys._getframe(1), self._sink.now()[0]))
+
     def warn(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
         """Log what may be wrong."""
         self._log(WARN, text, args, throttle, once)
@@ -230,10 +242,12 @@ class Log:
                 message = message % args
             except (TypeError, ValueError) as error:
                 message = f"{message} {args!r} (bad log arguments: {error})"
-        sink.emit(
-            Record(level, message, self.name, os.path.basename(file), line, frame.f_code.co_name, time.time(), stamp),
-            simulated,
-        )
+        sink.emit(self._record(level, message, frame, stamp), simulated)
+
+    def _record(self, level: int, message: str, frame: FrameType, stamp: Time) -> Record:
+        code = frame.f_code
+        file = os.path.basename(code.co_filename)
+        return Record(level, message, self.name, file, frame.f_lineno, code.co_name, time.time(), stamp)
 
     def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
         seen = self._sink.seen
