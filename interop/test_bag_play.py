@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from harness import SOURCE, STOCK_PYTHON, Master, Peer, Process, until
 
+import pyros1
 from pyros1.bag import BagWriter
 from pyros1.bag.reader import BagReader
 from pyros1.msgs import load_message
@@ -209,3 +210,17 @@ def test_stock_python_reads_a_recording_of_ours(launcher: Master, topic: str, tm
     )
     out = launcher.tool(STOCK_PYTHON, "-c", program, os.fspath(tmp_path / "x.bag"))
     assert out == f"{topic} {bytes.fromhex(body)[4:].hex()}\n"
+
+
+@pytest.mark.parametrize("quiet", [[], ["-q"]], ids=["", "quiet"])
+def test_rosout_says_which_bag_is_opened(launcher: Master, topic: str, quiet: list[str], tmp_path: Path) -> None:
+    """Stock's says the same, but so early that a console gets it by chance: that it says nothing else is tested."""
+    path = make_bag(tmp_path / "x.bag", topic, topic + "/latched")
+    said: list[tuple[str, str]] = []
+    with pyros1.Node("reader_of_rosout", master_uri=launcher.uri, argv=[], rosout=False) as node:
+        node.subscribe("/rosout", "rosgraph_msgs/Log", lambda message: said.append((message.name, message.msg)))
+        stocks = player(launcher, "stock", "-d", "1", *quiet, str(path), "__name:=the_player_of_stock")
+        assert stocks.wait() == 0, stocks.transcript()
+        player(launcher, "ours", "-d", "30", *quiet, str(path), "__name:=the_player")
+        until(lambda: ("/the_player", f"Opening {path}") in said, "what the player says")
+    assert {text for name, text in said if name.startswith("/the_player")} == {f"Opening {path}"}

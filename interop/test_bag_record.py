@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from harness import Master, Process, until
 
+import pyros1
 from pyros1.bag.reader import BagReader
 
 OWN_MASTER = True
@@ -122,3 +123,34 @@ def test_splits_are_called_and_forgotten_as_stock_does(launcher: Master, topic: 
     for folder in folders:
         numbers = sorted(int(re.fullmatch(r"s_(\d+)\.bag", path.name)[1]) for path in folder.iterdir())  # type: ignore[index]
         assert numbers == list(range(numbers[0], numbers[0] + 3)), folder
+
+
+def test_rosout_says_what_stocks_does(launcher: Master, topic: str, tmp_path: Path) -> None:
+    """Read in a console: which topic, which files, and when they are closed. (The first words may come too early.)"""
+    peer = launcher.shared("bag", "roscpp")
+    peer.advertise(topic, TEXT, 1000)
+    said: dict[str, list[str]] = {}
+    with pyros1.Node("reader_of_rosout", master_uri=launcher.uri, argv=[], rosout=False) as node:
+        node.subscribe(
+            "/rosout", "rosgraph_msgs/Log", lambda m: said.setdefault(m.name, []).append(f"{m.level} {m.msg}")
+        )
+        for name, start in (("ours", ours), ("stock", stock)):
+            folder = tmp_path / name
+            folder.mkdir()
+            recorder = start(
+                launcher, "--split", "--duration", "1", "-O", str(folder / "s"), topic, f"__name:=recorder_of_{name}"
+            )
+            until(lambda name=name: any("_3" in text for text in said.get(f"/recorder_of_{name}", ())), "third split")
+            end(recorder)
+    files = {
+        name: [text.replace(str(tmp_path / name), "") for text in said[f"/recorder_of_{name}"]]
+        for name in ("ours", "stock")
+    }
+    splits = [text for i in (1, 2) for text in (f"2 Closing '/s_{i}.bag'.", f"2 Recording to '/s_{i + 1}.bag'.")]
+    for name, texts in files.items():
+        assert [text for text in texts if text in splits] == splits, name
+        assert {re.sub(r"_\d|'.*'", "", text) for text in texts} <= {
+            f"2 Subscribing to {topic}",
+            "2 Recording to .",
+            "2 Closing .",
+        }, name

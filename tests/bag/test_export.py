@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Nodetype
 
 import pyros1.bag
 from pyros1.bag import BagWriter
 from pyros1.bag.export.extras import extra
+from pyros1.bag.export.legal_names import LegalNames
 from pyros1.cli import bag as command
 from pyros1.cli import topic
 from pyros1.errors import Error
@@ -355,3 +359,90 @@ def test_usage(run: Run) -> None:
     assert "--format" in out
     assert "ROS 2" in run("import", "-h")[1]
     assert "export" in run()[1]
+
+
+STRANGE = """Header header
+time timeStamp
+float32 X
+float32 x
+MarkerSet[] markerSets
+geometry_msgs/Point[2] Corners_
+string from
+================================================================================
+MSG: Mocap/MarkerSet
+string setName
+uint8 num__markers
+================================================================================
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+================================================================================
+MSG: std_msgs/Header
+uint32 seq
+time stamp
+string frame_id
+"""
+
+FIELD = r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*"
+"""As rosidl has it."""
+
+
+@pytest.mark.parametrize("output", ["out.mcap", "out"])
+def test_names_that_ros_2_does_not_allow_are_made_ones_that_it_does(run: Run, tmp_path: Path, output: str) -> None:
+    cls: Any = from_definition("Mocap/rigid_body", STRANGE)
+    body = cls(timeStamp=Time(5, 6), X=1.5, x=2.5)
+    body.markerSets = [cls._classes["Mocap/MarkerSet"](setName="s", num__markers=3)]
+    body.Corners_[1].y = 4.0
+    body.from_ = "me"
+    write_bag(tmp_path / "x.bag", ("/body", body), ("/text", load_message("std_msgs/String")(data="hello")))
+    code, _, err = run("export", "x.bag", "-o", output, "--format", "mcap" if output.endswith("mcap") else "ros2")
+    assert code == 0
+    for line in (
+        "package Mocap is called mocap",
+        "type Mocap/msg/rigid_body is called RigidBody",
+        "field Mocap/rigid_body.timeStamp is called time_stamp",
+        "field Mocap/rigid_body.X is called x2",
+        "field Mocap/rigid_body.markerSets is called marker_sets",
+        "field Mocap/rigid_body.Corners_ is called corners",
+        "field Mocap/MarkerSet.setName is called set_name",
+        "field Mocap/MarkerSet.num__markers is called num_markers",
+    ):
+        assert f"NOTE: {line}, since ROS 2 does not allow its name\n" in err
+    assert len(err.splitlines()) == 8
+    with AnyReader([tmp_path / output]) as reader:
+        (connection,) = (each for each in reader.connections if each.topic == "/body")
+        assert connection.msgtype == "mocap/msg/RigidBody"
+        for line in re.findall(r"^(?!MSG:)[a-zA-Z]\S* +(\S+)$", connection.msgdef.data, re.MULTILINE):
+            assert re.fullmatch(FIELD, line)
+        ((_, _, data),) = reader.messages([connection])
+        message: Any = reader.deserialize(data, connection.msgtype)
+    assert (message.time_stamp.sec, message.x2, message.x, message.corners[1].y) == (5, 1.5, 2.5, 4.0)
+    assert [(each.set_name, each.num_markers) for each in message.marker_sets] == [("s", 3)]
+    assert run("import", output, "-o", "y.bag")[0] == 0
+    with pyros1.bag.open("y.bag") as bag:
+        found = {item.topic: item.message for item in bag.messages()}
+    assert found["/body"]._type == "mocap/RigidBody"
+    assert (found["/body"].time_stamp, found["/body"].marker_sets[0].set_name) == (Time(5, 6), "s")
+    assert found["/text"].data == "hello"
+
+
+def test_names_that_are_taken_get_numbers() -> None:
+    names = LegalNames({"std_msgs/msg/String"})
+    base = (Nodetype.BASE, ("int8", 0))
+    made = names.types(
+        {
+            "Pkg/msg/A": ([], [("aB", base), ("a_b", base), ("a__b", base)]),
+            "pkg/msg/A": ([], [("other", (Nodetype.NAME, "Pkg/msg/A"))]),
+            "pkg/msg/a": ([("X", "int8", 1), ("x", "int8", 2)], []),
+            "std_msgs/msg/String": ([], [("Data", base)]),
+        }
+    )
+    assert made == {
+        "pkg2/msg/A": ([], [("a_b2", base), ("a_b", base), ("a_b3", base)]),
+        "pkg/msg/A": ([], [("other", (Nodetype.NAME, "pkg2/msg/A"))]),
+        "pkg/msg/A2": ([("X", "int8", 1), ("X2", "int8", 2)], []),
+        "std_msgs/msg/String": ([], [("Data", base)]),
+    }
+    assert names.types({"Pkg/msg/A": ([], [])}) == {"pkg2/msg/A": ([], [])}
+    assert LegalNames({}).type("fine_pkg/msg/Fine") == "fine_pkg/msg/Fine"

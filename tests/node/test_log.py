@@ -47,6 +47,19 @@ def test_levels_p37(capsys: Any) -> None:
     assert re.fullmatch(r"(\[(WARN|ERROR|FATAL)\] \[\d+\.\d{6}\]: a \w+\n){3}", err)
 
 
+def test_notes_go_everywhere_but_to_the_terminal(tmp_path: Path, capsys: Any) -> None:
+    setting = Setting(path=str(tmp_path / "n.log"))
+    setting.log.note("hello 100%")
+    setting.log.level = WARN
+    setting.log.note("no")
+    assert [(record.level, record.text, record.file) for record in setting.records] == [
+        (INFO, "hello 100%", "test_log.py")
+    ]
+    setting.sink.close()
+    assert "hello" in (tmp_path / "n.log").read_text()
+    assert capsys.readouterr() == ("", "")
+
+
 def test_lower_levels_are_left_out(setting: Setting) -> None:
     setting.log.debug("no %d", "never formatted")
     setting.log.level = ERROR

@@ -50,6 +50,7 @@ class Bag:
         path: the file.
         unindexed: also read bags that were not closed, by scanning them first.
         progress: called with the offset in bytes while the file is scanned.
+        chunk_limit: see :class:`pyros1.bag.reader.BagReader`.
 
     Raises:
         BagError: it cannot be read; the text says why and what to do.
@@ -62,8 +63,9 @@ class Bag:
         *,
         unindexed: bool = True,
         progress: Callable[[int], object] | None = None,
+        chunk_limit: int | None = None,
     ) -> None:
-        self.reader = BagReader(path, unindexed=unindexed, progress=progress)
+        self.reader = BagReader(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
         self._classes = DefinitionCache()
 
     @property
@@ -305,7 +307,11 @@ class Bag:
 
 
 def open(
-    path: str | os.PathLike[str], *, unindexed: bool = True, progress: Callable[[int], object] | None = None
+    path: str | os.PathLike[str],
+    *,
+    unindexed: bool = True,
+    progress: Callable[[int], object] | None = None,
+    chunk_limit: int | None = None,
 ) -> Bag:
     """Open a bag for reading.
 
@@ -319,12 +325,14 @@ def open(
         path: the file.
         unindexed: also read bags that were not closed.
         progress: called with the offset in bytes while such a bag is scanned.
+        chunk_limit: largest content of a chunk that is read, in bytes: a small file may claim to hold anything. None
+            means 256 MiB, or as many MiB as the environment variable ``PYROS1_BAG_CHUNK_LIMIT`` says.
 
     Raises:
         BagError: it cannot be read; the text says why and what to do.
         OSError: it cannot be opened.
     """
-    return Bag(path, unindexed=unindexed, progress=progress)
+    return Bag(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
 
 
 def bag_topics(path: str | os.PathLike[str]) -> dict[str, tuple[str, int, int]]:

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.bag.records import RecordError
+from pyros1.bag.records import LimitError, RecordError
 
 COMPRESSIONS = ("none", "bz2", "lz4")
 
 MAX_CHUNK = 1 << 31
-"""Largest content of a chunk, in bytes. Larger ones are taken for damage."""
+"""Largest content of a chunk that is written, in bytes."""
+
+
+def check_size(size: int, limit: int) -> None:
+    """Raise LimitError if a chunk or record claims to hold more bytes than are read."""
+    if size > limit:
+        raise LimitError(
+            f"it claims to hold {size} bytes, and no more than {limit} are read: "
+            "--chunk-limit MB raises that limit, if the file can be trusted"
+        )
+
 
 _BZ2_FULL_LEVEL = 9
 _LZ4_BLOCKS_OF_1_MB = 6
@@ -30,22 +40,24 @@ def compress(compression: str, data: bytes) -> bytes:
     return bytes(data)
 
 
-def decompress(compression: str, data: bytes, size: int, *, partial: bool = False) -> bytes:
+def decompress(compression: str, data: bytes, size: int, limit: int, *, partial: bool = False) -> bytes:
     """Return a stored chunk's content, at most `size` bytes of it: a damaged chunk cannot fill the memory.
 
     Args:
         compression: as the chunk says.
         data: as stored.
         size: of the content, as the chunk says.
+        limit: most bytes of content.
         partial: the chunk may be cut off or spoilt: return what can be saved.
 
     Raises:
-        RecordError: the compression is unknown, or the bytes are spoilt.
+        RecordError: the compression is unknown, the content is larger than the limit, or the bytes are spoilt.
     """
     if compression not in COMPRESSIONS:
         raise RecordError(f"the chunk's compression {compression[:20]!r} is unknown")
-    if size > MAX_CHUNK:
-        raise RecordError(f"the chunk claims to hold {size} bytes")
+    if partial:
+        size = min(size, limit)
+    check_size(size, limit)
     content = data if compression == "none" else _unpack(compression, data, size, partial)
     if len(content) != size and not partial:
         raise RecordError(f"the chunk holds {len(content)} bytes instead of {size}")

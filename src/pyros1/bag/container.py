@@ -14,6 +14,7 @@ from io import FileIO
 from types import TracebackType
 
 from pyros1.bag.codecs import COMPRESSIONS, MAX_CHUNK, compress
+from pyros1.bag.contents import Index
 from pyros1.bag.encryption import Cipher
 from pyros1.bag.errors import BagError
 from pyros1.bag.records import (
@@ -48,9 +49,6 @@ _LARGE = 256 * 1024
 """A message of so many bytes ends its chunk, if that is not compressed, and is written without being copied."""
 
 Buffer = bytes | bytearray | memoryview
-
-Index = dict[int, list[tuple[int, int]]]
-"""Connection id -> (time in nanoseconds, offset in the chunk's content) of its messages."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +102,7 @@ class BagWriter:
         self._heads: dict[int, bytes] = {}
         self._infos: list[_Info] = []
         self._content = bytearray()
-        self._index: Index = {}
+        self._index = Index()
         self._cipher = cipher
         self._file = FileIO(self.path, "wb")
         self._size = 0
@@ -167,14 +165,16 @@ class BagWriter:
         if len(content) + len(data) > MAX_CHUNK and content:
             self.flush()
             content = self._content
-        self._index.setdefault(conn, []).append((time, len(content)))
+        index = self._index
+        index.conns.append(conn)
+        index.times.append(time)
+        index.offsets.append(len(content))
         secs, nsecs = divmod(time, NS)
         content += self._heads[conn]
         content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
         self.messages += 1
         if len(data) >= _LARGE and self.compression == "none" and self._cipher is None:
-            index = self._index
-            self._content, self._index = bytearray(), {}
+            self._content, self._index = bytearray(), Index()
             self._put_chunk("none", len(content) + len(data), [content, data], index)
             return
         content += data
@@ -185,7 +185,7 @@ class BagWriter:
         """Close the open chunk and hand it to the system: from now on a crash of this process does not lose it."""
         if self._content:
             content, index = bytes(self._content), self._index
-            self._content, self._index = bytearray(), {}
+            self._content, self._index = bytearray(), Index()
             stored = compress(self.compression, content)
             if self._cipher is not None:
                 stored = self._cipher.encrypt(stored)
@@ -207,18 +207,19 @@ class BagWriter:
         pos = self._size
         fields = {"op": bytes([OP_CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
         record = make_record(fields)[: -U32.size] + U32.pack(sum(map(len, parts)))
-        indexes = b"".join(_index_record(conn, entries) for conn, entries in index.items())
+        entries = _entries(index)
+        indexes = b"".join(_index_record(conn, packed) for conn, packed in entries.items())
         try:
             for part in (record, *parts, indexes):
                 self._append(part)
         except OSError:
-            self.messages -= sum(map(len, index.values()))
+            self.messages -= len(index)
             self._file.truncate(pos)
             self._file.seek(pos)
             self._size = pos
             raise
-        times = [time for entries in index.values() for time, _ in entries]
-        counts = b"".join(_COUNT.pack(conn, len(entries)) for conn, entries in index.items())
+        times = index.times
+        counts = b"".join(_COUNT.pack(conn, len(packed) // _ENTRY.size) for conn, packed in entries.items())
         self._infos.append(_Info(pos, min(times, default=0), max(times, default=0), counts))
 
     def close(self) -> None:
@@ -272,12 +273,23 @@ class BagWriter:
             view = view[self._file.write(view) :]
 
 
-def _index_record(conn: int, entries: list[tuple[int, int]]) -> bytes:
-    fields = {"op": bytes([OP_INDEX]), "ver": U32.pack(1), "conn": U32.pack(conn), "count": U32.pack(len(entries))}
+def _entries(index: Index) -> dict[int, bytearray]:
+    """Connection id -> the data of its index record, sorted by time: stock's readers search in it."""
+    entries: dict[int, bytearray] = {}
+    ordered = index.by_time()
     pack = _ENTRY.pack
-    # Sorted by time: stock's readers search in it.
-    data = b"".join(pack(*divmod(time, NS), offset) for time, offset in sorted(entries))
-    return make_record(fields, data)
+    for conn, time, offset in zip(ordered.conns, ordered.times, ordered.offsets, strict=True):
+        packed = entries.get(conn)
+        if packed is None:
+            packed = entries[conn] = bytearray()
+        packed += pack(*divmod(time, NS), offset)
+    return entries
+
+
+def _index_record(conn: int, entries: bytearray) -> bytes:
+    count = len(entries) // _ENTRY.size
+    fields = {"op": bytes([OP_INDEX]), "ver": U32.pack(1), "conn": U32.pack(conn), "count": U32.pack(count)}
+    return make_record(fields, entries)
 
 
 def _info_record(info: _Info) -> bytes:

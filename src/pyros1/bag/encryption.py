@@ -117,7 +117,7 @@ def open_cipher(header: Mapping[str, bytes]) -> Cipher:
         raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not known here")
     fields = {name: header[name] for name in ("encryptor", "gpg_user", "encrypted_key") if name in header}
     _ciphers()  # before the user is asked for a passphrase
-    return Cipher(fields, _gpg("--decrypt", data=header.get("encrypted_key", b"")))
+    return Cipher(fields, _gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
 
 
 def _ciphers() -> Any:

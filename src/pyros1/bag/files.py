@@ -11,9 +11,11 @@ from io import FileIO
 
 from pyros1.bag.encryption import NONE, Cipher, KeyUnavailableError, open_cipher
 from pyros1.bag.errors import BagError, EncryptedError, NotABagError
+from pyros1.bag.limits import chunk_limit
 from pyros1.bag.records import (
     BAG_HEADER_SIZE,
     FIRST_LINE,
+    MAX_CONNECTIONS,
     MAX_HEADER,
     OP_BAG,
     OP_CHUNK,
@@ -105,10 +107,14 @@ class ChunkHeader:
     data: int
     stored: int
 
-    @property
-    def sane(self) -> int:
-        """How many stored bytes are worth reading: less than `stored` if the two lengths contradict each other."""
-        return min(self.stored, max(self.size + self.size // 32, _TRUSTED))
+    def sane(self, limit: int) -> int:
+        """Return how many stored bytes are worth reading: less than `stored` if the two lengths contradict each other.
+
+        Args:
+            limit: largest content that is read.
+        """
+        size = min(self.size, limit)
+        return min(self.stored, max(size + size // 32, _TRUSTED))
 
 
 class BagFile:
@@ -116,8 +122,11 @@ class BagFile:
 
     Args:
         path: the file.
+        limit: largest content of a chunk, and message outside of chunks, that is read, in bytes; None takes that of
+            the environment (`pyros1.bag.limits.chunk_limit`).
 
     Attributes:
+        limit: see above.
         size: of the file in bytes, when it was opened.
         version: 200, or 102 for the old version 1.2.
         header: fields of the bag header.
@@ -129,8 +138,9 @@ class BagFile:
         OSError: it cannot be opened.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], limit: int | None = None) -> None:
         self.path = os.fspath(path)
+        self.limit = chunk_limit(os.environ) if limit is None else limit
         self.cipher: Cipher | None = None
         if stat.S_ISFIFO(os.stat(self.path).st_mode):
             raise NotABagError(self.path, "this is a pipe; bags are read from files")  # opening it would wait for ever
@@ -253,6 +263,19 @@ class BagFile:
             raise RecordError("another record was expected")
         data, position = self._block(position)
         return parse_connection(fields, data), position
+
+    def end_connections(self) -> Iterator[tuple[Connection, int]]:
+        """Yield the connections of the end section, each with the offset behind its record.
+
+        Raises:
+            RecordError: one is damaged, or there are too many.
+        """
+        position, count = self.index_pos, u32(self.header, "conn_count")
+        if count > MAX_CONNECTIONS:
+            raise RecordError(f"it claims to have {count} connections")
+        for _ in range(count):
+            connection, position = self.connection(position)
+            yield connection, position
 
     def _block(self, position: int) -> tuple[bytes, int]:
         """Bytes that have their length in front, decrypted, and the offset behind them."""

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import heapq
 import time
+from array import array
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any
 
 from pyros1.bag.reader import BagReader
 from pyros1.bag.records import NS
 from pyros1.shown import foreign
+
+_MOST_STAMPS = 10_000_000
+"""Of so many messages, the first, frequencies are calculated: a small file may hold any number of them."""
 
 
 @dataclass(frozen=True)
@@ -159,14 +163,14 @@ def _storage(bag: BagReader) -> dict[str, Storage]:
 def _frequencies(bag: BagReader, by_topic: dict[str, list[int]]) -> dict[str, float]:
     from statistics import median  # noqa: PLC0415 - it loads much, and few ask for frequencies
 
-    times: dict[int, list[float]] = {number: [] for ids in by_topic.values() for number in ids}
-    for number, stamp in bag.times():
+    times: dict[int, array[float]] = {number: array("d") for ids in by_topic.values() for number in ids}
+    for number, stamp in islice(bag.times(), _MOST_STAMPS):
         if number in times:
             times[number].append(stamp / NS)
     rates = {}
     for name, ids in by_topic.items():
-        stamps = list(heapq.merge(*(times.pop(number) for number in ids)))  # as stock: out of order if chunks overlap
-        periods = [later - earlier for earlier, later in pairwise(stamps)]
+        stamps = heapq.merge(*(times.pop(number) for number in ids))  # as stock: out of order if chunks overlap
+        periods = array("d", (later - earlier for earlier, later in pairwise(stamps)))
         period = median(periods) if periods else 0.0
         if period > 0:
             rates[name] = 1 / period

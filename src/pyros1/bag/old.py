@@ -10,13 +10,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from pyros1.bag.contents import Messages
 from pyros1.bag.records import (
+    MAX_CONNECTIONS,
     NS,
     OP_DEFINITION,
     OP_MESSAGE,
     Connection,
     Fields,
-    Message,
     RecordError,
     op_of,
     split_record,
@@ -47,6 +48,8 @@ class OldConnections:
     def define(self, fields: Fields) -> None:
         """Take a definition record."""
         definition = fields.get("def", b"")
+        if len(self._definitions) >= MAX_CONNECTIONS:
+            raise RecordError(f"there are more than {MAX_CONNECTIONS} definitions")
         kind = fields.get("type", b"")
         self._definitions[kind, fields.get("md5", b"")] = definition
         self._definitions.setdefault((kind, b""), definition)
@@ -58,6 +61,8 @@ class OldConnections:
         key = (topic, kind, md5, caller, latching)
         found = self._numbers.get(key)
         if found is None:
+            if len(self._numbers) >= MAX_CONNECTIONS:
+                raise RecordError(f"there are more than {MAX_CONNECTIONS} connections")
             found = self._numbers[key] = len(self._numbers)
             known = self._definitions
             definition = known.get((kind, md5)) or known.get((kind, b""), b"")
@@ -68,11 +73,12 @@ class OldConnections:
         return found
 
 
-def walk_old(content: bytes, connections: OldConnections) -> Iterator[tuple[Message | None, int]]:
-    """Yield the whole messages at the beginning of `content`, each with the offset behind its record.
+def read_old(content: bytes, connections: OldConnections) -> tuple[Messages, int]:
+    """Return the whole messages at the beginning of `content`, and the offset behind the last record.
 
-    Definitions are taken in, with None in place of a message. Ends at the first record of another kind.
+    Definitions are taken in. Ends at the first record of another kind.
     """
+    messages = Messages()
     position = 0
     while position < len(content):
         try:
@@ -80,15 +86,15 @@ def walk_old(content: bytes, connections: OldConnections) -> Iterator[tuple[Mess
             op = op_of(fields)
             if op == OP_DEFINITION:
                 connections.define(fields)
-                yield None, stop
             elif op == OP_MESSAGE:
                 time = u32(fields, "sec") * NS + u32(fields, "nsec")
-                yield Message(connections.number(fields), time, position, start, stop), stop
+                messages.add(connections.number(fields), time, position, start, stop)
             else:
-                return
+                break
         except RecordError:
-            return
+            break
         position = stop
+    return messages, position
 
 
 def record_begins(data: bytes, position: int) -> Iterator[int]:

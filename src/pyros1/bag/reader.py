@@ -5,30 +5,32 @@ from __future__ import annotations
 import heapq
 import os
 import struct
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Collection, Iterator
 from types import TracebackType
 from typing import NamedTuple
 
-from pyros1.bag.codecs import decompress
+from pyros1.bag.codecs import check_size, decompress
+from pyros1.bag.contents import Messages, read_content
 from pyros1.bag.errors import BagError, UnindexedError
 from pyros1.bag.files import BagFile, Chunk, ChunkHeader, Counts
-from pyros1.bag.old import OldConnections, walk_old
+from pyros1.bag.old import OldConnections, read_old
 from pyros1.bag.records import (
     MAX_TIME,
     NS,
     OP_CHUNK_INFO,
     OP_INDEX,
+    RECORD_OVERHEAD,
     Connection,
-    Message,
+    LimitError,
     RecordError,
     op_of,
     time_of,
     u32,
     u64,
-    walk,
 )
-from pyros1.bag.scanner import OPEN_CHUNK, Damage, Scanner
+from pyros1.bag.scanner import Damage, Scanner
 
 _ENTRY = struct.Struct("<III")
 
@@ -60,6 +62,8 @@ class BagReader:
         path: the file.
         unindexed: also read bags without a good index: the file is scanned first, as those of version 1.2 always are.
         progress: called with the offset in bytes while the file is scanned.
+        chunk_limit: largest content of a chunk that is read, in bytes. None takes that of the environment variable
+            ``PYROS1_BAG_CHUNK_LIMIT``, which is in MiB; without it, 256 MiB. Reading takes some four times as much.
 
     Attributes:
         connections: by id.
@@ -80,8 +84,9 @@ class BagReader:
         *,
         unindexed: bool = False,
         progress: Callable[[int], object] | None = None,
+        chunk_limit: int | None = None,
     ) -> None:
-        self.file = BagFile(path)
+        self.file = BagFile(path, chunk_limit)
         self.connections: dict[int, Connection] = {}
         self.chunks: list[Chunk] = []
         self.damages: list[Damage] = []
@@ -151,40 +156,34 @@ class BagReader:
         if connections is not None:
             chunks = [chunk for chunk in chunks if not chunk.counts.keys().isdisjoint(connections)]
         pending = deque(sorted(chunks, key=lambda chunk: (chunk.start, chunk.pos)))
-        heap: list[tuple[int, int, int, Message, Chunk, Iterator[Message]]] = []
-        contents = _Contents(self)
+
+        def wanted(found: Messages) -> Messages:
+            ids = self.connections.keys() if connections is None else connections
+            return found.where(lambda conn, time: conn in ids and first <= time <= last).by_time()
+
+        heap: list[tuple[int, int, int, Chunk]] = []  # time and number of the next message of each chunk being read
+        contents = _Contents(self, wanted)
         known = self.connections
         while pending or heap:
             while pending and (not heap or pending[0].start <= heap[0][0]):
                 chunk = pending.popleft()
-                content, found = self.content(chunk)
-                entries = iter(sorted(self._chosen(found, connections, first, last), key=_by_time))
-                message = next(entries, None)
-                if message is not None:
-                    contents.put(chunk, content)
-                    heapq.heappush(heap, (message.time, chunk.pos, message.offset, message, chunk, entries))
+                found = contents.get(chunk)[1]
+                if found:
+                    heapq.heappush(heap, (found.times[0], chunk.pos, 0, chunk))
+                else:
+                    contents.drop(chunk)
             if not heap:
                 continue
-            time, pos, _, message, chunk, entries = heap[0]
-            content = contents.get(chunk)
-            if len(heap) == 1:
-                # The usual case, chunks one after another: no need to sort.
-                limit = pending[0].start if pending else MAX_TIME + 1
-                following: Message | None = message
-                while following is not None and following.time < limit:
-                    yield RawMessage(known[following.conn], following.time, content[following.start : following.end])
-                    following = next(entries, None)
-                if following is message:
-                    yield RawMessage(known[message.conn], time, content[message.start : message.end])
-                    following = next(entries, None)
+            _, pos, number, chunk = heapq.heappop(heap)
+            content, found = contents.get(chunk)
+            until = min(heap[0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
+            end = max(number + 1, bisect_left(found.times, until, number))
+            for conn, time, begin, stop in found.part(number, end):
+                yield RawMessage(known[conn], time, content[begin:stop])
+            if end < len(found):
+                heapq.heappush(heap, (found.times[end], pos, end, chunk))
             else:
-                yield RawMessage(known[message.conn], time, content[message.start : message.end])
-                following = next(entries, None)
-            if following is None:
-                heapq.heappop(heap)
                 contents.drop(chunk)
-            else:
-                heapq.heapreplace(heap, (following.time, pos, following.offset, following, chunk, entries))
 
     def times(self) -> Iterator[tuple[int, int]]:
         """Yield connection id and time, in nanoseconds, of every message, in no certain order.
@@ -195,31 +194,38 @@ class BagReader:
             BagError: a chunk cannot be read.
         """
         for chunk in self.chunks:
-            times = None if self.scanned else self._indexed_times(chunk)
-            if times is None:
-                times = [(message.conn, message.time) for message in self.content(chunk)[1]]
-            yield from times
+            places = None if self.scanned else self._index_places(chunk)
+            if places is None:
+                found = self.content(chunk)[1]
+                yield from zip(found.conns, found.times, strict=True)
+                continue
+            for conn, start, size in places:
+                for secs, nsecs, _ in _ENTRY.iter_unpack(self.file.read(start, size)):
+                    yield conn, secs * NS + nsecs
 
-    def _indexed_times(self, chunk: Chunk) -> list[tuple[int, int]] | None:
-        """Times from the index records behind a chunk; None if they do not hold what the chunk info says."""
+    def _index_places(self, chunk: Chunk) -> list[tuple[int, int, int]] | None:
+        """Where the entries of the index records behind a chunk are: connection, offset in the file, bytes.
+
+        None if they are not what chunk info and content can have.
+        """
         header = self.header(chunk)
         position = header.data + header.stored
-        times: list[tuple[int, int]] = []
+        places: list[tuple[int, int, int]] = []
         counts = dict(chunk.counts)
+        if sum(counts.values()) * RECORD_OVERHEAD > min(header.size, self.file.limit):
+            return None
         try:
             for _ in counts:
                 fields, start, _ = self.file.record(position)
                 conn, count = u32(fields, "conn"), u32(fields, "count")
-                if op_of(fields) != OP_INDEX or count != counts.get(conn):
+                size = _ENTRY.size * count
+                if op_of(fields) != OP_INDEX or count != counts.get(conn) or start + size > self.file.size:
                     return None
-                data = self.file.read(start, 12 * count)
-                if len(data) < 12 * count:
-                    return None
-                times += [(conn, secs * NS + nsecs) for secs, nsecs, _ in _ENTRY.iter_unpack(data)]
-                position = start + 12 * count
+                places.append((conn, start, size))
+                position = start + size
         except RecordError:
             return None
-        return times
+        return places
 
     def headers(self) -> Iterator[ChunkHeader]:
         """Yield the headers of all chunks; of many in a moment, since the system is told before what will be read.
@@ -243,27 +249,32 @@ class BagReader:
         except RecordError as error:
             raise self._damaged(chunk, str(error)) from None
 
-    def content(self, chunk: Chunk) -> tuple[bytes, list[Message]]:
+    def content(self, chunk: Chunk) -> tuple[bytes, Messages]:
         """Return a chunk's content, and its messages in the file's order.
 
         Raises:
             BagError: it cannot be read.
         """
         header = self.header(chunk)
-        stored = self.file.read(header.data, header.sane if chunk.whole or header.stored else OPEN_CHUNK)
+        file = self.file
         try:
+            check_size(header.size, file.limit)
+            unfinished = not chunk.whole and not header.stored
+            stored = file.read(header.data, file.limit if unfinished else header.sane(file.limit))
             if chunk.loose:
                 return stored, self._loose(stored)
             if chunk.whole and len(stored) < header.stored:
-                cut = header.data + header.stored > self.file.size
+                cut = header.data + header.stored > file.size
                 raise RecordError(
                     "the chunk runs past the end of the file" if cut else "the chunk's lengths contradict each other"
                 )
             partial = not chunk.whole
-            stored = self.file.plain(stored, partial=partial)
-            content = decompress(header.compression, stored, header.size or OPEN_CHUNK, partial=partial)
-            found = [record for record in walk(content, partial=partial) if isinstance(record, Message)]
+            stored = file.plain(stored, partial=partial)
+            content = decompress(header.compression, stored, header.size or file.limit, file.limit, partial=partial)
+            found, _ = read_content(content, partial=partial)
         except RecordError as error:
+            if isinstance(error, LimitError):
+                raise BagError(self.path, str(error), chunk.pos) from None
             raise self._damaged(chunk, str(error)) from None
         return content, found
 
@@ -279,18 +290,10 @@ class BagReader:
     ) -> None:
         self.close()
 
-    def _loose(self, stored: bytes) -> list[Message]:
+    def _loose(self, stored: bytes) -> Messages:
         if self._old is not None:
-            return [message for message, _ in walk_old(stored, self._old) if message is not None]
-        return [record for record in walk(stored, partial=True) if isinstance(record, Message)]
-
-    def _chosen(
-        self, found: list[Message], connections: Collection[int] | None, first: int, last: int
-    ) -> Iterator[Message]:
-        wanted = self.connections.keys() if connections is None else connections
-        for message in found:
-            if message.conn in wanted and first <= message.time <= last:
-                yield message
+            return read_old(stored, self._old)[0]
+        return read_content(stored, partial=True)[0]
 
     def _damaged(self, chunk: Chunk, reason: str) -> BagError:
         return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves what can be read", chunk.pos)
@@ -305,8 +308,7 @@ class BagReader:
         try:
             if position >= file.size and u32(file.header, "conn_count") + u32(file.header, "chunk_count"):
                 raise RecordError(f"the file has {file.size} bytes, and its index should be at {position}")
-            for _ in range(u32(file.header, "conn_count")):
-                connection, position = file.connection(position)
+            for connection, position in file.end_connections():  # noqa: B007 - the last one counts
                 self.connections[connection.id] = connection
             for _ in range(u32(file.header, "chunk_count")):
                 position = self._read_chunk_info(position)
@@ -349,34 +351,38 @@ class BagReader:
 
 
 class _Contents:
-    """The contents of the chunks being read. If too many overlap in time, the longest unused are read again."""
+    """The contents of the chunks being read. If too many overlap in time, the longest unused are read again.
 
-    def __init__(self, reader: BagReader) -> None:
+    Args:
+        reader: reads them.
+        wanted: chooses and sorts the messages of one.
+    """
+
+    def __init__(self, reader: BagReader, wanted: Callable[[Messages], Messages]) -> None:
         self._reader = reader
-        self._held: dict[int, bytes] = {}
+        self._wanted = wanted
+        self._held: dict[int, tuple[bytes, Messages]] = {}
         self._size = 0
 
-    def put(self, chunk: Chunk, content: bytes) -> None:
-        self._held[chunk.pos] = content
-        self._size += len(content)
+    def get(self, chunk: Chunk) -> tuple[bytes, Messages]:
+        held = self._held.pop(chunk.pos, None)
+        if held is None:
+            content, found = self._reader.content(chunk)
+            held = content, self._wanted(found)
+            self._size += _size(held)
+        self._held[chunk.pos] = held  # as the last one
         while self._size > MAX_OPEN and len(self._held) > 1:
-            self._size -= len(self._held.pop(next(iter(self._held))))
-
-    def get(self, chunk: Chunk) -> bytes:
-        content = self._held.pop(chunk.pos, None)
-        if content is None:
-            content, _ = self._reader.content(chunk)
-            self.put(chunk, content)
-        else:
-            self._held[chunk.pos] = content  # as the last one
-        return content
+            self._size -= _size(self._held.pop(next(iter(self._held))))
+        return held
 
     def drop(self, chunk: Chunk) -> None:
-        self._size -= len(self._held.pop(chunk.pos, b""))
+        held = self._held.pop(chunk.pos, None)
+        if held is not None:
+            self._size -= _size(held)
 
 
-def _by_time(message: Message) -> int:
-    return message.time
+def _size(held: tuple[bytes, Messages]) -> int:
+    return len(held[0]) + Messages.SIZE * len(held[1])
 
 
 def _chunk_info(fields: dict[str, bytes], data: bytes) -> Chunk:

@@ -15,7 +15,8 @@ from collections.abc import Mapping, Sequence
 from io import FileIO
 from typing import IO, Generic, TypeVar
 
-from pyros1.bag.container import EMPTY_SIZE, BagWriter, Buffer, Index
+from pyros1.bag.container import EMPTY_SIZE, BagWriter, Buffer
+from pyros1.bag.contents import Index
 from pyros1.bag.errors import BagError
 
 _K = TypeVar("_K")
@@ -90,7 +91,7 @@ class RecordWriter(BagWriter):
         try:
             super()._put_chunk(compression, size, parts, index)
         except OSError:
-            self.lost.update({conn: len(entries) for conn, entries in index.items()})
+            self.lost.update(index.conns)
             raise
 
     def descriptor(self) -> int:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -37,6 +37,12 @@ MAX_HEADER = 1 << 24
 RECORD_OVERHEAD = 46
 """Bytes that a message's record takes besides the message."""
 
+MESSAGE_BEGINS = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
+"""What is before and behind the connection in the headers of messages that we write."""
+
+MAX_CONNECTIONS = 1 << 16
+"""Most connections believed. A record of one may take a thousand times as much in memory as in a compressed chunk."""
+
 NS = 1_000_000_000
 MAX_TIME = (1 << 32) * NS - 1
 """Latest time a record can hold, in nanoseconds."""
@@ -50,6 +56,10 @@ _PAIR = struct.Struct("<II")
 
 class RecordError(ValueError):
     """The bytes are not a record; the text says why."""
+
+
+class LimitError(RecordError):
+    """The record is larger than what is read; the text says how to raise that limit."""
 
 
 class Message(NamedTuple):
@@ -142,7 +152,7 @@ def make_fields(fields: Mapping[str, bytes]) -> bytes:
     return b"".join(U32.pack(len(part)) + part for part in parts)
 
 
-def make_record(fields: Mapping[str, bytes], data: bytes = b"") -> bytes:
+def make_record(fields: Mapping[str, bytes], data: bytes | bytearray = b"") -> bytes:
     """Return a record's bytes."""
     header = make_fields(fields)
     return U32.pack(len(header)) + header + U32.pack(len(data)) + data
@@ -247,69 +257,7 @@ def parse_connection(fields: Fields, data: bytes) -> Connection:
 
 def message_head(conn: int) -> bytes:
     """Return what a message's record begins with, up to its time."""
-    return U32.pack(38) + _OP_FIRST[0] + U32.pack(conn) + _OP_FIRST[1]
-
-
-# Almost every message's header is one of these two: that of Python's writers, and the sorted one of C++.
-_OP_FIRST = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
-_CONN_FIRST = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
-_OP_FIRST_FORM = struct.Struct("<I17sI9sIII")
-_CONN_FIRST_FORM = struct.Struct("<I9sI17sIII")
-_MESSAGE_BEGINS = re.compile(
-    re.escape(U32.pack(38)) + b"(?:%b....%b|%b....%b)" % tuple(re.escape(word) for word in (*_OP_FIRST, *_CONN_FIRST)),
-    re.DOTALL,
-)
-
-
-def walk(data: bytes, *, partial: bool = False) -> Iterator[Message | Connection]:
-    """Yield the messages and connections of a chunk's (uncompressed) content, in their order.
-
-    Args:
-        partial: the content may end, or be spoilt, anywhere: what is whole is yielded, and no error raised.
-
-    Raises:
-        RecordError: a record is not whole; the text names its offset in the content.
-    """
-    position, end = 0, len(data)
-    first, second, form = *_OP_FIRST, _OP_FIRST_FORM
-    while position < end:
-        if end - position >= 46:
-            size, a, conn, b, secs, nsecs, length = form.unpack_from(data, position)
-            if size == 38 and a == first and b == second:
-                start = position + 46
-                if start + length > end:
-                    if not partial:
-                        break
-                    position = _next_message(data, position + 1)
-                    continue
-                yield Message(conn, secs * NS + nsecs, position, start, start + length)
-                position = start + length
-                continue
-            if size == 38 and form is _OP_FIRST_FORM and data[position + 4 : position + 13] == _CONN_FIRST[0]:
-                first, second, form = *_CONN_FIRST, _CONN_FIRST_FORM
-                continue
-        following = 0
-        try:
-            fields, start, stop = split_record(data, position)
-            op = op_of(fields)
-            following = stop  # from here on the record's lengths are believed, whatever is wrong in it
-            if op == OP_MESSAGE:
-                yield Message(u32(fields, "conn"), time_of(fields), position, start, stop)
-            elif op == OP_CONNECTION:
-                yield parse_connection(fields, data[start:stop])
-        except RecordError as error:
-            if not partial:
-                raise RecordError(f"{error} (at byte {position} of the chunk's content)") from None
-            following = following or _next_message(data, position + 1)
-        position = following
-    if position < end and not partial:
-        raise RecordError(f"the message at byte {position} of the chunk's content runs past its end")
-
-
-def _next_message(data: bytes, position: int) -> int:
-    """Return where the next message begins behind a spoilt record, whose lengths say nothing; the end if none does."""
-    found = _MESSAGE_BEGINS.search(data, position)
-    return len(data) if found is None else found.start()
+    return U32.pack(38) + MESSAGE_BEGINS[0] + U32.pack(conn) + MESSAGE_BEGINS[1]
 
 
 def split_record(data: bytes, position: int) -> tuple[Fields, int, int]:

@@ -6,10 +6,11 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pyros1.bag.container import BagWriter, Index
+from pyros1.bag.container import BagWriter
+from pyros1.bag.contents import Messages
 from pyros1.bag.errors import BagError
 from pyros1.bag.files import BagFile
-from pyros1.bag.records import MAX_TIME, Connection, Message, RecordError
+from pyros1.bag.records import MAX_CONNECTIONS, MAX_TIME, Connection, RecordError
 from pyros1.bag.scanner import Damage, Found, Scanner
 
 
@@ -65,7 +66,7 @@ def _end_connections(file: BagFile) -> list[Connection]:
     """The connections of the end section, if there is one: old recorders did not write all of them into chunks."""
     found: list[Connection] = []
     position = file.index_pos
-    while 0 < position < file.size:
+    while 0 < position < file.size and len(found) < MAX_CONNECTIONS:
         try:
             connection, position = file.connection(position)
         except RecordError:
@@ -85,7 +86,8 @@ class _Rebuild:
         self.lost = 0
 
     def take(self, found: Found) -> None:
-        good = [message for message in found.messages if self._usable(message)]
+        known = self._scanner.connections
+        good = found.messages.where(lambda conn, time: conn in known and time <= MAX_TIME)
         self.messages += len(good)
         self.lost += len(found.messages) - len(good)
         if found.header is not None and found.chunk.whole:
@@ -96,19 +98,13 @@ class _Rebuild:
                 self._writer.write(message.conn, message.time, found.content[message.start : message.end])
             self._writer.flush()
 
-    def _usable(self, message: Message) -> bool:
-        return message.conn in self._scanner.connections and message.time <= MAX_TIME
-
-    def _copy(self, found: Found, good: list[Message]) -> None:
+    def _copy(self, found: Found, good: Messages) -> None:
         header = found.header
         assert header is not None
-        index: Index = {}
-        for message in good:
-            index.setdefault(message.conn, []).append((message.time, message.offset))
-        for conn in index:
+        for conn in dict.fromkeys(good.conns):
             self._need(conn, inside=False)
         stored = self._file.read(header.data, header.stored)
-        self._writer.copy_chunk(header.compression, header.size, stored, index)
+        self._writer.copy_chunk(header.compression, header.size, stored, good)
 
     def _need(self, conn: int, *, inside: bool) -> None:
         if conn not in self._writer.connections:

@@ -5,13 +5,16 @@ This finds every whole message of bags that were not closed, are cut off or spoi
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from pyros1.bag.codecs import decompress
+from pyros1.bag.codecs import check_size, decompress
+from pyros1.bag.contents import Messages, read_content
 from pyros1.bag.files import BagFile, Chunk, ChunkHeader
-from pyros1.bag.old import LONGEST_BEGIN, OldConnections, record_begins, walk_old
+from pyros1.bag.old import LONGEST_BEGIN, OldConnections, read_old, record_begins
 from pyros1.bag.records import (
+    MAX_CONNECTIONS,
     OP_CHUNK,
     OP_CONNECTION,
     OP_DEFINITION,
@@ -19,22 +22,14 @@ from pyros1.bag.records import (
     OP_MESSAGE,
     Connection,
     Fields,
-    Message,
     RecordError,
     op_of,
     split_record,
     u32,
-    walk,
 )
-
-OPEN_CHUNK = 1 << 28
-"""Most bytes that are read of a compressed chunk that was not finished, and of its content."""
 
 _LOOSE_SIZE = 1 << 20
 """Messages outside of chunks are read so many bytes at a time."""
-
-_MAX_LOOSE = 1 << 30
-"""Longest message outside of chunks that is believed, in bytes; nodes refuse longer ones."""
 
 _SEARCH = 1 << 20
 
@@ -64,14 +59,14 @@ class Found:
         header: its header; None for messages outside of chunks.
         content: its content, uncompressed.
         messages: its whole messages, in their order.
-        defined: the connections in it.
+        defined: the connections in it, by id.
     """
 
     chunk: Chunk
     header: ChunkHeader | None
     content: bytes
-    messages: list[Message]
-    defined: list[Connection]
+    messages: Messages
+    defined: dict[int, Connection]
 
 
 class Scanner:
@@ -106,8 +101,8 @@ class Scanner:
                 self._progress(position)
             found, following = self._next(position)
             if found is not None and (found.messages or found.defined):
-                for connection in found.defined:
-                    self.connections.setdefault(connection.id, connection)
+                for connection in found.defined.values():
+                    self._define(connection)
                 yield found
             position = following
 
@@ -116,7 +111,7 @@ class Scanner:
         file = self._file
         try:
             if file.cipher is not None and self._in_end_section(position):
-                return None, self._end_section(position)
+                return None, self._end_section()
             fields, data, length = file.record(position)
             op = op_of(fields)
             if op == OP_CHUNK:
@@ -125,7 +120,7 @@ class Scanner:
                 return self._loose(position)
             if op == OP_CONNECTION:
                 connection, following = file.connection(position)
-                self.connections.setdefault(connection.id, connection)
+                self._define(connection)
                 return None, following
             if op == OP_INDEX:
                 length = self._index_length(fields, length)
@@ -141,12 +136,15 @@ class Scanner:
         if length > _FAR and data + length < self._file.size:
             self._file.record(data + length)
 
-    def _end_section(self, position: int) -> int:
+    def _end_section(self) -> int:
         """Read the connections of an encrypted bag, which have another form; return the offset behind the section."""
-        for _ in range(u32(self._file.header, "conn_count")):
-            connection, position = self._file.connection(position)
-            self.connections.setdefault(connection.id, connection)
+        for connection, _ in self._file.end_connections():
+            self._define(connection)
         return self._file.size
+
+    def _define(self, connection: Connection) -> None:
+        if len(self.connections) < MAX_CONNECTIONS:
+            self.connections.setdefault(connection.id, connection)
 
     def _in_end_section(self, position: int) -> bool:
         return 0 < self._file.index_pos <= position
@@ -162,23 +160,24 @@ class Scanner:
         file = self._file
         if header.stored == 0 and header.size == 0:
             return self._unfinished(position, header)
-        stored = file.read(header.data, header.sane)
+        stored = file.read(header.data, header.sane(file.limit))
         following = header.data + len(stored)
         reason = ""
         if len(stored) < header.stored:
             cut = header.data + header.stored > file.size
             reason = "the chunk is cut off" if cut else "the chunk's lengths contradict each other"
-        content = b""
-        messages: list[Message] = []
-        defined: list[Connection] = []
-        if not reason:
-            try:
-                content = decompress(header.compression, file.plain(stored), header.size)
-                messages, defined = _split(walk(content))
-            except RecordError as error:
-                reason = str(error)
+        content, messages = b"", Messages()
+        defined: dict[int, Connection] = {}
+        try:
+            check_size(header.size, file.limit)
+            if not reason:
+                content = decompress(header.compression, file.plain(stored), header.size, file.limit)
+                messages, defined = read_content(content)
+        except RecordError as error:
+            reason = str(error)
         if reason:
             self.damages.append(Damage(position, reason))
+            del content, messages
             content, messages, defined = self._save(header, stored, header.size)
             following = self._sane_end(position, following, cut=len(stored) < header.stored)
         chunk = _summary(position, messages)
@@ -190,20 +189,20 @@ class Scanner:
         self.damages.append(Damage(position, "the last chunk was not finished"))
         if header.compression == "none":
             return None, header.data  # its messages follow as if they were outside of chunks
-        stored = self._file.read(header.data, OPEN_CHUNK)
-        content, messages, defined = self._save(header, stored, OPEN_CHUNK)
+        stored = self._file.read(header.data, self._file.limit)
+        content, messages, defined = self._save(header, stored, self._file.limit)
         chunk = _summary(position, messages)
         chunk.whole = False
         return Found(chunk, header, content, messages, defined), self._search(header.data)
 
-    def _save(self, header: ChunkHeader, stored: bytes, size: int) -> tuple[bytes, list[Message], list[Connection]]:
+    def _save(self, header: ChunkHeader, stored: bytes, size: int) -> tuple[bytes, Messages, dict[int, Connection]]:
         """What can be read of a damaged chunk."""
+        file = self._file
         try:
-            content = decompress(header.compression, self._file.plain(stored, partial=True), size, partial=True)
+            content = decompress(header.compression, file.plain(stored, partial=True), size, file.limit, partial=True)
         except RecordError:
-            return b"", [], []
-        messages, defined = _split(walk(content, partial=True))
-        return content, messages, defined
+            return b"", Messages(), {}
+        return content, *read_content(content, partial=True)
 
     def _sane_end(self, position: int, end: int, *, cut: bool) -> int:
         """Where to go on behind a damaged chunk: at its end if a record is there, else at the next chunk."""
@@ -220,8 +219,9 @@ class Scanner:
         """Messages that no chunk holds: those of a chunk that was not finished, and all of a 1.2 bag."""
         file = self._file
         _, data, length = file.record(position)
-        if data + length > file.size or length > _MAX_LOOSE:
+        if data + length > file.size:
             return None, self._damaged(position, "the message is cut off, or its length is spoilt")
+        check_size(length, file.limit)
         self._credible(data, length)
         content = file.read(position, max(_LOOSE_SIZE, data + length - position))
         messages, defined, used = self._split_loose(content)
@@ -231,17 +231,12 @@ class Scanner:
         chunk.loose = used
         return Found(chunk, None, content[:used], messages, defined), position + used
 
-    def _split_loose(self, content: bytes) -> tuple[list[Message], list[Connection], int]:
+    def _split_loose(self, content: bytes) -> tuple[Messages, dict[int, Connection], int]:
         if self._file.version == 102:
-            messages = []
-            used = 0
-            for message, used in walk_old(content, self.old):  # noqa: B007 - the last one counts
-                if message is not None:
-                    messages.append(message)
-            return messages, [], used
+            messages, used = read_old(content, self.old)
+            return messages, {}, used
         used = _loose_end(content)
-        messages, defined = _split(walk(content[:used], partial=True))
-        return messages, defined, used
+        return *read_content(content[:used], partial=True), used
 
     def _damaged(self, position: int, reason: str) -> int:
         if self._file.size - position > 0:
@@ -312,20 +307,6 @@ def _loose_end(content: bytes) -> int:
     return position
 
 
-def _split(records: Iterator[Message | Connection]) -> tuple[list[Message], list[Connection]]:
-    messages: list[Message] = []
-    defined: list[Connection] = []
-    for record in records:
-        if isinstance(record, Message):
-            messages.append(record)
-        else:
-            defined.append(record)
-    return messages, defined
-
-
-def _summary(position: int, messages: list[Message]) -> Chunk:
-    counts: dict[int, int] = {}
-    for message in messages:
-        counts[message.conn] = counts.get(message.conn, 0) + 1
-    times = [message.time for message in messages]
-    return Chunk(position, min(times, default=0), max(times, default=0), counts)
+def _summary(position: int, messages: Messages) -> Chunk:
+    times = messages.times
+    return Chunk(position, min(times, default=0), max(times, default=0), Counter(messages.conns))

@@ -44,6 +44,7 @@ _EXTENSIONS = {
 _STDOUT = "-"
 _DISTRIBUTION = "jazzy"
 _SHOWN_SKIPPED = 5
+_SHOWN_NAMES = 20
 
 
 def export(invocation: Invocation) -> int:
@@ -71,11 +72,20 @@ def export(invocation: Invocation) -> int:
         if not count and not run.skipped:
             raise CommandError(f"there are no messages of the times chosen in {', '.join(paths)}")
         writer.close()
-    for text in run.skipped_texts():
+    for text in (*run.skipped_texts(), *_renamed(writer)):
         print(text, file=sys.stderr)
     if target != _STDOUT and not options.quiet:
         print(f"{target}: {count} messages of {len(run.topics)} topic{'s' if len(run.topics) != 1 else ''}")
     return 1 if run.skipped else 0
+
+
+def _renamed(writer: Any) -> Iterator[str]:
+    """What is to be said about names that ROS 2 does not allow."""
+    changed = writer.names.changed if hasattr(writer, "names") else {}
+    for what, name in list(changed.items())[:_SHOWN_NAMES]:
+        yield f"NOTE: {what} is called {name}, since ROS 2 does not allow its name"
+    if len(changed) > _SHOWN_NAMES:
+        yield f"NOTE: and {len(changed) - _SHOWN_NAMES} more"
 
 
 def _parser(invocation: Invocation) -> OptionParser:
@@ -86,7 +96,8 @@ def _parser(invocation: Invocation) -> OptionParser:
         choices=list(FORMATS),
         metavar="F",
         help="csv: a table per topic, as `topic echo -b -p` prints it; jsonl: a line of JSON per message; "
-        "images: image files; video: a video per topic; mcap: an MCAP file with ROS 2 messages, or with --ros1; "
+        "images: image files; video: a video per topic; mcap: an MCAP file with ROS 2 messages, or with --ros1 (names "
+        "that ROS 2 does not allow are changed: timeStamp to time_stamp, package Mocap to mocap); "
         "ros2: a ROS 2 bag. Not needed if the output's name says it",
     )
     parser.add_option(

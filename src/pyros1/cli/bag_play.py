@@ -76,6 +76,7 @@ def _play(node: Node, bags: Bags, options: Values, control: Control) -> int:
 
     for reader in bags.readers:
         line.say(f"Opening {reader.path}")
+        node.log.note(f"Opening {reader.path}")  # as stock, which says nothing else there
     player = Player(node, bags, _settings(options), control, None if options.quiet else show)
     for topic, reason in player.unplayable.items():
         node.log.warn("%s is not played: %s", topic, reason)

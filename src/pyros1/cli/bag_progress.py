@@ -10,6 +10,7 @@ from typing import TextIO
 
 from pyros1.bag.record_model import Topic
 from pyros1.bag.recorder import Recorder
+from pyros1.node.log import Log
 
 
 class LiveLine:
@@ -18,9 +19,11 @@ class LiveLine:
     Args:
         wanted: False says nothing at all.
         stream: None takes stdout.
+        log: messages go there, too, wanted or not.
     """
 
-    def __init__(self, wanted: bool = True, stream: TextIO | None = None) -> None:
+    def __init__(self, wanted: bool = True, stream: TextIO | None = None, log: Log | None = None) -> None:
+        self._log = log
         self._wanted = wanted
         self._stream = sys.stdout if stream is None else stream
         self._terminal = wanted and self._stream.isatty()
@@ -33,6 +36,8 @@ class LiveLine:
             with self._lock:
                 self._clear()
                 self._write(f"[ INFO] [{time.time():.9f}]: {text}\n")
+        if self._log is not None:
+            self._log.note(text)
 
     def show(self, text: str) -> None:
         """Write the line, cut to the terminal's width; nothing elsewhere."""

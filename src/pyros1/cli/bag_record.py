@@ -49,7 +49,7 @@ def record(invocation: Invocation) -> int:
 
 
 def _record(node: Node, selection: Selection, settings: RecordOptions, options: Values, ending: Ending) -> int:
-    line = LiveLine(not options.quiet)
+    line = LiveLine(not options.quiet, log=node.log)
     announce = _announcer(node) if options.publish else lambda path: None
 
     def opened(path: str) -> None:

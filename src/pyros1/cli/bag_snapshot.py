@@ -21,7 +21,7 @@ def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, op
     Returns:
         The exit code.
     """
-    line = LiveLine(not options.quiet)
+    line = LiveLine(not options.quiet, log=node.log)
     search = TopicSearch(node, selection)
     if not wait_for_time(node, ending):
         return 0

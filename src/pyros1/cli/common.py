@@ -121,7 +121,24 @@ class Invocation:
         parser = OptionParser(usage=f"usage: %prog {usage}", prog=self.program, formatter=HidingFormatter())
         if self.program != self.stock:  # under the stock tool's name help is as that tool's
             parser.format_epilog = self._examples  # type: ignore[method-assign]
+        if self.stock == "rosbag" and self.verb != "record":
+            self.add_chunk_limit(parser)
         return parser
+
+    def add_chunk_limit(self, parser: OptionParser) -> None:
+        """Add the option ``--chunk-limit``, for what reads bags: the environment variable, for this command."""
+        from pyros1.bag.limits import CHUNK_LIMIT, LIMIT_VARIABLE, parse_limit  # noqa: PLC0415
+
+        def take(option: object, name: str, value: str, parser: OptionParser) -> None:
+            try:
+                parse_limit(value, name)
+            except Error as error:
+                parser.error(str(error))
+            os.environ[LIMIT_VARIABLE] = value
+
+        text = f"read chunks of bags up to MB mebibytes (default {CHUNK_LIMIT >> 20}, or ${LIMIT_VARIABLE})"
+        text = text if self.program != self.stock else "SUPPRESSHELP"
+        parser.add_option("--chunk-limit", type="str", metavar="MB", action="callback", callback=take, help=text)
 
     def add_json(self, parser: OptionParser, what: str = "print JSON") -> None:
         """Add the option ``--json``; under the stock tool's name help does not mention it."""
@@ -186,14 +203,7 @@ def run(
     verb = verbs.get(invocation.verb)
     if verb is None:
         print(usage(invocation.program))
-        if _asks_for_help(invocation):
-            return 0
-        hint = did_you_mean(invocation.verb, verbs)
-        if hint or (invocation.verb and (invocation.program != stock or stock == "rosbag")):
-            flush()
-            print(f"{invocation.program}: there is no {invocation.verb!r}{hint}", file=sys.stderr)
-            return usage_code if invocation.program == stock else usage_code or EX_USAGE
-        return usage_code
+        return 0 if _asks_for_help(invocation) else _no_such_verb(invocation, verbs, usage_code)
     try:
         return _run_verb(verb, invocation)
     except BrokenPipeError:
@@ -206,6 +216,17 @@ def run(
         return error.code
     except Error as error:
         return report(str(error), error_code)
+
+
+def _no_such_verb(invocation: Invocation, verbs: Iterable[str], usage_code: int) -> int:
+    """Say that there is no such verb, where the list of commands does not suffice; return the exit code."""
+    called_otherwise = invocation.program != invocation.stock
+    hint = did_you_mean(invocation.verb, verbs)
+    if not hint and not (invocation.verb and (called_otherwise or invocation.stock == "rosbag")):
+        return usage_code
+    flush()
+    print(f"{invocation.program}: there is no {invocation.verb!r}{hint}", file=sys.stderr)
+    return usage_code or EX_USAGE if called_otherwise else usage_code
 
 
 def _asks_for_help(invocation: Invocation) -> bool:

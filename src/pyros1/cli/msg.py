@@ -84,6 +84,7 @@ def show(invocation: Invocation) -> None:
         "-r", "--raw", action="store_true", default=False, help="show raw message text, including comments"
     )
     parser.add_option("-b", "--bag", metavar="BAGFILE", help=f"show {kind.word} from .bag file")
+    invocation.add_chunk_limit(parser)
     options, args = parser.parse_args(invocation.args)
     name = _type_argument(parser, args, kind)
     if options.bag:

@@ -89,6 +89,7 @@ def _show(options: Values, now: Callable[[], Time]) -> Callable[[Message, Any, s
 def _arguments(invocation: Invocation) -> tuple[Values, str]:
     parser = invocation.parser("echo [options] /topic")
     parser.add_option("-b", "--bag", dest="bag", metavar="BAGFILE", help="echo messages from .bag file")
+    invocation.add_chunk_limit(parser)
     parser.add_option("-p", dest="plot", action="store_true", help="echo in a plotting friendly format")
     parser.add_option("-w", dest="width", metavar="NUM_WIDTH", help="fixed width for numeric values")
     parser.add_option(

@@ -15,6 +15,7 @@ def list_topics(invocation: Invocation) -> int | None:
     if invocation.args:
         parser = invocation.parser("list [/namespace]")
         parser.add_option("-b", "--bag", dest="bag", help="list topics in .bag file", metavar="BAGFILE")
+        invocation.add_chunk_limit(parser)
         parser.add_option("-v", "--verbose", action="store_true", help="list full details about each topic")
         parser.add_option("-p", action="store_true", dest="publishers", help="list only publishers")
         parser.add_option("-s", action="store_true", dest="subscribers", help="list only subscribers")

@@ -84,7 +84,7 @@ class _Inside(threading.local):
 
     def __init__(self) -> None:
         self.writing = False
-        self.waiting: deque[tuple[Record, bool]] = deque()
+        self.waiting: deque[tuple[Record, bool, bool]] = deque()
 
 
 class LogSink:
@@ -121,13 +121,18 @@ class LogSink:
         self._terminal_thread = Background(f"{node_name}:log", write_to_terminal)
         self._file_thread = Background(f"{node_name}:log file", self._write_items)
 
-    def emit(self, record: Record, simulated: bool) -> None:
+    def emit(self, record: Record, simulated: bool, to_terminal: bool = True) -> None:
         """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node.
+
+        Args:
+            record: what was logged.
+            simulated: whether its stamp is simulated time.
+            to_terminal: False leaves the terminal out.
 
         A signal handler may log while its thread is in here: that record is written when this goes on.
         """
         inside = self._inside
-        inside.waiting.append((record, simulated))
+        inside.waiting.append((record, simulated, to_terminal))
         if inside.writing:
             return
         for _ in range(_MOST_WAITING):  # no more: writing must not go on for ever because writing makes records
@@ -139,19 +144,10 @@ class LogSink:
             finally:
                 inside.writing = False  # and then is looked again: a handler may have seen it still true
 
-    def _write(self, record: Record, simulated: bool) -> None:
-        where = "stdout" if record.level <= INFO else "stderr"
-        stream = getattr(sys, where)
+    def _write(self, record: Record, simulated: bool, to_terminal: bool) -> None:
         may_wait = not isinstance(threading.current_thread(), LoopThread)
-        text = shown.coloured_lines(self.format(record, simulated)) + "\n"
-        with contextlib.suppress(OSError, ValueError, AttributeError):
-            colour = _COLOURS.get(record.level) if stream.isatty() else None
-            if colour:
-                text = f"{colour}{text[:-1]}\x1b[0m\n"
-            if may_wait:
-                _write_line(stream, text)
-            else:
-                self._terminal_thread.write(where, text)
+        if to_terminal:
+            self._write_to_terminal(record, simulated, may_wait)
         if self._path is not None:
             line = self._file_line(record)
             if may_wait:
@@ -164,6 +160,19 @@ class LogSink:
             except Exception as error:  # noqa: BLE001 - such as that no more files can be opened
                 with contextlib.suppress(OSError, ValueError, AttributeError):
                     sys.stderr.write(f"WARNING: cannot publish what was logged: {error}\n")
+
+    def _write_to_terminal(self, record: Record, simulated: bool, may_wait: bool) -> None:
+        where = "stdout" if record.level <= INFO else "stderr"
+        stream = getattr(sys, where)
+        text = shown.coloured_lines(self.format(record, simulated)) + "\n"
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            colour = _COLOURS.get(record.level) if stream.isatty() else None
+            if colour:
+                text = f"{colour}{text[:-1]}\x1b[0m\n"
+            if may_wait:
+                _write_line(stream, text)
+            else:
+                self._terminal_thread.write(where, text)
 
     def format(self, record: Record, simulated: bool) -> str:
         """Return the record as ROSCONSOLE_FORMAT says (N31)."""
@@ -273,6 +282,12 @@ class Log:
         """Log what a user may like to know."""
         self._log(INFO, text, args, throttle, once)
 
+    def note(self, text: object) -> None:
+        """Log what a user may like to know to the log file and /rosout only: the program shows it in its own way."""
+        if self.level <= INFO:
+            frame = sys._getframe(1)
+            self._emit(INFO, str(text), frame.f_code, frame.f_lineno, to_terminal=False)
+
     def warn(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
         """Log what may be wrong."""
         self._log(WARN, text, args, throttle, once)
@@ -331,10 +346,11 @@ class Log:
                 return
         self._emit(level, _filled(text, args), code, line)
 
-    def _emit(self, level: int, message: str, code: CodeType, line: int) -> None:
+    def _emit(self, level: int, message: str, code: CodeType, line: int, to_terminal: bool = True) -> None:
         stamp, simulated = self._sink.now()
         file = os.path.basename(code.co_filename)
-        self._sink.emit(Record(level, message, self.name, file, line, code.co_name, time.time(), stamp), simulated)
+        record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp)
+        self._sink.emit(record, simulated, to_terminal)
 
     def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
         seen = self._sink.seen

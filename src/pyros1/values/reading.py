@@ -10,7 +10,7 @@ bool, int, float, str, bytes, date, datetime, list, dict and set.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pyros1.errors import Error
 from pyros1.values.scalars import BOOLEANS, SCALARS, scalar_tag
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 _TAG = "tag:yaml.org,2002:"
 _DEEPEST = 200  # levels of nesting
+_MOST_COPIES = 50_000  # values that aliases and merge keys stand for, all together; long texts count more than once
+_TEXT_UNIT = 100  # characters of a text that count as one value
+_SHOWN = 60  # characters of a wrong value in an error
 
 # The texts that need no YAML machinery: most parameters given on a command line are one of these.
 _SIMPLE_WORD = re.compile(r"[A-Za-z_/][\w/.-]*", re.ASCII)
@@ -55,7 +58,9 @@ def load_yaml(text: str, where: str | None = None) -> Any:
         None, bool, int, float, str, bytes (``!!binary``), date, datetime, list, dict or set.
 
     Raises:
-        YamlError: the text is not valid YAML, holds more than one document, an unknown tag, or contains itself.
+        YamlError: the text is not valid YAML, holds more than one document, an unknown tag, or contains itself; it is
+            nested too deeply; or its aliases stand for too much: they share their values here, but who looks at all of
+            them would never end.
     """
     word = text.strip(" ")
     if _SIMPLE_WORD.fullmatch(word) and word.lower() not in _SPECIAL_WORDS:
@@ -99,12 +104,13 @@ def _load(text: str, where: str | None) -> list[Any]:
     yaml.Scanner = _scanner_class()
     yaml.doc_infos.append(DocInfo())  # where the parser notes a %YAML directive
     documents: list[Any] = []
+    builder = _Builder(where)
     try:
         constructor, parser = yaml.get_constructor_parser(text)
         try:
             composer = constructor.composer
             while composer.check_node():
-                documents.append(_Builder(where).build(composer.get_node()))
+                documents.append(builder.document(composer.get_node()))
         finally:
             parser.dispose()
     except MarkedYAMLError as error:
@@ -176,25 +182,57 @@ def _scanner_class() -> Any:
 _COLLECTIONS = {"seq": "sequence", "omap": "sequence", "pairs": "sequence", "map": "mapping", "set": "mapping"}
 
 
+class _Built(NamedTuple):
+    """A value that was made, how many values it is made of, aliases counted out, and how many levels it has."""
+
+    value: Any
+    weight: int
+    depth: int
+
+
+_UNKNOWN = _Built(None, 1, 1)
+
+
 class _Builder:
-    """Makes Python values from one document's nodes."""
+    """Makes Python values from the nodes of a text's documents."""
 
     def __init__(self, where: str | None) -> None:
         self._where = where
-        self._done: dict[int, Any] = {}
+        self._done: dict[int, _Built] = {}
         self._open: set[int] = set()
+        self._copies = 0
+
+    def document(self, node: Any) -> Any:
+        """Return the value of a document, given its root."""
+        self._done.clear()  # another document's nodes may be at the same places in memory
+        return self.build(node)
 
     def build(self, node: Any) -> Any:
+        """Return a node's value."""
         key = id(node)
-        if key in self._done:  # an alias: the same value again
-            return self._done[key]
+        built = self._done.get(key)
+        if built is not None:  # an alias: the same value again
+            self._copies += built.weight
+            if self._copies > _MOST_COPIES:
+                raise self._error(f"its aliases stand for more than {_MOST_COPIES} values", node)
+            return built.value
         if key in self._open:
             raise self._error("a value cannot contain itself", node)
         self._open.add(key)
         value = self._construct(node)
         self._open.discard(key)
-        self._done[key] = value
+        self._done[key] = self._measured(node, value)
         return value
+
+    def _measured(self, node: Any, value: Any) -> _Built:
+        if node.id == "scalar":
+            return _Built(value, 1 + len(node.value) // _TEXT_UNIT, 1)
+        parts = node.value if node.id == "sequence" else [part for pair in node.value for part in pair]
+        inside = [self._done.get(id(part), _UNKNOWN) for part in parts]
+        depth = 1 + max((part.depth for part in inside), default=0)
+        if depth > _DEEPEST:
+            raise self._error("nested too deeply", node)
+        return _Built(value, 1 + sum(part.weight for part in inside), depth)
 
     def _error(self, message: str, node: Any) -> YamlError:
         return YamlError(message, self._where, node.start_mark.line + 1)
@@ -209,7 +247,8 @@ class _Builder:
             try:
                 return SCALARS[name](node.value)
             except (ValueError, KeyError, OverflowError, ZeroDivisionError) as error:
-                raise self._error(f"invalid {name.lstrip('!')}: {node.value}", node) from error
+                text = node.value if len(node.value) <= _SHOWN else f"{node.value[:_SHOWN]}..."
+                raise self._error(f"invalid {name.lstrip('!')}: {text}", node) from error
         wanted = _COLLECTIONS.get(name)
         if wanted is None:
             raise self._error(f"could not determine a constructor for the tag {tag!r}", node)

@@ -51,7 +51,13 @@ def scalar_tag(value: str) -> str:  # noqa: PLR0911 - one rule, one line
     return "str"
 
 
+_LONGEST_INTEGER = 200
+"""Characters of an integer: no field holds 2^64, and Python does not write those of thousands of digits."""
+
+
 def _integer(text: str) -> int:
+    if len(text) > _LONGEST_INTEGER:
+        raise ValueError(f"an integer of {len(text)} digits")
     digits = text.replace("_", "")
     sign = -1 if digits.startswith("-") else 1
     digits = digits.lstrip("+-") if digits[:1] in "+-" else digits

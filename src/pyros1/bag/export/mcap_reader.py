@@ -12,7 +12,7 @@ from importlib import import_module
 from types import TracebackType
 from typing import Any
 
-from pyros1.bag.codecs import MAX_CHUNK
+from pyros1.bag.codecs import check_size
 from pyros1.bag.errors import BagError, NotABagError
 from pyros1.bag.export.mcap import (
     HEAD,
@@ -32,6 +32,7 @@ from pyros1.bag.export.mcap import (
     parse_schema,
     walk,
 )
+from pyros1.bag.limits import chunk_limit
 from pyros1.bag.records import U32, U64, RecordError
 
 _HINT = "; `mcap recover` of the MCAP tools makes a file of what is whole"
@@ -63,6 +64,7 @@ class McapReader:
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}
         self.position = 0
+        self._limit = chunk_limit(os.environ)
         self._file = open(self.path, "rb")  # noqa: SIM115 - closed by close()
         try:
             self._size = os.fstat(self._file.fileno()).st_size
@@ -139,8 +141,10 @@ class McapReader:
         if op not in (OP_HEADER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK):
             self._file.seek(following)  # for example an attachment, which may be large
             return op, memoryview(b"")
-        if size > MAX_CHUNK:
-            raise BagError(self.path, f"the record claims to have {size} bytes{_HINT}", offset)
+        try:
+            check_size(size, self._limit)
+        except RecordError as error:
+            raise BagError(self.path, str(error), offset) from None
         content = self._file.read(size)
         if len(content) < size:
             raise BagError(self.path, f"the file became shorter while it was read{_HINT}", offset)
@@ -172,8 +176,7 @@ class McapReader:
         size, checksum = cursor.number(U64), cursor.number(U32)
         compression = cursor.text()
         stored = cursor.take(cursor.number(U64))
-        if size > MAX_CHUNK:
-            raise RecordError(f"the chunk claims to hold {size} bytes")
+        check_size(size, self._limit)
         unpacked = stored if not compression else memoryview(self._decompress(compression, stored, size))
         if len(unpacked) != size:
             raise RecordError(f"the chunk does not hold the {size} bytes that it should")

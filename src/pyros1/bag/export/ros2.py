@@ -16,6 +16,7 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_typestore
 
 from pyros1.bag.errors import BagError
+from pyros1.bag.export.legal_names import LegalNames
 from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, ros2_name
 from pyros1.bag.reader import RawMessage
 from pyros1.bag.records import Connection
@@ -30,12 +31,16 @@ _VERSION: Literal[8] = 8
 class Ros2Writer:
     """A new ROS 2 bag: a folder with a file of metadata and one of messages.
 
-    Types that the ROS 2 distribution knows become its own; others stay as the bag defines them.
+    Types that the ROS 2 distribution knows become its own; others stay as the bag defines them, under names that ROS 2
+    allows.
 
     Args:
         path: the folder, which is not there yet.
         storage: ``sqlite3`` or ``mcap``.
         distribution: of ROS 2, for example ``jazzy``.
+
+    Attributes:
+        names: what the types and fields are called.
 
     Raises:
         OSError: the folder cannot be made.
@@ -44,6 +49,7 @@ class Ros2Writer:
     def __init__(self, path: str | os.PathLike[str], storage: str = "sqlite3", distribution: str = "jazzy") -> None:
         self.path = Path(path)
         self._target = get_typestore(Stores(f"ros2_{distribution}"))
+        self.names = LegalNames(frozenset(self._target.fielddefs))
         self._converters: dict[tuple[str, str], Convert] = {}
         self._connections: dict[int, tuple[Ros2Connection, Convert]] = {}
         self._known: dict[tuple[str, str, bool], Ros2Connection] = {}
@@ -88,7 +94,7 @@ class Ros2Writer:
 
     def _add(self, connection: Connection) -> tuple[Ros2Connection, Convert]:
         convert = self._converter(connection)
-        name = ros2_name(connection.type)
+        name = self.names.type(ros2_name(connection.type))
         key = (connection.topic, name, connection.latching)
         found = self._known.get(key)
         if found is None:
@@ -104,8 +110,8 @@ class Ros2Writer:
         key = (connection.type, connection.md5sum)
         if key not in self._converters:
             source = empty_store()
-            source.register(parsed(connection.type, connection.definition))
-            name = ros2_name(connection.type)
+            source.register(self.names.types(parsed(connection.type, connection.definition)))
+            name = self.names.type(ros2_name(connection.type))
             adopt(self._target, source, name)
             self._converters[key] = converter(source, self._target, name, name, to_ros2=True)
         return self._converters[key]

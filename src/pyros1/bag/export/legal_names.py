@@ -1,0 +1,121 @@
+"""Names that ROS 2 allows, for types that it does not know: readers of ROS 2 refuse all others.
+
+The rules are those of ROS 2's interface definitions (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html):
+packages and fields are in lower case with single underscores, types are words that begin with a capital. So ``Mocap``
+becomes ``mocap``, ``timeStamp`` becomes ``time_stamp``, ``my_type`` becomes ``MyType``. What a rule would give a name
+that is taken gets a number. Pure.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Container
+from typing import Any
+
+from rosbags.interfaces import Nodetype
+from rosbags.interfaces.typing import Typesdict
+
+_LOWER = re.compile(r"[a-z](_?[a-z0-9])*")
+_TYPE = re.compile(r"[A-Z][A-Za-z0-9]*")
+_CONSTANT = re.compile(r"[A-Z](_?[A-Z0-9])*")
+_WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z0-9]+|[0-9]+")
+
+
+class LegalNames:
+    """What types and fields are called in ROS 2.
+
+    Args:
+        known: types of the ROS 2 distribution, which have names of their own, as have their fields.
+
+    Attributes:
+        changed: what had to be called otherwise: ``package Mocap``, ``field a/b.timeStamp`` -> its new name.
+    """
+
+    def __init__(self, known: Container[str]) -> None:
+        self.changed: dict[str, str] = {}
+        self._known = known
+        self._packages: dict[str, str] = {}
+        self._types: dict[str, str] = {}
+
+    def type(self, name: str) -> str:
+        """Return what a type is called: ``mocap/msg/Frame`` for ``Mocap/msg/Frame``."""
+        if name in self._known:
+            return name
+        legal = self._types.get(name)
+        if legal is None:
+            package, kind, short = name.split("/")
+            package = self._name(self._packages, package, _LOWER, _lower, f"package {package}")
+            same = {old: new.rpartition("/")[2] for old, new in self._types.items() if new.startswith(f"{package}/")}
+            legal = f"{package}/{kind}/{self._name(same, short, _TYPE, _capital, f'type {name}')}"
+            while legal in self._known:
+                legal += "1"
+            self._types[name] = legal
+        return legal
+
+    def types(self, types: Typesdict) -> Typesdict:
+        """Return types with names that ROS 2 allows, their fields and constants, too."""
+        # Those that are right already come first: they keep their names.
+        for name in sorted(types, key=lambda name: not _is_legal(name)):
+            self.type(name)
+        return {
+            self.type(name): definition if name in self._known else self._definition(name, *definition)
+            for name, definition in types.items()
+        }
+
+    def _definition(self, name: str, constants: Any, fields: Any) -> tuple[Any, Any]:
+        kind = name.replace("/msg/", "/")
+        named = self._all([field for field, _ in fields], _LOWER, _lower, f"field {kind}.")
+        values = self._all([constant for constant, *_ in constants], _CONSTANT, _upper, f"constant {kind}.")
+        return (
+            [(values[constant], *rest) for constant, *rest in constants],
+            [(named[field], self._field(form)) for field, form in fields],
+        )
+
+    def _field(self, form: Any) -> Any:
+        """A field's type, which may be a list of others."""
+        node, inside = form
+        if node == Nodetype.NAME:
+            return node, self.type(inside)
+        if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            return node, (self._field(inside[0]), inside[1])
+        return form
+
+    def _all(
+        self, names: Collection[str], rule: re.Pattern[str], make: Callable[[str], str], what: str
+    ) -> dict[str, str]:
+        legal: dict[str, str] = {name: name for name in names if rule.fullmatch(name)}
+        return {name: self._name(legal, name, rule, make, what + name) for name in names}
+
+    def _name(
+        self, names: dict[str, str], name: str, rule: re.Pattern[str], make: Callable[[str], str], what: str
+    ) -> str:
+        """The name in `names`, or a new one that is put there."""
+        if name not in names:
+            taken = set(names.values())
+            first = legal = name if rule.fullmatch(name) else make(name)
+            number = 2
+            while legal in taken:
+                legal, number = f"{first}{number}", number + 1
+            names[name] = legal
+            if legal != name:
+                self.changed[what] = legal
+        return names[name]
+
+
+def _is_legal(name: str) -> bool:
+    package, _, short = name.split("/")
+    return _LOWER.fullmatch(package) is not None and _TYPE.fullmatch(short) is not None
+
+
+def _lower(name: str) -> str:
+    text = "_".join(_WORDS.findall(name)).lower()
+    return text if text[:1].isalpha() else f"x_{text}" if text else "x"
+
+
+def _upper(name: str) -> str:
+    return _lower(name).upper()
+
+
+def _capital(name: str) -> str:
+    text = "".join(word[0].upper() + word[1:] for word in _WORDS.findall(name))
+    return text if text[:1].isalpha() else f"X{text}"
