@@ -60,6 +60,7 @@ def launched(tmp_path: Path) -> Iterator[Launched]:
     environ = {
         **os.environ,
         "HOME": str(tmp_path),
+        "PYTHONUNBUFFERED": "1",  # stock does not flush what it prints into a pipe
         "LOGNAME": "somebody",  # stock takes a machine of this name and user for this one
         "ROS_HOME": str(tmp_path / "near_home"),
         "ROS_HOSTNAME": "localhost",

@@ -211,6 +211,8 @@ def test_rosunit_l181(tmp_path: Path, line: str) -> None:
         home = tmp_path / who
         home.mkdir()
         environ = {**os.environ, "ROS_HOME": str(home), "PATH": f"/usr/bin:{os.environ['PATH']}", "PYTHONPATH": ""}
+        if who == "stock":
+            environ["PYTHONUNBUFFERED"] = "1"  # else what it prints comes after what the tests print
         done = subprocess.run(
             [program, *line.split()], cwd=package, env=environ, capture_output=True, text=True, timeout=60, check=False
         )

@@ -9,6 +9,8 @@ from optparse import OptionParser, Values
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pyros1 import shown
+from pyros1.cli.clean_output import data_stream
 from pyros1.cli.common import program_name
 from pyros1.errors import Error
 
@@ -128,7 +130,8 @@ def _run(run: TestRun, path: Path, text: bool) -> int:
         print("WARNING: overall test result is not accurate when --text is enabled")
     else:
         print()
-        print(summary(run.runs, run.results))
+        # Coloured in files and pipes, too, as stock's.
+        print(shown.coloured_lines(summary(run.runs, run.results)), file=data_stream())
     print(f"rostest log file is in {log}")
     if run.stopped or run.runs.errors or run.runs.failures:
         return 1

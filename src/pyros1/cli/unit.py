@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from optparse import OptionParser
 from pathlib import Path
 
+from pyros1 import shown
+from pyros1.cli.clean_output import data_stream
 from pyros1.cli.usage import Parser
 from pyros1.errors import Error
 from pyros1.launch.junit import Case, Results, read_results, summary, write_results
@@ -220,7 +222,8 @@ def _run_and_report(run: UnitRun, wrapper: Path) -> int:
         write_results(wrapper, "unittest.suite.TestSuite", runs, "".join(run.log), "")
     except OSError as error:
         print(f"ERROR: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
-    print(summary(runs, results).replace("[ROSTEST]", "[ROSUNIT]", 1))
+    text = summary(runs, results).replace("[ROSTEST]", "[ROSUNIT]", 1)
+    print(shown.coloured_lines(text), file=data_stream())  # coloured in files and pipes, too, as stock's
     if texts:
         return 1
     return 2 if results.errors or results.failures else 0
