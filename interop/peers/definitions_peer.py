@@ -17,9 +17,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import genmsg
+import genmsg.gentools
+import genmsg.msg_loader
 import genpy.dynamic
-from messages_peer import Stock, encode_stock, make_empty, one_value, to_stock
+from messages_peer import encode_stock, make_empty, one_value, to_stock
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "tests" / "msgs"))
 from random_definitions import Definition, random_definition, random_message
@@ -47,15 +48,14 @@ def stock_classes(definition: Definition) -> dict[str, Any]:
 
 def specs(definition: Definition) -> Iterator[str]:
     """Compare what genmsg makes of the texts; yield the differences."""
-    stock = Stock()
+    context = genmsg.MsgContext.create_default()
     theirs = {
-        name: genmsg.msg_loader.load_msg_from_string(stock.context, text, name)
-        for name, text in definition.texts.items()
+        name: genmsg.msg_loader.load_msg_from_string(context, text, name) for name, text in definition.texts.items()
     }
     for name, spec in theirs.items():
-        stock.context.register(name, spec)
+        context.register(name, spec)
     for spec in theirs.values():
-        genmsg.msg_loader.load_depends(stock.context, spec, {})
+        genmsg.msg_loader.load_depends(context, spec, {})
     ours = {name: parse_message(name, text) for name, text in definition.texts.items()}
     digests = Digests(ours.__getitem__)
     for name, other in theirs.items():
@@ -68,8 +68,8 @@ def specs(definition: Definition) -> Iterator[str]:
                 [(c.type, c.name, c.val, c.val_text) for c in other.constants],
                 [(c.type, c.name, c.value, c.text) for c in mine.constants],
             ),
-            "md5": (stock.md5(other), digests.md5(mine)),
-            "full text": (stock.full_text(other), digests.full_text(mine)),
+            "md5": (genmsg.gentools.compute_md5(context, other), digests.md5(mine)),
+            "full text": (genmsg.gentools.compute_full_text(context, other), digests.full_text(mine)),
         }
         for what, (theirs_is, mine_is) in pairs.items():
             if theirs_is != mine_is:

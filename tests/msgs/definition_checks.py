@@ -32,6 +32,7 @@ from pyros1.msgs import Message, from_definition
 from pyros1.msgs.array_views import memoryview_view, numpy_view
 from pyros1.msgs.json_form import from_json, to_json
 from pyros1.msgs.large import SplitBody, decode_split, layout, split_frame
+from pyros1.msgs.source import split_type
 from pyros1.msgs.spec import STRUCT_CODES
 from pyros1.timing import TVal
 
@@ -214,7 +215,7 @@ def check_rosbags(definition: Definition, cls: Any, message: Any, body: bytes) -
 
 
 def _known(slot_type: str) -> bool:
-    return not slot_type.endswith("[0]")
+    return split_type(slot_type)[1] != 0
 
 
 def _theirs(store: Any, cls: Any, message: Any) -> Any:

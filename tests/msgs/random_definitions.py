@@ -239,6 +239,8 @@ class _Maker:
         package = owner.partition("/")[0]
         if base.partition("/")[0] == package and rng.random() < 0.5:
             base = base.partition("/")[2]
+        if suffix[1:-1].isdigit() and rng.random() < 0.05:
+            suffix = f"[0{suffix[1:]}"
         return f"{base}{suffix}{rng.choice([' ', ' ', '  '])}{field}{rng.choice(['', '', ' ', ' # why', '#x'])}"
 
     def _constants(self) -> list[str]:

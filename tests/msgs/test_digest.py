@@ -33,6 +33,10 @@ def test_g11_message_fields_by_md5_without_brackets() -> None:
     assert digests(A="int8 x").md5(spec) == md5(f"{inner} many\n{inner} one\nint8[] n")
 
 
+def test_g11_lengths_of_arrays_as_they_are_written() -> None:
+    assert digests().md5(parse_message("p/T", "int8[03] a")) == md5("int8[03] a")
+
+
 def test_g11_text_is_stripped_as_a_whole() -> None:
     assert digests().md5(parse_message("p/T", "string X=")) == md5("string X=")
     assert digests().md5(parse_message("p/T", "")) == "d41d8cd98f00b204e9800998ecf8427e"

@@ -21,7 +21,11 @@ def test_g01_g02_g03_fields_arrays_comments() -> None:
 
 def test_g02_lengths() -> None:
     spec = parse_message("pkg/T", "int8 a\nint8[] b\nint8[4] c")
-    assert spec.fields == (Field("a", "int8", None), Field("b", "int8", -1), Field("c", "int8", 4))
+    assert spec.fields == (
+        Field("a", "int8", None, ""),
+        Field("b", "int8", -1, "[]"),
+        Field("c", "int8", 4, "[4]"),
+    )
 
 
 def test_g05_header_names() -> None:

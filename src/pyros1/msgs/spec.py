@@ -44,19 +44,19 @@ class Field(NamedTuple):
     """One field of a message.
 
     ``base`` is the built-in or full message type without brackets; ``length`` is None for a single value, -1 for an
-    array of any length, else the number of elements.
+    array of any length, else the number of elements. ``brackets`` are as they are written, which is what the md5 sees:
+    ``[03]`` is not ``[3]`` there.
     """
 
     name: str
     base: str
     length: int | None
+    brackets: str
 
     @property
     def type(self) -> str:
         """The full type, for example ``geometry_msgs/Point32[]``."""
-        if self.length is None:
-            return self.base
-        return f"{self.base}[]" if self.length < 0 else f"{self.base}[{self.length}]"
+        return self.base + self.brackets
 
     @property
     def is_builtin(self) -> bool:
@@ -84,7 +84,7 @@ class MessageSpec(NamedTuple):
     @property
     def has_header(self) -> bool:
         """Whether the first field is the header that publishers fill in (G05)."""
-        return bool(self.fields) and self.fields[0] == ("header", HEADER, None)
+        return bool(self.fields) and self.fields[0][:3] == ("header", HEADER, None)
 
 
 class ServiceSpec(NamedTuple):
@@ -207,7 +207,9 @@ def _field(bare: str, package: str) -> Field:
         base = HEADER
     elif base not in BUILTINS:
         base = f"{package}/{base}"
-    return Field(name, base, None if count is None else int(count) if count else -1)
+    if count is None:
+        return Field(name, base, None, "")
+    return Field(name, base, int(count) if count else -1, f"[{count}]")
 
 
 def _constant(line: str, bare: str) -> Constant:
