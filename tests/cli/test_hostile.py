@@ -194,6 +194,10 @@ def test_log_messages_of_others(run: Any, make_node: Any, environ: dict[str, str
     publisher.publish(Log(level=8, name="/n" + WORSE, msg="text" + WORSE, file=WORSE, function=WORSE))
     out = run(environ["ROS_MASTER_URI"], "log echo --once --verbose --topic /hostile_log")[1]
     assert out.startswith("[ ERROR ] [/n") and "FORGED" in out
+    node = make_node("named")
+    node.log.named("logger" + WORSE)
+    assert "FORGED" in run(environ["ROS_MASTER_URI"], "log list /named")[1]
+    run(environ["ROS_MASTER_URI"], "log get /named BAD")
 
 
 def test_bags_of_others(run: Any, environ: dict[str, str], tmp_path: Path) -> None:
