@@ -285,33 +285,37 @@ def test_two_signals_at_once_are_one(start: Callable[[str], Started]) -> None:
     assert program.end() == (0, "hook\nleft\n", "")
 
 
-def test_a_second_signal_ends_a_program_that_goes_on(start: Callable[[str], Started]) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_second_signal_ends_a_program_that_goes_on(start: Callable[[str], Started], number: int) -> None:
     program = start(
         """
-import asyncio, signal
+import asyncio, time
 import pyros1.aio
 
-async def main():
-    async with pyros1.aio.Node("stubborn") as node:
+async def robot():
+    async with pyros1.aio.Node("robot") as node:
         print("ready")
-        while True:
-            try:
-                await asyncio.sleep(100)
-            except asyncio.CancelledError:
-                print("goes on")
+        await asyncio.sleep(100)
+    await asyncio.sleep(0.1)  # a second signal is one that a person can have meant
+    print("left")
 
-async def both():
-    await asyncio.gather(main(), asyncio.sleep(100))
+async def other():
+    try:
+        await asyncio.sleep(100)
+    finally:
+        print("cancelled")
+
+async def main():
+    await asyncio.gather(robot(), other())
 
 asyncio.run(main())
 """
     )
     assert program.line() == "ready\n"
     program.process.send_signal(signal.SIGINT)
-    assert program.line() == "goes on\n"
-    program.process.send_signal(signal.SIGTERM)
-    assert program.line() == "goes on\n", "asyncio cancels what is left, once"
-    program.process.kill()
+    assert program.line() == "left\n"
+    program.process.send_signal(number)
+    assert program.end() == (128 + number, "cancelled\n", "")
 
 
 def test_ctrl_c_while_waiting_for_the_master_ends_the_program(

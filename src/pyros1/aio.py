@@ -133,13 +133,25 @@ class Messages(Generic[_M]):
 
 
 class _Signals(SignalHandlers):
-    """Handlers in the place of those of asyncio, which cancel the main task and show a KeyboardInterrupt."""
+    """Handlers in the place of those of asyncio, which cancel the main task and show a KeyboardInterrupt.
+
+    A second signal ends the program from its loop, so that tasks are cancelled in order; a third, wherever it is.
+    """
+
+    loop: asyncio.AbstractEventLoop | None = None
 
     def _is_default(self, handler: Any) -> bool:
         runner = getattr(getattr(handler, "func", None), "__self__", None)
         return super()._is_default(handler) or type(runner).__module__ == "asyncio.runners"
 
     def _interrupt(self, number: int) -> None:
+        if self.count == 2 and self.loop is not None and self.loop.is_running():
+            self.loop.call_soon_threadsafe(self._exit, number)
+        else:
+            self._exit(number)
+
+    @staticmethod
+    def _exit(number: int) -> None:
         raise SystemExit(128 + number)
 
 
@@ -184,6 +196,7 @@ class Node:
         self._loop = asyncio.get_running_loop()
         self._task = asyncio.current_task()
         if self._signals is not None:
+            self._signals.loop = self._loop
             self._signals.install()
         try:
             self._node = await asyncio.to_thread(self._make)
@@ -207,7 +220,7 @@ class Node:
             self._ends.cancel()
         if self._node is not None:
             await asyncio.to_thread(self._node.shutdown)
-        if self._signals is not None:
+        if self._signals is not None and not self._signals.count:  # else a second signal still ends the program
             self._signals.restore()
         if kind is None:
             return False

@@ -26,16 +26,20 @@ def one_line(value: object, most: int = 1000) -> str:
     text = str(value)
     if len(text) > most:
         text = f"{text[:most]}... ({len(text) - most} more characters)"
-    return text if text.isprintable() and text.isascii() else _IN_ONE_LINE.sub(_escape, text)
+    return text if text.isprintable() else _IN_ONE_LINE.sub(_escape, text)
 
 
 def lines(text: str) -> str:
     """Return a text without control characters but line breaks and tabs, which are taken to be ours."""
+    if text.replace("\n", "").isprintable():  # as nearly all are; much quicker than to look for what is not
+        return text
     return _IN_LINES.sub(_escape, text)
 
 
 def coloured_lines(text: str) -> str:
     """Return the same with colours: for texts that a program writes itself, as those of its log."""
+    if text.replace("\n", "").isprintable():
+        return text
     return _BUT_COLOURS.sub(lambda found: found.group(1) or _escape(found), text)
 
 
@@ -56,7 +60,7 @@ class Foreign(str):
 
 def foreign(text: str) -> str:
     """Return a text of others to be shown and used; the same object if nothing in it does harm."""
-    return text if (text.isprintable() and text.isascii()) or not _IN_ONE_LINE.search(text) else Foreign(text)
+    return text if text.isprintable() or not _IN_ONE_LINE.search(text) else Foreign(text)
 
 
 def json_text(text: str) -> str:

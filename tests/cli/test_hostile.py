@@ -15,9 +15,12 @@ import pytest
 
 from pyros1.bag import BagWriter
 from pyros1.cli.clean_output import CleanStream
+from pyros1.cli.diagnostic import status_lines
 from pyros1.cli.main import entry
+from pyros1.cli.tf_drawing import Frame, text
 from pyros1.errors import ServiceError
 from pyros1.msgs import load_message
+from pyros1.tf import Buffer
 from pyros1.wire.header import encode_header
 
 from .hostile import BAD, WORSE, HostileRobot, assert_clean
@@ -191,6 +194,10 @@ def test_log_messages_of_others(run: Any, make_node: Any, environ: dict[str, str
     publisher.publish(Log(level=8, name="/n" + WORSE, msg="text" + WORSE, file=WORSE, function=WORSE))
     out = run(environ["ROS_MASTER_URI"], "log echo --once --verbose --topic /hostile_log")[1]
     assert out.startswith("[ ERROR ] [/n") and "FORGED" in out
+    node = make_node("named")
+    node.log.named("logger" + WORSE)
+    assert "FORGED" in run(environ["ROS_MASTER_URI"], "log list /named")[1]
+    run(environ["ROS_MASTER_URI"], "log get /named BAD")
 
 
 def test_bags_of_others(run: Any, environ: dict[str, str], tmp_path: Path) -> None:
@@ -209,6 +216,32 @@ def test_bags_of_others(run: Any, environ: dict[str, str], tmp_path: Path) -> No
     ):  # fmt: skip
         out, err = run(environ["ROS_MASTER_URI"], command.format(path))[1:]
         assert "FORGED" in out + err or "none" in command, command
+
+
+def test_frames_of_others(capsys: Any) -> None:
+    assert_clean(
+        text([Frame("map", None, "", None, 0, 0, 0), Frame("a" + WORSE, "map", "/n" + WORSE, False, 1, 1, 2)], 3)
+    )
+    buffer = Buffer()
+    moved: Any = load_message("geometry_msgs/TransformStamped")(child_frame_id="child" + WORSE)
+    moved.header.frame_id, moved.transform.rotation.w = "parent" + WORSE, 1.0
+    buffer.set_transform(moved, "/n" + WORSE)
+    assert "FORGED" in buffer.all_frames_as_string()
+    assert_clean(buffer.all_frames_as_string())
+    moved.transform.rotation.w = 0.0
+    buffer.set_transform(moved, "/n" + WORSE)
+    assert_clean(capsys.readouterr().err)
+
+
+def test_diagnostics_of_others() -> None:
+    status: Any = load_message("diagnostic_msgs/DiagnosticStatus")
+    pair: Any = load_message("diagnostic_msgs/KeyValue")
+    array: Any = load_message("diagnostic_msgs/DiagnosticArray")
+    values = [pair(key="k" + WORSE, value="v" + WORSE)]
+    one = status(level=2, name="n" + WORSE, message="m" + WORSE, hardware_id="h" + WORSE, values=values)
+    lines = list(status_lines(array(status=[one]), [one], detail=True, colour=False))
+    assert len(lines) >= 4
+    assert_clean("\n".join(lines))
 
 
 def test_on_a_terminal_the_commands_own_colours_pass_and_nothing_else() -> None:

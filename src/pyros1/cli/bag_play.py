@@ -23,6 +23,7 @@ from pyros1.errors import MessageError
 from pyros1.interrupts import catch
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
+from pyros1.shown import one_line
 
 _SWITCH_INTERVAL = 0.00005
 """Seconds after which the thread that reads ahead lets the one that plays go on."""
@@ -79,7 +80,7 @@ def _play(node: Node, bags: Bags, options: Values, control: Control) -> int:
         node.log.note(f"Opening {reader.path}")  # as stock, which says nothing else there
     player = Player(node, bags, _settings(options), control, None if options.quiet else show)
     for topic, reason in player.unplayable.items():
-        node.log.warn("%s is not played: %s", topic, reason)
+        node.log.warn("%s is not played: %s", one_line(topic), one_line(reason))
     node.advertise_service("~pause_playback", "std_srvs/SetBool", lambda request: _pause(control, request.data))
     if options.rate_control_topic:
         _control_rate(node, player, options.rate_control_topic)

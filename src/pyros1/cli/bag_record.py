@@ -18,6 +18,7 @@ from pyros1.cli.bag_progress import LiveLine, RecordLine, record_table
 from pyros1.cli.common import CommandError, Invocation
 from pyros1.errors import Error
 from pyros1.node import Node
+from pyros1.shown import one_line
 
 _UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
 _SECONDS = {"": 1, "s": 1, "m": 60, "h": 3600}
@@ -58,7 +59,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
 
     def warn(text: str) -> None:
         line.clear()
-        node.log.warn("%s", text)
+        node.log.warn("%s", one_line(text))
 
     search = TopicSearch(node, selection)
     if not wait_for_time(node, ending):

@@ -33,7 +33,7 @@ class CleanStream:
 
     def write(self, text: str) -> int:
         """Write a text, cleaned."""
-        if not (text.isascii() and text.isprintable()):
+        if not text.isprintable():
             if self._steers and ("\x1b" in text or "\r" in text):
                 text = "".join(
                     part if number % 2 else shown.lines(part) for number, part in enumerate(_OWN.split(text))

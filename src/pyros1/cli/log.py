@@ -103,7 +103,7 @@ def get(invocation: Invocation) -> None:
     if json:
         print_json(loggers[args[1]])
     else:
-        print(loggers[args[1]])
+        print(one_line(loggers[args[1]]))
 
 
 def set_level(invocation: Invocation) -> None:

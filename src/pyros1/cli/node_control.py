@@ -7,6 +7,7 @@ import time
 
 from pyros1.cli.common import CommandError, Invocation
 from pyros1.launch.control import Launch, Status, running_launches
+from pyros1.shown import one_line
 
 _SAMPLE = 0.5
 _POLL = 0.05
@@ -27,7 +28,7 @@ def status(invocation: Invocation) -> None:
     if not now:
         print("No launch is running", file=sys.stderr)
     else:
-        print("\n".join(table(now, before)))
+        print(*map(one_line, table(now, before)), sep="\n")
 
 
 def _all(invocation: Invocation) -> list[Status]:

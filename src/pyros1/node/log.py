@@ -158,8 +158,12 @@ class LogSink:
             try:
                 self.publish(record)
             except Exception as error:  # noqa: BLE001 - such as that no more files can be opened
+                text = shown.lines(f"WARNING: cannot publish what was logged: {error}\n")
+                if not may_wait:
+                    self._terminal_thread.write("stderr", text)
+                    return
                 with contextlib.suppress(OSError, ValueError, AttributeError):
-                    sys.stderr.write(f"WARNING: cannot publish what was logged: {error}\n")
+                    sys.stderr.write(text)
 
     def _write_to_terminal(self, record: Record, simulated: bool, may_wait: bool) -> None:
         where = "stdout" if record.level <= INFO else "stderr"

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from pyros1.errors import NodeShutdownError
 from pyros1.msgs import load_message
+from pyros1.shown import one_line
 from pyros1.tf.errors import ConnectivityException, ExtrapolationException, LookupException
 from pyros1.tf.frame import to_sec
 from pyros1.tf.rotation import Transform
@@ -128,6 +129,7 @@ class Buffer:
             if str(count).strip("0") != "1":
                 return
             problem += f" ({count} times)"
+        problem = one_line(problem)
         if self.warn is None:
             sys.stderr.write(f"Warning: {problem}\n")
         else:

@@ -7,7 +7,9 @@ import threading
 from pyros1.errors import Error
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
+from pyros1.node.log import ERROR
 from pyros1.node.publisher import Publisher
+from pyros1.shown import one_line
 from pyros1.wire.handshake import TopicType
 
 QUEUE_SIZE = 100
@@ -60,14 +62,8 @@ class Output:
                 self._advertise(found, header.get("latching") == "1", FEW if len(message._buff) > LARGE else QUEUE_SIZE)
             wanted = self._type or found
             if wanted.md5sum != found.md5sum:
-                self._node.log.error(
-                    "%s carries %s, not %s: what %s sends is dropped",
-                    self.topic,
-                    wanted.name,
-                    found.name,
-                    header.get("callerid", "?"),
-                    throttle=10.0,
-                )
+                text, who = "%s carries %s, not %s: what %s sends is dropped", header.get("callerid", "?")
+                self._node.log.peer(ERROR, text, self.topic, wanted.name, found.name, who)
                 return False
             self.header = header
             return True
@@ -76,7 +72,7 @@ class Output:
         latch = latching if self._latch is None else self._latch
         self._publisher = self._node.advertise(self.topic, AnyMsg, queue_size=queue_size, latch=latch, raw_type=found)
         self._type = found
-        self._node.log.info("advertised %s, %s%s", self.topic, found.name, ", latched" if latch else "")
+        self._node.log.info("advertised %s, %s%s", self.topic, one_line(found.name), ", latched" if latch else "")
 
     def publish(self, message: AnyMsg) -> None:
         """Send an admitted message."""

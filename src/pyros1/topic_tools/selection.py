@@ -12,6 +12,7 @@ from typing import Any
 
 from pyros1.errors import InvalidNameError, NodeError
 from pyros1.node import Node
+from pyros1.node.log import WARN
 from pyros1.node.publisher import Publisher
 
 NONE = "__none"
@@ -111,7 +112,7 @@ class Selection:
         return topic if topic in self.topics else None
 
     def _refuse(self, reason: str) -> Any:
-        self._node.log.warn("%s: %s", self._kind, reason)
+        self._node.log.peer(WARN, "%s: %s", self._kind, reason)
         raise NodeError(reason)
 
 
