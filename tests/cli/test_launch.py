@@ -245,7 +245,8 @@ def test_a_master_elsewhere_is_not_started_here_x80(env: dict[str, str], tmp_pat
     env["ROS_MASTER_URI"] = "http://no-such-host.invalid:11311"
     code, _, err = ask(env, tmp_path, "launch", "e.launch")
     assert code == 1
-    assert "RLException: unable to contact ROS master at [http://no-such-host.invalid:11311]" in err
+    assert "RLException: unable to contact ROS master at [http://no-such-host.invalid:11311]: the host name" in err
+    assert "cannot be resolved here" in err and "add a line 'ADDRESS no-such-host.invalid' to /etc/hosts" in err
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
-from pyros1.errors import Error, LaunchError, MasterError, MasterUnreachableError, ParameterNotSetError
+from pyros1.errors import (
+    Error,
+    LaunchError,
+    MasterError,
+    MasterUnreachableError,
+    ParameterNotSetError,
+    UnknownHostError,
+)
 from pyros1.launch.api import LaunchServer
 from pyros1.launch.console import Console
 from pyros1.launch.core import ROSVERSION, Core, write_pid_file
@@ -165,7 +172,8 @@ class Session:
         while True:
             try:
                 self._master.ping()
-            except MasterUnreachableError:
+            except MasterUnreachableError as error:
+                unknown = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
                 if not self.options.wait:
                     break
                 if not waiting:
@@ -186,6 +194,11 @@ class Session:
         host, _ = parse_uri(self._uri)
         if self.options.core:
             self._warn_about_uri()
+        elif self.options.port is None and unknown is not None:
+            raise LaunchError(
+                f"unable to contact ROS master at [{self._uri}]: {unknown}. Use the master's IP address in "
+                f"ROS_MASTER_URI, or add a line 'ADDRESS {unknown.host}' to /etc/hosts."
+            )
         elif self.options.port is None and not is_local(host):
             raise LaunchError(
                 f"unable to contact ROS master at [{self._uri}]: it is to run on another machine, so none is started "

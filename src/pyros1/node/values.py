@@ -85,8 +85,9 @@ def left_over(node_name: str, tree: Any, given: Mapping[str, str]) -> list[str]:
         return []
     texts = [f"~{name} is {value!r:.40}" for name, value in found[:_MOST_SHOWN]]
     more = f" and {len(found) - _MOST_SHOWN} more" if len(found) > _MOST_SHOWN else ""
-    forget = f"{node_name}/{found[0][0]}" if len(found) == 1 else node_name
-    return [f"set before this start: {', '.join(texts)}{more} (to forget: pyros1 param delete {forget})"]
+    # Not the whole namespace: other nodes may have theirs in it.
+    forget = f"to forget {'it' if len(found) == 1 else 'one'}: pyros1 param delete {node_name}/{found[0][0]}"
+    return [f"set before this start: {', '.join(texts)}{more} ({forget})"]
 
 
 def _leaves(tree: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
