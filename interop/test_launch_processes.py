@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -14,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from harness import free_port
 
 SOURCES = Path(__file__).resolve().parent.parent / "src"
 DEADLINE = 40.0
@@ -29,15 +29,12 @@ LAUNCH = """<launch>
 
 @pytest.fixture
 def env(tmp_path: Path) -> dict[str, str]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
     (tmp_path / "both.launch").write_text(LAUNCH)
     return {
         **os.environ,
         "ROS_HOME": str(tmp_path / "ros"),
         "ROS_HOSTNAME": "localhost",
-        "ROS_MASTER_URI": f"http://localhost:{port}",
+        "ROS_MASTER_URI": f"http://localhost:{free_port()}",
         "PYTHONPATH": str(SOURCES),
         "ROS_PACKAGE_PATH": f"{SOURCES / 'pyros1' / 'packages' / 'minimal_nodes'}:/usr/share",
         # Our nodes say "env python3": it must be one that has pyros1's dependencies.

@@ -11,7 +11,6 @@ import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -127,7 +126,7 @@ class Running:
 
 
 @pytest.fixture
-def environ(tmp_path: Path) -> dict[str, str]:
+def environ(tmp_path: Path, free_port: int) -> dict[str, str]:
     """A home of its own, a master of its own, and nothing of a stock ROS."""
     programs = tmp_path / "bin"
     programs.mkdir()
@@ -136,9 +135,6 @@ def environ(tmp_path: Path) -> dict[str, str]:
         start = f'exec "{sys.executable}" -m {module} "$@"' if module else f'exec "{sys.executable}" "$@"'
         (programs / name).write_text(f"#!/bin/sh\n{start}\n")
         (programs / name).chmod(0o755)
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("ROS", "CMAKE", "PYROS1"))}
     return {
         **kept,
@@ -147,7 +143,7 @@ def environ(tmp_path: Path) -> dict[str, str]:
         "PYTHONUNBUFFERED": "1",
         "HOME": str(tmp_path),
         "ROS_HOME": str(tmp_path / ".ros"),
-        "ROS_MASTER_URI": f"http://localhost:{port}",
+        "ROS_MASTER_URI": f"http://localhost:{free_port}",
         "ROS_HOSTNAME": "localhost",
     }
 

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import Fault, ServerProxy
 
+from harness import free_port
+
 from pyros1.master import Master
 from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_server import XmlRpcServer
@@ -83,8 +85,7 @@ class Side:
 @contextmanager
 def stock_master(home: Path) -> Iterator[str]:
     """The URI of a rosmaster of its own."""
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        port = probe.getsockname()[1]
+    port = free_port()
     environ = dict(os.environ, ROS_HOME=str(home), ROS_LOG_DIR=str(home), ROS_HOSTNAME="localhost")
     environ.pop("PYTHONPATH", None)
     process = subprocess.Popen(

@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -78,13 +77,10 @@ Start = Callable[..., Tool]
 
 
 @pytest.fixture
-def env(tmp_path: Path) -> dict[str, str]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+def env(tmp_path: Path, free_port: int) -> dict[str, str]:
     names = ("ROS_LOG_DIR", "ROS_NAMESPACE", "ROS_IP", "ROS_PACKAGE_PATH")
     rest = {name: value for name, value in os.environ.items() if name not in names}
-    uri = f"http://localhost:{port}"
+    uri = f"http://localhost:{free_port}"
     home = str(tmp_path / "ros")
     return {**rest, "PYTHONPATH": str(SOURCES), "ROS_HOME": home, "ROS_HOSTNAME": "localhost", "ROS_MASTER_URI": uri}
 

@@ -12,18 +12,7 @@ import pytest
 
 from pyros1.cli.main import entry
 from pyros1.errors import MasterUnreachableError
-from pyros1.master import Master
 from pyros1.net.master_client import MasterClient
-
-
-@pytest.fixture
-def free_port() -> int:
-    master = Master(port=0, bind_host="127.0.0.1")
-    master.start()
-    try:
-        return master.port
-    finally:
-        master.stop()
 
 
 def test_it_runs_until_it_is_told_to_end(free_port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
