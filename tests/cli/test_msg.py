@@ -62,6 +62,15 @@ def test_a_type_that_contains_itself_is_told(run: Any, own_package: Path) -> Non
         assert (code, out) == (1, "") and "the type contains itself: own_msgs/" in err
 
 
+def test_a_type_that_grows_with_each_level_is_not_written_out(run: Any, own_package: Path) -> None:
+    for level in range(12):
+        (own_package / "msg" / f"L{level}.msg").write_text("".join(f"L{level + 1} f{i}\n" for i in range(10)))
+    (own_package / "msg" / "L12.msg").write_text("int8 x\n")
+    code, out, err = run(msg.main, "show", "own_msgs/L0")
+    assert (code, out) == (1, "") and "more than 100000 lines" in err and "--raw" in err
+    assert run(msg.main, "show", "--raw", "own_msgs/L0")[0] == 0
+
+
 def test_nested_types_and_constants_l86(run: Any) -> None:
     assert run(msg.main, "show", "geometry_msgs/PointStamped") == (
         0,

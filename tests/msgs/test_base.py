@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import copy
 import pickle
+import pydoc
 from typing import Any
 
 import pytest
 
 from pyros1.errors import DefinitionError, DeserializationError
-from pyros1.msgs import AnyMsg, from_definition, load_message
+from pyros1.msgs import AnyMsg, Message, from_definition, load_message
 from pyros1.msgs.base import message_class
 from pyros1.timing import Duration, Time
 
@@ -74,6 +75,16 @@ def test_constants_are_class_attributes() -> None:
     assert load_message("sensor_msgs/PointField").FLOAT32 == 7  # type: ignore[attr-defined]  # made from the definition
     with pytest.raises(DefinitionError, match="same name"):
         make("int8 X=1\nint8 X")
+
+
+def test_full_text_of_classes_messages_and_classes_made_of_them() -> None:
+    cls = make("int8 x  # why")
+    derived = type("Derived", (cls,), {})
+    assert derived._full_text == derived()._full_text == cls()._full_text == cls._full_text == "int8 x  # why"
+    header = load_message("std_msgs/Header")
+    assert header()._full_text == header._full_text and "uint32 seq" in header._full_text
+    assert not hasattr(Message, "_full_text")
+    assert "_full_text" in pydoc.render_doc(Message)
 
 
 def test_two_fields_of_one_name_in_python_are_refused() -> None:

@@ -90,3 +90,25 @@ def test_buffers_are_bounded_and_clear_forgets() -> None:
 def test_frame_size_counts_bytes_of_all_parts() -> None:
     assert frame_size(b"abc") == 3
     assert frame_size([b"ab", memoryview(bytearray(5))]) == 7
+
+
+def test_what_remains_of_a_frame_is_not_copied_with_each_send() -> None:
+    frame = bytes(1000)
+    queue = OutQueue(None)
+    queue.push_begun(frame, 10)
+    for _ in range(5):
+        queue.sent(10)
+    [rest] = queue.buffers()
+    assert isinstance(rest, memoryview) and rest.obj is frame and len(rest) == 940
+
+
+def test_what_its_owner_may_change_is_copied_once() -> None:
+    parts = [bytearray(b"abc"), memoryview(b"def"), memoryview(bytearray(b"ghi"))]
+    queue = OutQueue(None)
+    queue.push_begun(list(parts), 1)
+    queue.push(list(parts))
+    parts[0][0] = parts[0][1] = parts[2][0] = ord("x")  # type: ignore[index]
+    assert as_bytes(queue.buffers()) == b"bcdefghiabcdefghi"
+    first = queue.buffers()[0]
+    queue.sent(1)
+    assert queue.buffers()[0] == b"c" and first == b"bc"

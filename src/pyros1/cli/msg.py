@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache, partial
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from pyros1.cli.common import CommandError, Invocation, fail, run
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
 
     from pyros1.msgs.library import Library
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
+
+
+MOST_LINES = 100_000
+"""Most lines that a type is shown in: each level can hold the next one many times."""
 
 
 class Kind:
@@ -261,14 +266,19 @@ def describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageSp
         resolve: returns the spec of a full type name.
 
     Raises:
-        DefinitionError: a type contains itself.
+        DefinitionError: a type contains itself, or there are more than MOST_LINES lines.
     """
     from pyros1.msgs.digest import Digests  # noqa: PLC0415
     from pyros1.msgs.spec import MessageSpec  # noqa: PLC0415
 
     Digests(resolve).dependencies(spec)  # there must be an end to them
     parts = (spec,) if isinstance(spec, MessageSpec) else (spec.request, spec.response)
-    return "---\n".join("".join(line + "\n" for line in _lines(part, resolve, "")) for part in parts)
+    texts = ["".join(line + "\n" for line in islice(_lines(part, resolve, ""), MOST_LINES + 1)) for part in parts]
+    if any(text.count("\n") > MOST_LINES for text in texts):
+        raise DefinitionError(
+            f"more than {MOST_LINES} lines with all types written out; --raw shows the text", spec.name
+        )
+    return "---\n".join(texts)
 
 
 def _lines(spec: MessageSpec, resolve: Callable[[str], MessageSpec], indent: str) -> Iterator[str]:

@@ -71,6 +71,8 @@ class _FullText:
     """
 
     def __get__(self, message: object, owner: type[Any]) -> str:
+        if not hasattr(owner, "_text_source"):
+            raise AttributeError(f"{owner.__name__} has no definition")
         cls = message_class(owner)
         digests, spec = cls._text_source
         cls._full_text = text = digests.full_text(spec)

@@ -37,24 +37,27 @@ class _Filler:
         """Fill a message or a time: ``args`` is a dict, a list with one dict, or a list of all values."""
         if isinstance(args, (list, tuple)) and len(args) == 1 and isinstance(args[0], dict):
             args = args[0]
-        names = ("secs", "nsecs") if isinstance(target, TVal) else message_class(type(target)).__slots__
+        types = {"secs": "", "nsecs": ""}
+        if not isinstance(target, TVal):
+            cls = message_class(type(target))
+            types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
         if isinstance(args, dict):
             for name, value in args.items():
-                if name not in names:
+                if name not in types:
                     raise MessageError(f"No field name [{prefix}{name}]")
-                self.set(target, name, "" if value is None else value, prefix)
+                self.set(target, name, types[name], "" if value is None else value, prefix)
         elif isinstance(args, (list, tuple)):
-            if len(args) != len(names):
-                amount = "Too many" if len(args) > len(names) else "Not enough"
-                raise MessageError(f"{amount} arguments:\n * Given: {list(args)}\n * Expected: {list(names)}")
-            for name, value in zip(names, args, strict=True):
-                self.set(target, name, value, prefix)
+            if len(args) != len(types):
+                amount = "Too many" if len(args) > len(types) else "Not enough"
+                raise MessageError(f"{amount} arguments:\n * Given: {list(args)}\n * Expected: {list(types)}")
+            for (name, slot_type), value in zip(types.items(), args, strict=True):
+                self.set(target, name, slot_type, value, prefix)
         else:
             raise MessageError(f"invalid msg_args type: {args}")
         if isinstance(target, TVal):
             self._normalise(target, prefix)
 
-    def set(self, target: Any, name: str, value: Any, prefix: str) -> None:
+    def set(self, target: Any, name: str, slot_type: str, value: Any, prefix: str) -> None:
         """Set one field of ``target``."""
         if isinstance(target, TVal):
             if type(value) is not int:
@@ -62,7 +65,7 @@ class _Filler:
             setattr(target, name, value)
             return
         cls = message_class(type(target))
-        base, bracket, count = cls._slot_types[list(cls.__slots__).index(name)].partition("[")
+        base, bracket, count = slot_type.partition("[")
         path = prefix + name
         if bracket:
             setattr(target, name, self._array(cls, base, count, value, path))

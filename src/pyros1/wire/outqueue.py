@@ -23,22 +23,26 @@ def frame_size(frame: Frame) -> int:
 
 
 def _rest_of(frame: Frame, sent: int) -> list[Buffer]:
-    """Return what remains of a frame after ``sent`` bytes, safe to keep: memory that its owner may change is copied."""
+    """Return what remains of a frame after ``sent`` bytes, as views."""
     rest: list[Buffer] = []
     for part in [frame] if isinstance(frame, bytes) else frame:
-        view = memoryview(part).cast("B") if not isinstance(part, bytes) else memoryview(part)
-        if sent >= len(view):
-            sent -= len(view)
-            continue
-        left = view[sent:]
-        sent = 0
-        rest.append(left if isinstance(part, bytes) else bytes(left))
+        view = memoryview(part) if isinstance(part, bytes) else memoryview(part).cast("B")
+        if sent < len(view):
+            rest.append(view[sent:])
+        sent = max(0, sent - len(view))
     return rest
+
+
+def _safe(frame: list[Buffer]) -> list[Buffer]:
+    """Return a frame that is safe to keep: what its owner may change is copied."""
+    return [
+        part if isinstance(part, bytes) or isinstance(memoryview(part).obj, bytes) else bytes(part) for part in frame
+    ]
 
 
 def keepable(frame: Frame) -> Frame:
     """Return a frame that may wait: memory that its owner may change is copied."""
-    return frame if frame.__class__ is bytes else _rest_of(frame, 0)
+    return frame if frame.__class__ is bytes else _safe(_rest_of(frame, 0))
 
 
 class OutQueue:
@@ -75,7 +79,7 @@ class OutQueue:
 
     def push_begun(self, frame: Frame, sent: int) -> None:
         """Add a frame of which ``sent`` bytes are on the wire already. Only for an empty queue."""
-        self._begun = _rest_of(frame, sent)
+        self._begun = _safe(_rest_of(frame, sent))
 
     def buffers(self, most: int = 256) -> list[Buffer]:
         """Return up to about ``most`` buffers to send next, in order, for one scatter-gather call."""
