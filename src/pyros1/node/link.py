@@ -73,6 +73,7 @@ class SubscriberLink:
         self._loop = loop
         self._lane = lane
         self._sock = sock
+        self._send_bytes = sock.send
         self._on_closed = on_closed
         self._queue = OutQueue(queue_size)
         self._batch = 0 if queue_size is None else BATCH if queue_size == 0 else min(BATCH, queue_size // 2)
@@ -122,7 +123,7 @@ class SubscriberLink:
         if self._idle:
             if self._batch > 1 and now - self._last < HOT_GAP:
                 self._streak += 1
-                if self._streak > RUN_UP and isinstance(frame, bytes) and len(frame) < SMALL:
+                if self._streak > RUN_UP and frame.__class__ is bytes and len(frame) < SMALL:
                     self._idle = False
                     self._last = now
                     self._queue.push(frame)
@@ -143,7 +144,7 @@ class SubscriberLink:
         try:
             if isinstance(frame, bytes):
                 size = len(frame)
-                (self._sent,) = map(self._sock.send, (frame,))
+                (self._sent,) = map(self._send_bytes, (frame,))
             else:
                 size = frame_size(frame)
                 (self._sent,) = map(self._sock.sendmsg, (frame,))

@@ -108,11 +108,17 @@ class Publication:
 
     # The lane is entered here and not by `Lane.do`: this is the way of every message.
 
-    def _publish(self, message: Any) -> None:
+    def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much as ten lines
         if not (self.links or self.latch):
             return
-        me, lane = get_ident(), self._lane
-        frame, copy = self._prepare(message)
+        me, lane, copy = get_ident(), self._lane, None
+        if self._local or self.latch or message.__class__ is not self.message_class:
+            frame, copy = self._prepare(message)
+        else:
+            try:
+                frame = self._encode(message)
+            except SerializationError:
+                frame, copy = self._prepare(message)  # says the topic's name, too
         if not lane.free:
             lane.linger()
         try:
@@ -124,7 +130,11 @@ class Publication:
             try:
                 if lane.jobs:
                     lane.catch_up()
-                self._send(frame, copy)
+                if self._local or self.latch:
+                    self._send(frame, copy)
+                else:
+                    for link in self._remote:
+                        link.send(frame)  # type: ignore[arg-type]  # without a local link there is a frame
             except BaseException:
                 self._recover()
                 raise
