@@ -32,6 +32,8 @@ HOT_GAP = 30e-6
 RUN_UP = 100
 BATCH = 128
 WINDOW = 100e-6
+TURN = 4 << 20
+"""Bytes that are sent in one go; what is left is sent in the loop's next round, after the others' turn."""
 LINGER = 0.0005
 """Seconds after which the loop sends what the publisher left behind."""
 SMALL = 4096
@@ -173,8 +175,8 @@ class SubscriberLink:
             self._block()
 
     def _flush(self) -> None:
-        """Send what waits, as much as the socket takes."""
-        queue = self._queue
+        """Send what waits, as much as the socket takes, and no more than a turn."""
+        queue, end = self._queue, self.bytes_sent + TURN
         while parts := queue.buffers():
             try:
                 if len(parts) > 4 and len(parts[0]) < SMALL and len(parts[-1]) < SMALL:
@@ -193,7 +195,7 @@ class SubscriberLink:
             sent = queue.unsettled
             self.bytes_sent += sent
             queue.settle()
-            if sent < whole:
+            if sent < whole or (self.bytes_sent >= end and queue):
                 self._block()
                 return
         self._blocked = False

@@ -384,7 +384,7 @@ class Node:
         self._life.on_shutdown(hook)
 
     def shutdown(self, reason: str = "") -> None:
-        """End the node: run the hooks, unregister, close everything. Any thread, any number of times.
+        """End the node: run the hooks, unregister, close everything. Any thread, a signal handler, any number of times.
 
         Args:
             reason: for the log.
