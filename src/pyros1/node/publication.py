@@ -34,6 +34,8 @@ FAREWELL = 1.0
 """Seconds that subscribers have for taking the last messages of a publisher that ends."""
 MOST_LINKS = 1024
 PAUSE = 0.0001
+LONGEST_TURN = 1.0
+"""Seconds that a publisher without a queue waits for the lane: a long signal handler may hold up who works there."""
 
 
 class Link(Protocol):
@@ -217,8 +219,8 @@ class Publication:
 
     def _wait(self) -> None:
         """Wait until all links have taken what was published, as rospy does without a queue size."""
-        lane = self._lane
-        while lane.jobs:  # ours may be among them
+        lane, until = self._lane, perf_counter() + LONGEST_TURN
+        while lane.jobs and perf_counter() < until:  # ours may be among them
             if lane.mine:
                 return  # in a signal handler: what it has interrupted goes on afterwards
             lane.work()
