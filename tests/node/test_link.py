@@ -292,6 +292,41 @@ def test_small_and_large_frames_keep_their_order(linked: Any, in_thread: Any) ->
     assert counted.wait(5) and link.bytes_sent == len(whole)
 
 
+class Greedy:
+    """A socket whose peer takes everything at once."""
+
+    def __init__(self, sock: socket.socket) -> None:
+        self._sock = sock
+
+    def sendmsg(self, parts: Any) -> int:
+        return sum(map(len, parts))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._sock, name)
+
+
+def test_a_long_queue_is_sent_in_turns(linked: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.link.TURN", 10_000)
+    link, _, _ = linked(0)
+    sizes: list[int] = []
+
+    def flush_once() -> None:
+        before = link.bytes_sent
+        link._link._sock = Greedy(link._sock)
+        link._flush()
+        link._link._sock = link._sock._sock
+        sizes.append(link.bytes_sent - before)
+
+    def fill_and_flush() -> None:  # in the lane, so that nobody else sends
+        for index in range(3000):
+            link._link.send(frame(index, 10_000))
+        flush_once()
+        assert link.waiting > 2000 and link._blocked, "the loop goes on in its next round"
+
+    link._lane.do(fill_and_flush)
+    assert sizes and sizes[0] <= 256 * 10_004  # one system call
+
+
 def test_finish_sends_what_waits(linked: Any, in_thread: Any) -> None:
     import time
 

@@ -67,6 +67,70 @@ def test_a_handler_that_raises_tears_no_frame(run: Callable[..., None], transpor
     run("raising", transport, queue_size)
 
 
+COURSE = """
+import asyncio, signal, sys, time
+import pyros1, pyros1.aio
+from pyros1.msgs.geometry_msgs.msg import Twist
+
+moving = Twist()
+moving.linear.x = 1.0
+going = True
+
+def stop(publisher, log):
+    def handle(*_):
+        global going
+        going = False
+        publisher.publish(Twist())
+        log.info("stopped")
+    signal.signal(signal.SIGINT, handle)
+
+def sync(callbacks):
+    with pyros1.Node("driver", callbacks=callbacks) as node:
+        publisher = node.advertise("cmd_vel", Twist, queue_size=1)
+        publisher.wait_for_subscribers()
+        stop(publisher, node.log)
+        rate = node.rate(1000)
+        while going:
+            publisher.publish(moving) if going else None
+            node.spin_once(0.001) if callbacks == "spin" else rate.sleep()
+
+async def driver():
+    async with pyros1.aio.Node("driver") as node:
+        publisher = await node.advertise("cmd_vel", Twist, queue_size=1)
+        publisher.wait_for_subscribers()
+        stop(publisher, node.sync.log)
+        while going:
+            publisher.publish(moving)
+            await asyncio.sleep(0.001)
+
+asyncio.run(driver()) if sys.argv[1] == "asyncio" else sync(sys.argv[1])
+"""
+
+
+@pytest.mark.parametrize("kind", ["inline", "spin", "asyncio"])
+def test_a_sigint_handler_that_stops_the_robot(
+    make_node: Any, collect: Any, environ: dict[str, str], kind: str
+) -> None:
+    robot, got = make_node("robot"), collect()
+    robot.subscribe("cmd_vel", "geometry_msgs/Twist", lambda message: got(message.linear.x))
+    process = subprocess.Popen(
+        [sys.executable, "-W", "error", "-c", COURSE, kind],
+        env={**os.environ, **environ, "PYTHONPATH": SRC},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        got.wait(20)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=20)
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == 0 and err == "" and "stopped" in out
+    assert got.until(lambda speeds: speeds[-1] == 0.0)
+
+
 def test_the_handler_of_the_program_comes_before_the_end_of_the_node() -> None:
     done: list[Any] = []
     before = signal.signal(signal.SIGINT, lambda number, _: done.append("program"))

@@ -55,9 +55,9 @@ class Inbox(Generic[S, T]):
         """Messages lost so far, here or before; off by one for a moment while others put and take."""
         return self.lost + max(0, self._put - self._taken - len(self))
 
-    def full(self, limit: int | None) -> bool:
+    def full(self, limit: int) -> bool:
         """Tell whether the next message will cost an older one."""
-        return bool(limit) and len(self._newest) >= (limit or 0)
+        return len(self._newest) >= limit
 
     def put(self, item: T, limit: int | None) -> None:
         """Add a message. One thread at a time.
@@ -65,10 +65,9 @@ class Inbox(Generic[S, T]):
         Args:
             limit: most messages that wait, the oldest are dropped; 0 or None for no limit.
         """
-        limit = limit or None
         if limit != self._limit:
             self._limit = limit
-            newest: _Queue[T] = _Queue(maxlen=limit)
+            newest: _Queue[T] = _Queue(maxlen=limit or None)
             self._queues.append(newest)  # from now on nothing is put into those before
             self._newest = newest
         self._put += 1
@@ -76,17 +75,16 @@ class Inbox(Generic[S, T]):
 
     def take(self) -> T | None:
         """Take the oldest message, None if there is none."""
-        queues = self._queues
         while True:
-            queue = queues[0]
-            last = queue is queues[-1]  # asked first: only one that is not the last is, once empty, empty for ever
+            queue = self._queues[0]
+            last = queue is self._newest  # asked first: only one that is not the last is, once empty, empty for ever
             try:
                 item = queue.popleft()
             except IndexError:
                 if last:
                     return None
                 with contextlib.suppress(ValueError):  # if another thread takes, too
-                    queues.remove(queue)
+                    self._queues.remove(queue)
                 continue
             self._taken += 1
             return item
@@ -117,11 +115,6 @@ class Handover(Generic[S, T]):
     def open(self, inbox: Inbox[S, T]) -> None:
         """Take messages out of an inbox from now on, until it is forgotten."""
         self.inboxes[inbox] = None
-
-    def put(self, inbox: Inbox[S, T], item: T, limit: int | None) -> None:
-        """Add a message; see `Inbox.put`."""
-        inbox.put(item, limit)
-        self.line_up(inbox)
 
     def line_up(self, inbox: Inbox[S, T]) -> None:
         """Put an inbox with messages into the line, if it is not there."""

@@ -32,6 +32,8 @@ HOT_GAP = 30e-6
 RUN_UP = 100
 BATCH = 128
 WINDOW = 100e-6
+TURN = 4 << 20
+"""Bytes that are sent in one go; what is left is sent in the loop's next round, after the others' turn."""
 LINGER = 0.0005
 """Seconds after which the loop sends what the publisher left behind."""
 SMALL = 4096
@@ -73,6 +75,7 @@ class SubscriberLink:
         self._loop = loop
         self._lane = lane
         self._sock = sock
+        self._send_bytes = sock.send
         self._on_closed = on_closed
         self._queue = OutQueue(queue_size)
         self._batch = 0 if queue_size is None else BATCH if queue_size == 0 else min(BATCH, queue_size // 2)
@@ -122,7 +125,7 @@ class SubscriberLink:
         if self._idle:
             if self._batch > 1 and now - self._last < HOT_GAP:
                 self._streak += 1
-                if self._streak > RUN_UP and isinstance(frame, bytes) and len(frame) < SMALL:
+                if self._streak > RUN_UP and frame.__class__ is bytes and len(frame) < SMALL:
                     self._idle = False
                     self._last = now
                     self._queue.push(frame)
@@ -143,7 +146,7 @@ class SubscriberLink:
         try:
             if isinstance(frame, bytes):
                 size = len(frame)
-                (self._sent,) = map(self._sock.send, (frame,))
+                (self._sent,) = map(self._send_bytes, (frame,))
             else:
                 size = frame_size(frame)
                 (self._sent,) = map(self._sock.sendmsg, (frame,))
@@ -172,8 +175,8 @@ class SubscriberLink:
             self._block()
 
     def _flush(self) -> None:
-        """Send what waits, as much as the socket takes."""
-        queue = self._queue
+        """Send what waits, as much as the socket takes, and no more than a turn."""
+        queue, end = self._queue, self.bytes_sent + TURN
         while parts := queue.buffers():
             try:
                 if len(parts) > 4 and len(parts[0]) < SMALL and len(parts[-1]) < SMALL:
@@ -192,7 +195,7 @@ class SubscriberLink:
             sent = queue.unsettled
             self.bytes_sent += sent
             queue.settle()
-            if sent < whole:
+            if sent < whole or (self.bytes_sent >= end and queue):
                 self._block()
                 return
         self._blocked = False

@@ -97,11 +97,13 @@ class LocalLink:
 
     def recover(self) -> None:
         """Let the subscriber know of what waits, in case it was not told yet."""
-        self._subscription.reader.recover(self._inbox)
+        if len(self._inbox):
+            self._subscription.reader.handover.line_up(self._inbox)
+            self._subscription.reader.wake()
 
     def wait(self) -> None:
         """Wait until the subscriber is not too far behind, if neither side has bounded what may wait."""
-        if self._limit is None:
+        if self._limit is None and self._inbox.full(UNBOUNDED_LIMIT):
             self._subscription.reader.wait_for_room(self._inbox)
 
     def close(self) -> None:

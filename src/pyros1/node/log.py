@@ -257,7 +257,7 @@ class Log:
     """A logger of a node: ``node.log``.
 
     Arguments are filled in as in C's printf: ``log.info("x is %.3f", x)``. ``throttle=seconds`` logs at most that often
-    from this place in the program; ``once=True`` only the first time.
+    from this place in the program; ``once=True`` only the first time. A signal handler may log, too.
     """
 
     def __init__(self, sink: LogSink, name: str = "rosout", level: int = INFO) -> None:

@@ -249,8 +249,8 @@ class Node:
             topic: name.
             type: message class, a type's name, or AnyMsg for whatever type the topic has.
             callback: called with each message. Calls of one topic never overlap.
-            queue_size: messages that may wait for a slow callback; older ones are dropped, undecoded. None drops
-                nothing: publishers are held back (in a node that spins: 1000).
+            queue_size: messages of each publisher that may wait for a slow callback; older ones are dropped, undecoded.
+                None drops nothing: publishers are held back (in a node that spins: 1000).
             tcp_nodelay: ask publishers to send small messages at once.
             arrays: what numeric arrays are made of: None for bytes (uint8) and tuples; "memoryview" or "numpy" for
                 read-only arrays of the field's type that refer to the received bytes, without a copy.
@@ -405,7 +405,7 @@ class Node:
         self._life.on_shutdown(hook)
 
     def shutdown(self, reason: str = "") -> None:
-        """End the node: run the hooks, unregister, close everything. Any thread, any number of times.
+        """End the node: run the hooks, unregister, close everything. Any thread, a signal handler, any number of times.
 
         Args:
             reason: for the log.

@@ -21,6 +21,7 @@ class Parameters:
     """Parameters by name, like a mapping: ``node.params["~rate"]``.
 
     Names are relative to the node's namespace, global (``/x``) or private (``~x``), and follow the remappings.
+    Any thread may use them, and a signal handler.
 
     Args:
         master: asked for everything that is not cached.

@@ -34,6 +34,8 @@ FAREWELL = 1.0
 """Seconds that subscribers have for taking the last messages of a publisher that ends."""
 MOST_LINKS = 1024
 PAUSE = 0.0001
+LONGEST_TURN = 1.0
+"""Seconds that a publisher without a queue waits for the lane: a long signal handler may hold up who works there."""
 
 
 class Link(Protocol):
@@ -108,11 +110,17 @@ class Publication:
 
     # The lane is entered here and not by `Lane.do`: this is the way of every message.
 
-    def _publish(self, message: Any) -> None:
+    def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much as ten lines
         if not (self.links or self.latch):
             return
-        me, lane = get_ident(), self._lane
-        frame, copy = self._prepare(message)
+        me, lane, copy = get_ident(), self._lane, None
+        if self._local or self.latch or message.__class__ is not self.message_class:
+            frame, copy = self._prepare(message)
+        else:
+            try:
+                frame = self._encode(message)
+            except SerializationError:
+                frame, copy = self._prepare(message)  # says the topic's name, too
         if not lane.free:
             lane.linger()
         try:
@@ -124,7 +132,11 @@ class Publication:
             try:
                 if lane.jobs:
                     lane.catch_up()
-                self._send(frame, copy)
+                if self._local or self.latch:
+                    self._send(frame, copy)
+                else:
+                    for link in self._remote:
+                        link.send(frame)  # type: ignore[arg-type]  # without a local link there is a frame
             except BaseException:
                 self._recover()
                 raise
@@ -207,8 +219,8 @@ class Publication:
 
     def _wait(self) -> None:
         """Wait until all links have taken what was published, as rospy does without a queue size."""
-        lane = self._lane
-        while lane.jobs:  # ours may be among them
+        lane, until = self._lane, perf_counter() + LONGEST_TURN
+        while lane.jobs and perf_counter() < until:  # ours may be among them
             if lane.mine:
                 return  # in a signal handler: what it has interrupted goes on afterwards
             lane.work()

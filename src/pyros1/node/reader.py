@@ -49,8 +49,9 @@ DRAIN_TIME = 0.02
 """Longest time, in seconds, spent on draining sockets before callbacks go on: a flood must not starve them."""
 TURN = 0.002
 """Seconds of callbacks after which it is another source's turn."""
-STRIDE = 16
-"""Messages at most between two looks at the clock."""
+STRIDE = 128
+EARLY = TURN / 8
+"""Messages at most between two looks at the clock; until EARLY in a turn their number doubles after each look."""
 
 
 class Reader:
@@ -100,16 +101,17 @@ class Reader:
     def add(self, link: InLink) -> None:
         """Start to receive from a link."""
         self._new.append(link)
-        self._wake()
+        self.wake()
         if self._closed:
             self.close()
 
     def submit(self, job: Callable[[], None]) -> None:
         """Run a job between messages."""
         self._jobs.append(job)
-        self._wake()
+        self.wake()
 
-    def _wake(self) -> None:
+    def wake(self) -> None:
+        """Let a thread look for what there is to do, unless one is at it."""
         if not self._woken and not self._ownership.locked():
             self._woken = True
             try:
@@ -125,7 +127,7 @@ class Reader:
 
     @property
     def waiting(self) -> int:
-        """Messages that wait here: those handed over, and those for `spin`."""
+        """Messages handed over, or for `spin`, that wait."""
         return len(self.handover) + len(self._spinning)
 
     def push(self, inbox: Inbox[Source, Item], item: Item, limit: int | None) -> None:
@@ -136,16 +138,13 @@ class Reader:
         """
         own = self.limit
         most = own if own is not None else limit
-        if inbox.full(most) and self._owner != threading.get_ident():
+        if most and inbox.full(most) and self._owner != threading.get_ident():
             time.sleep(0)  # let the owner take them, if all that it waits for is the interpreter's lock
-        self.handover.put(inbox, item, most)
-        self._wake()
-
-    def recover(self, inbox: Inbox[Source, Item]) -> None:
-        """A signal handler has raised in the middle of `push`."""
-        if len(inbox):
+        inbox.put(item, most)
+        if not inbox.in_line:
             self.handover.line_up(inbox)
-            self._wake()
+        if not self._woken and not self._ownership.locked():
+            self.wake()
 
     def wait_for_room(self, inbox: Inbox[Source, Item]) -> None:
         """Wait until fewer than UNBOUNDED_LIMIT messages wait, if nobody has set a limit."""
@@ -205,7 +204,9 @@ class Reader:
             self._run_jobs()
             # One turn for each that is there by now: whoever comes meanwhile comes after them.
             for _ in range(len(self._new)):
-                self._add(self._new.popleft())
+                link = self._new.popleft()
+                if frames := self._open(link):
+                    self._take(link, frames)
             for _ in range(len(self._begun)):
                 self._go_on(self._begun.popleft())
             for _ in range(len(self._readable)):
@@ -257,11 +258,6 @@ class Reader:
         self._jobs.clear()
         self._begun.clear()
         self.handover.ring()
-
-    def _add(self, link: InLink) -> None:
-        frames = self._open(link)
-        if frames:
-            self._take(link, frames)
 
     def _open(self, link: InLink) -> list[tuple[int, int]]:
         """Wait for a new link; return what came together with its header."""
@@ -351,16 +347,17 @@ class Reader:
 
     def _deliver_frames(self, link: InLink, data: bytes, frames: list[tuple[int, int]], position: int) -> None:
         """Deliver all frames from a position on; or some, if others wait and the link's turn is over."""
-        deliver, stride, until = self._deliver, 1, perf_counter() + TURN
+        deliver, stride, begun = self._deliver, 1, perf_counter()
         while not self._closed:
             for start, end in frames[position : position + stride]:
                 deliver(link, data, start, end)
             position += stride
             if position >= len(frames):
                 return
-            if perf_counter() < until:
+            now = perf_counter()
+            if now < begun + EARLY:
                 stride = min(2 * stride, STRIDE)
-            elif self._something:
+            elif now > begun + TURN and self._something:
                 self._begun.append(Rest(link, data, frames, position))
                 return
 
@@ -417,16 +414,19 @@ class Reader:
 
     def _take_from(self, inbox: Inbox[Source, Item]) -> None:
         """Give an inbox its turn."""
-        until = perf_counter() + TURN
-        while (item := inbox.take()) is not None and not self._closed:
-            if self._callbacks is not None:
-                self._queue_for_spin(inbox.source, item)
-            else:
-                self._deliver_item(inbox.source, item)
-            if perf_counter() > until:
-                self._local.append(inbox)
-                return
-        self._leave_line(inbox)
+        deliver = self._deliver_item if self._callbacks is None else self._queue_for_spin
+        stride, begun, now = 1, perf_counter(), 0.0
+        while now < begun + TURN:
+            for _ in range(stride):
+                item = inbox.take()
+                if item is None or self._closed:
+                    self._leave_line(inbox)
+                    return
+                deliver(inbox.source, item)
+            now = perf_counter()
+            if now < begun + EARLY:
+                stride = min(2 * stride, STRIDE)
+        self._local.append(inbox)
 
     def _leave_line(self, inbox: Inbox[Source, Item]) -> None:
         if self.handover.leave_line(inbox) and not inbox.source.connected:

@@ -126,7 +126,8 @@ class _Call:
 class ServiceClient:
     """A way to call a service; made by ``Node.service``. Also a context manager that closes.
 
-    Calling the object calls the service: ``client(a, b)``, ``client(a=1)`` or ``client(request)``.
+    Calling the object calls the service: ``client(a, b)``, ``client(a=1)`` or ``client(request)``. A signal handler may
+    do so, too, on top of a call of its thread: it gets a connection of its own.
 
     Attributes:
         name: the service's full name.

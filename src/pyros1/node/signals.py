@@ -19,7 +19,8 @@ class SignalHandlers:
     """Handlers that are installed for a node's life.
 
     Args:
-        on_signal: called with the signal's number at the first signal, in the handler: it must take no locks.
+        on_signal: called with the signal's number at the first signal, in the handler, after the handler that was there
+            before: it must not wait for anything.
     """
 
     def __init__(self, on_signal: Callable[[int], None]) -> None:
