@@ -46,3 +46,8 @@ def test_every_control_character_is_known() -> None:
         *range(0x2066, 0x206A),
     ]:
         assert shown.one_line(chr(code)) == repr(chr(code))[1:-1]
+
+
+def test_bytes_that_are_no_text_may_stay_in_names_of_files() -> None:
+    assert shown.lines("gr\udcfcn\x1b") == "gr\\udcfcn\\x1b"
+    assert shown.lines("gr\udcfcn\x1b", keep_bytes=True) == "gr\udcfcn\\x1b"

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import re
 
-_CONTROLS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff"
+_STEERING = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
+_CONTROLS = _STEERING + "\ud800-\udfff"  # and what cannot be encoded
+_BUT_BYTES = re.compile(f"\r(?!\n)|(?!\r)[{_STEERING}]")
 _IN_LINES = re.compile(f"\r(?!\n)|(?!\r)[{_CONTROLS}]")
 _IN_ONE_LINE = re.compile(f"[\t\n{_CONTROLS}]")
 _BUT_COLOURS = re.compile(f"(\x1b\\[[0-9;]*m)|\r(?!\n)|(?!\r)[{_CONTROLS}]")
@@ -29,11 +31,15 @@ def one_line(value: object, most: int = 1000) -> str:
     return text if text.isprintable() else _IN_ONE_LINE.sub(_escape, text)
 
 
-def lines(text: str) -> str:
-    """Return a text without control characters but line breaks and tabs, which are taken to be ours."""
+def lines(text: str, *, keep_bytes: bool = False) -> str:
+    """Return a text without control characters but line breaks and tabs, which are taken to be ours.
+
+    Args:
+        keep_bytes: keep what stands for bytes that are no text, in names of files.
+    """
     if text.replace("\n", "").isprintable():  # as nearly all are; much quicker than to look for what is not
         return text
-    return _IN_LINES.sub(_escape, text)
+    return (_BUT_BYTES if keep_bytes else _IN_LINES).sub(_escape, text)
 
 
 def coloured_lines(text: str) -> str:

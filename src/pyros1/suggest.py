@@ -6,6 +6,8 @@ import difflib
 import re
 from collections.abc import Iterable
 
+from pyros1.shown import one_line
+
 _DASHES = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212\ufe58\ufe63\uff0d"
 _DASHED = rf"([-{_DASHES}]{{1,2}})([A-Za-z][\w-]*)((?:=.*)?)"
 _ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=])|=(?![=:]))(.+)"
@@ -20,7 +22,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
         known: what could have been written.
     """
     close = difflib.get_close_matches(word, list(known), 1, 0.7)
-    return f" (did you mean '{close[0]}'?)" if close and close[0] != word else ""
+    return f" (did you mean '{one_line(close[0])}'?)" if close and close[0] != word else ""
 
 
 def meant_option(word: str) -> str | None:

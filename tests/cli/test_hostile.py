@@ -127,6 +127,22 @@ def test_no_command_shows_what_steers_a_terminal(run: Any, make_robot: Any, mode
     assert seen > len(COMMANDS) // 2, "the texts are shown, but cleaned"
 
 
+@pytest.mark.parametrize("how", ["", "-p ", "--json "])
+def test_message_data_does_not_steer_a_terminal_either(
+    run: Any, make_robot: Any, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    """On a terminal the colours of a command itself pass: data must have lost its own before."""
+    monkeypatch.setattr(CleanStream, "__init__", _as_on_a_terminal)
+    monkeypatch.setenv("NO_COLOR", "1")
+    robot = make_robot("answer")
+    assert "FORGED" in run(robot.uri, f"topic echo -n 1 {how}/topic")[1]
+    assert "FORGED" in run(robot.uri, f"topic echo -n 1 {how}/topic/data")[1]
+
+
+def _as_on_a_terminal(self: CleanStream, stream: Any) -> None:
+    self.under, self._steers = stream, True
+
+
 def test_json_keeps_what_others_sent(run: Any, make_robot: Any) -> None:
     robot = make_robot("answer")
     assert json.loads(run(robot.uri, "topic list --json")[1])[1]["topic"] == "/topic" + BAD

@@ -10,11 +10,15 @@ import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, TextIO
 
 from pyros1 import shown
 
 _OWN = re.compile("(\x1b\\[(?:[0-9;]*m|[0-9;]*H|[0-2]?J|K|\\?(?:25|1049)[hl])|\r)")
+
+
+_clean = partial(shown.lines, keep_bytes=True)
 
 
 class CleanStream:
@@ -35,11 +39,10 @@ class CleanStream:
         """Write a text, cleaned."""
         if not text.isprintable():
             if self._steers and ("\x1b" in text or "\r" in text):
-                text = "".join(
-                    part if number % 2 else shown.lines(part) for number, part in enumerate(_OWN.split(text))
-                )
+                parts = enumerate(_OWN.split(text))
+                text = "".join(part if number % 2 else _clean(part) for number, part in parts)
             else:
-                text = shown.lines(text)
+                text = _clean(text)
         return self.under.write(text)
 
     def writelines(self, texts: Any) -> None:

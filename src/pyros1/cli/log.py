@@ -122,7 +122,7 @@ def set_level(invocation: Invocation) -> None:
 
 def _no_logger(node: str, logger: str, loggers: dict[str, str]) -> NoReturn:
     raise CommandError(
-        f"{_program()}: error: node {node} does not contain logger {logger}{did_you_mean(logger, loggers)}",
+        f"{_program()}: error: node {node} does not contain logger {one_line(logger)}{did_you_mean(logger, loggers)}",
         2,
         plain=True,
     )

@@ -7,6 +7,7 @@ import sys
 from optparse import OptionParser, Values
 from typing import Any
 
+from pyros1 import shown
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, guard_negatives, print_json, run, unguard
 from pyros1.errors import MasterError, MasterUnreachableError, ParameterNotSetError
 from pyros1.shown import foreign, one_line
@@ -126,9 +127,9 @@ def pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
             lines += [f"{indent}{key}:", *pretty_lines(item, indent + "  ")]
         elif isinstance(item, str):
             if "\n" in item:
-                lines += [f"{indent}{key}: |", *(f"{indent}  {line}" for line in item.split("\n"))]
+                lines += [f"{indent}{key}: |", *(f"{indent}  {line}" for line in shown.lines(item).split("\n"))]
             else:
-                lines.append(f"{indent}{key}: {item}")
+                lines.append(f"{indent}{key}: {shown.lines(item)}")
         else:
             lines.append(f"{indent}{key}: {_scalar_or_block(item)}".rstrip("\n"))
     return lines

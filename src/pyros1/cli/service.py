@@ -17,7 +17,7 @@ from pyros1.errors import (
     UnknownTypeError,
 )
 from pyros1.graph import Graph, in_namespace, probe_service
-from pyros1.shown import json_text
+from pyros1.shown import json_text, lines
 
 if TYPE_CHECKING:
     from optparse import Values
@@ -224,7 +224,7 @@ def _response(options: Values, response: Message) -> str:
         return json_text(json.dumps(to_json(response), ensure_ascii=False))
     from pyros1.msgs.text import format_message  # noqa: PLC0415
 
-    return format_message(response, no_string=bool(options.nostr), no_array=bool(options.noarr))
+    return lines(format_message(response, no_string=bool(options.nostr), no_array=bool(options.noarr)))
 
 
 def stdin_documents() -> Iterator[Any]:

@@ -16,7 +16,7 @@ from pyros1.cli.subscribing import Decoder, find_topic, subscribe
 from pyros1.errors import MessageError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.text import format_message
-from pyros1.shown import json_text
+from pyros1.shown import json_text, lines, one_line
 from pyros1.timing import Time, TVal
 
 _CLEAR = "\033[2J\033[;H"
@@ -198,7 +198,9 @@ class Printer:
             message = self._decoder.decode(raw)
         except MessageError as error:
             type_name = (raw._connection_header or {}).get("type", "unknown type")
-            raise CommandError(f"a message of type [{type_name}] on {self._topic} cannot be shown: {error}") from None
+            raise CommandError(
+                f"a message of type [{one_line(type_name)}] on {self._topic} cannot be shown: {error}"
+            ) from None
         try:
             if self._expression is not None and not self._expression({"m": message, "topic": self._topic}):
                 return None
@@ -227,7 +229,7 @@ class Text:
 
     def __call__(self, message: Message, value: Any, kind: str | None) -> str:
         offset = self._now() if self._now else None
-        text = format_message(value, type_name=kind, time_offset=offset, **self._settings)
+        text = lines(format_message(value, type_name=kind, time_offset=offset, **self._settings))
         if self._colour:
             text = _NAME.sub("\\1\033[36m\\2\033[0m:", text)
         return f"{self._prefix}{text}\n---\n"
@@ -280,7 +282,7 @@ class Plot:
         ns = stamp.to_nsec() - (now.to_nsec() if self._offset and whole else 0)
         row: list[str] = []
         self._values(value, kind, now if self._offset else None, row)
-        text = f"{ns},{','.join(row)}\n"
+        text = lines(f"{ns},{','.join(row)}\n")
         if not self._header_done:
             self._header_done = True
             names: list[str] = []
