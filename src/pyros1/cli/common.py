@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from pyros1 import names
 from pyros1.cli import output
-from pyros1.errors import Error, MasterUnreachableError
+from pyros1.errors import DeadlineError, Error, MasterUnreachableError
 
 if TYPE_CHECKING:
     from optparse import HelpFormatter, OptionParser
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
     from pyros1.node import Node
 
+MASTER_TIMEOUT = 5.0
+"""Seconds that a command gives the master for an answer."""
 EX_USAGE = 64
 """Exit code of a missing or unknown subcommand (sysexits.h), as the stock tools'."""
 
@@ -90,7 +92,8 @@ class Invocation:
             from pyros1.net.hosts import master_uri  # noqa: PLC0415
             from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
-            self._master = MasterClient(self.caller_id, master_uri(self.environ, self.special))
+            uri = master_uri(self.environ, self.special)
+            self._master = MasterClient(self.caller_id, uri, timeout=MASTER_TIMEOUT)
         return self._master
 
     def close(self) -> None:
@@ -192,8 +195,8 @@ def run(
         return _run_verb(verb, invocation)
     except BrokenPipeError:
         return quiet_pipe()
-    except MasterUnreachableError:
-        return report("Unable to communicate with master!", error_code)
+    except MasterUnreachableError as error:
+        return report(no_master(error), error_code)
     except CommandError as error:
         flush()
         print(str(error) if error.plain else f"ERROR: {error}", file=sys.stderr)
@@ -228,6 +231,13 @@ def print_json(value: Any) -> None:
     import json  # noqa: PLC0415
 
     print(json.dumps(value, ensure_ascii=False))
+
+
+def no_master(error: MasterUnreachableError) -> str:
+    """What to say when the master does not answer: one that is there and silent is another trouble than none."""
+    if isinstance(error.__cause__, DeadlineError):
+        return f"Unable to communicate with master! {error.__cause__}: was it stopped, or does a network lose packets?"
+    return "Unable to communicate with master!"
 
 
 def report(text: str, code: int) -> int:

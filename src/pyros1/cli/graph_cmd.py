@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
-from pyros1.cli.common import CommandError, Invocation, quiet_pipe, report
+from pyros1.cli.common import CommandError, Invocation, no_master, quiet_pipe, report
 from pyros1.doctor.edges import Edge, actual_edges
 from pyros1.doctor.together import together
 from pyros1.errors import Error, MasterUnreachableError
@@ -61,8 +61,8 @@ def main(argv: list[str]) -> int:
         pass
     except BrokenPipeError:
         quiet_pipe()
-    except MasterUnreachableError:
-        return report("Unable to communicate with master!", 0 if invocation.program == "rosgraph" else 1)
+    except MasterUnreachableError as error:
+        return report(no_master(error), 0 if invocation.program == "rosgraph" else 1)
     except Error as error:
         return report(str(error), 1)
     finally:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
-from pyros1.errors import Error, LaunchError, MasterError, MasterUnreachableError, ParameterNotSetError
+from pyros1.errors import DeadlineError, Error, LaunchError, MasterError, MasterUnreachableError, ParameterNotSetError
 from pyros1.launch.api import LaunchServer
 from pyros1.launch.console import Console
 from pyros1.launch.core import ROSVERSION, Core, write_pid_file
@@ -34,6 +34,7 @@ from pyros1.net.master_client import MasterClient
 
 _CALLER = "/roslaunch"
 _WAIT_STEP = 0.2
+PING_TIMEOUT = 5.0
 _TIME_LIMIT = "time limit"
 
 
@@ -164,9 +165,14 @@ class Session:
         waiting = False
         while True:
             try:
-                self._master.ping()
-            except MasterUnreachableError:
+                self._master.ping(PING_TIMEOUT)
+            except MasterUnreachableError as error:
                 if not self.options.wait:
+                    if isinstance(error.__cause__, DeadlineError):
+                        raise LaunchError(
+                            f"the ROS master at [{self._uri}] does not answer within {PING_TIMEOUT:g} s, though "
+                            "something is there: was it stopped (kill -CONT), or does a network lose packets?"
+                        ) from error
                     break
                 if not waiting:
                     waiting = True

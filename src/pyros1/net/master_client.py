@@ -139,14 +139,17 @@ class MasterClient:
 
     # ---- master
 
-    def ping(self) -> None:
+    def ping(self, timeout: float | None = None) -> None:
         """Returns if the master answers, whatever it is: some have no getPid.
+
+        Args:
+            timeout: seconds; None: the client's.
 
         Raises:
             MasterUnreachableError: it does not.
         """
         try:
-            self.call("getPid")
+            self.call("getPid", timeout=timeout)
         except MasterUnreachableError:
             raise
         except (MasterError, ProtocolError):
