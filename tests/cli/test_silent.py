@@ -31,7 +31,8 @@ topic delay /t | topic pub /t std_msgs/String x | node list | node info /n | nod
 node kill /n | node cleanup | node tree | node status | node stop /n | service list | service info /s | service type /s
 service uri /s | service call /s | service find std_srvs/Empty | param list | param get /p | param set /p 1
 param delete /p
-param dump | graph --once | graph | log list /n | log echo | diagnostic | dynparam list | tf tree | tf echo a b | tf monitor
+param dump | graph --once | graph | log list /n | log echo | diagnostic | dynparam list | tf tree
+tf echo a b | tf monitor
 """
 
 
