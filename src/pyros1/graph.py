@@ -24,7 +24,7 @@ from pyros1.errors import (
 from pyros1.names import SEP
 from pyros1.shown import foreign, one_line
 
-NODE_TIMEOUT = 10.0
+NODE_TIMEOUT = 5.0
 """Seconds that a node gets to answer one call."""
 
 PROBE_TIMEOUT = 5.0

@@ -97,7 +97,8 @@ def test_what_remains_of_a_frame_is_not_copied_with_each_send() -> None:
     queue = OutQueue(None)
     queue.push_begun(frame, 10)
     for _ in range(5):
-        queue.sent(10)
+        queue.unsettled = 10
+        queue.settle()
     [rest] = queue.buffers()
     assert isinstance(rest, memoryview) and rest.obj is frame and len(rest) == 940
 
@@ -110,5 +111,6 @@ def test_what_its_owner_may_change_is_copied_once() -> None:
     parts[0][0] = parts[0][1] = parts[2][0] = ord("x")  # type: ignore[index]
     assert as_bytes(queue.buffers()) == b"bcdefghiabcdefghi"
     first = queue.buffers()[0]
-    queue.sent(1)
+    queue.unsettled = 1
+    queue.settle()
     assert queue.buffers()[0] == b"c" and first == b"bc"

@@ -38,21 +38,21 @@ def whole_or_nothing(target: str, *, folder: bool, force: bool) -> Iterator[str]
         raise CommandError(f"there is no folder {parent}")
     work = f"{target}.{os.getpid()}.tmp"
     part = os.path.join(work, os.path.basename(target))
-    try:
-        os.mkdir(work)
-        with interruptible(f"{target} was not written"):
+    with interruptible(f"{target} was not written"):
+        try:
+            os.mkdir(work)
             yield part
             _move(part, target)
-    except BagError as error:
-        if error.path.startswith(work):
-            raise type(error)(target, error.reason, error.offset) from error
-        raise
-    except OSError as error:
-        if error.filename is None or str(error.filename).startswith(work):
-            error.filename = target
-        raise
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
+        except BagError as error:
+            if error.path.startswith(work):
+                raise type(error)(target, error.reason, error.offset) from error
+            raise
+        except OSError as error:
+            if error.filename is None or str(error.filename).startswith(work):
+                error.filename = target
+            raise
+        finally:
+            shutil.rmtree(work, ignore_errors=True)
 
 
 def _move(part: str, target: str) -> None:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
     from pyros1.node import Node
 
+MASTER_TIMEOUT = 5.0
+"""Seconds that a command gives the master for an answer."""
 EX_USAGE = 64
 """Exit code of a missing or unknown subcommand (sysexits.h), as the stock tools'."""
 
@@ -92,7 +94,8 @@ class Invocation:
             from pyros1.net.hosts import master_uri  # noqa: PLC0415
             from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
-            self._master = MasterClient(self.caller_id, master_uri(self.environ, self.special))
+            uri = master_uri(self.environ, self.special)
+            self._master = MasterClient(self.caller_id, uri, timeout=MASTER_TIMEOUT)
         return self._master
 
     def close(self) -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from optparse import OptionParser, Values
 from pathlib import Path
 
-from pyros1.cli.common import program_name
+from pyros1.cli.common import MASTER_TIMEOUT, program_name
 from pyros1.errors import Error, LaunchError, MasterError, ParameterNotSetError
 from pyros1.launch.check import missing_parts
 from pyros1.launch.depends import FileNeeds, file_needs, owner, undeclared
@@ -114,7 +114,7 @@ def logs(argv: list[str]) -> int:
     _, words = parser.parse_args(argv)
     if words:
         parser.error(f"{parser.get_prog_name()} takes no arguments")
-    master = MasterClient("/roslaunch", master_uri(os.environ, {}))
+    master = MasterClient("/roslaunch", master_uri(os.environ, {}), timeout=MASTER_TIMEOUT)
     try:
         print(log_folder(os.environ) / str(master.get_param("/run_id")))
     except (MasterError, ParameterNotSetError):

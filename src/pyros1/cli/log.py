@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, print_json, program_name, run, use_colour
 from pyros1.cli.usage import examples_text
-from pyros1.errors import ServiceError, ServiceUnavailableError
+from pyros1.errors import ServiceError, ServiceUnavailableError, WaitTimeoutError
+from pyros1.graph import NODE_TIMEOUT
 from pyros1.shown import lines, one_line
 
 if TYPE_CHECKING:
@@ -86,10 +87,10 @@ def list_loggers(invocation: Invocation) -> None:
         parser.error("you may only specify one node to list")
     with invocation.open_node() as node:
         loggers = _loggers(invocation, node, invocation.resolve(args[0]))
-    if json:
-        print_json([{"logger": name, "level": level} for name, level in loggers.items()])
-    elif loggers:
-        print(*map(one_line, loggers), sep="\n")
+        if json:
+            print_json([{"logger": name, "level": level} for name, level in loggers.items()])
+        elif loggers:
+            print(*map(one_line, loggers), sep="\n")
 
 
 def get(invocation: Invocation) -> None:
@@ -98,12 +99,12 @@ def get(invocation: Invocation) -> None:
     name = invocation.resolve(args[0])
     with invocation.open_node() as node:
         loggers = _loggers(invocation, node, name)
-    if args[1] not in loggers:
-        _no_logger(name, args[1], loggers)
-    if json:
-        print_json(loggers[args[1]])
-    else:
-        print(one_line(loggers[args[1]]))
+        if args[1] not in loggers:
+            _no_logger(name, args[1], loggers)
+        if json:
+            print_json(loggers[args[1]])
+        else:
+            print(one_line(loggers[args[1]]))
 
 
 def set_level(invocation: Invocation) -> None:
@@ -138,7 +139,10 @@ def _call(invocation: Invocation, node: Node, name: str, what: str, request: dic
     service = f"{name}/{what}"
     service_type = "roscpp/GetLoggers" if what == "get_loggers" else "roscpp/SetLoggerLevel"
     try:
-        return node.service(service, service_type)(**request)
+        client = node.service(service, service_type)
+        return client.call(client.type._request_class(**request), NODE_TIMEOUT)
+    except WaitTimeoutError:
+        text = f"node '{name}' does not answer within {NODE_TIMEOUT:g} s"
     except ServiceUnavailableError:
         hint = did_you_mean(name, invocation.graph.state().nodes())
         text = f"node '{name}' doesn't exist or doesn't support query: Service [{service}] is not available.{hint}"

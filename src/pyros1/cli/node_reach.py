@@ -5,9 +5,10 @@ from __future__ import annotations
 import itertools
 import sys
 import time
+from functools import partial
 
-from pyros1.cli.common import CommandError, Invocation
-from pyros1.errors import DeadlineError, Error, UnknownHostError
+from pyros1.cli.common import MASTER_TIMEOUT, CommandError, Invocation
+from pyros1.errors import DeadlineError, Error, MasterError, UnknownHostError
 from pyros1.graph import Graph
 from pyros1.net.hosts import parse_uri
 
@@ -145,6 +146,9 @@ def _kill(graph: Graph, name: str) -> bool:
     node = graph.node(uri)
     try:
         node.shutdown("user request")
+    except DeadlineError as error:
+        print(f"[{name}]: {error}; kill -9 ends a process that hangs", file=sys.stderr)
+        return False
     except Error:
         # A node may end before it has answered, and a dead one needs no killing: stock says killed in both cases.
         return True
@@ -159,7 +163,14 @@ def cleanup(invocation: Invocation) -> None:
     if parser.parse_args(invocation.args)[1]:
         parser.error("too many arguments")
     graph = invocation.graph
-    dead = [name for name in graph.state().nodes() if not _answers(graph, name)]
+    from pyros1.doctor.together import together  # noqa: PLC0415 - the other verbs ask one node
+
+    names = graph.state().nodes()
+    answers = together({name: partial(_answers, graph, name) for name in names}, _PING_TIMEOUT + 1.0)
+    for found in answers.values():
+        if isinstance(found, MasterError):
+            raise found  # not known to be dead
+    dead = [name for name, answers_us in answers.items() if answers_us is not True]
     if not dead:
         return
     print("Unable to contact the following nodes:\n" + "\n".join(f" * {name}" for name in dead))
@@ -210,7 +221,7 @@ def _unregister(invocation: Invocation, graph: Graph, name: str) -> None:
         service_uri = graph.service_uri(service)
         if service_uri:
             calls.append(("unregisterService", [service, service_uri]))
-    master = MasterClient(name, invocation.master.uri)
+    master = MasterClient(name, invocation.master.uri, timeout=MASTER_TIMEOUT)
     try:
         for method, arguments in calls:
             master.call(method, *arguments)

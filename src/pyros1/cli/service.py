@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.common import CommandError, Invocation, did_you_mean, fail, guard_negatives, print_json, run, unguard
 from pyros1.errors import (
     DefinitionError,
-    MasterUnreachableError,
+    MasterError,
     MessageError,
     SerializationError,
     ServiceError,
     ServiceUnavailableError,
     UnknownTypeError,
 )
-from pyros1.graph import Graph, in_namespace, probe_service
+from pyros1.graph import PROBE_TIMEOUT, Graph, in_namespace, probe_service
 from pyros1.shown import json_text, lines
 
 if TYPE_CHECKING:
@@ -164,16 +165,19 @@ def find(invocation: Invocation) -> None:
     if len(args) > 1:
         parser.error("you may only specify one message type")
     graph = invocation.graph
+    from pyros1.doctor.together import together  # noqa: PLC0415 - the other verbs ask one provider
+
+    names = list(graph.state().services)
+    answers = together({name: partial(_header, invocation, graph, name) for name in names}, PROBE_TIMEOUT + 1.0)
     matching = []
-    for name in graph.state().services:
-        try:
-            header = _header(invocation, graph, name)
-        except MasterUnreachableError:
-            raise
-        except CommandError:
-            continue  # a dead provider does not answer for its type
-        if header is not None and header.get("type") == args[0]:
-            matching.append(name)
+    for name, header in answers.items():
+        if isinstance(header, dict):
+            if header.get("type") == args[0]:
+                matching.append(name)
+        elif isinstance(header, MasterError):
+            raise header
+        elif header is not None:  # it does not answer for its type
+            print(f"WARNING: {header}", file=sys.stderr)
     if options.json:
         print_json(matching)
     else:

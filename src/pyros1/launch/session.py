@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from pyros1.errors import (
+    DeadlineError,
     Error,
     LaunchError,
     MasterError,
@@ -41,6 +42,7 @@ from pyros1.net.master_client import MasterClient
 
 _CALLER = "/roslaunch"
 _WAIT_STEP = 0.2
+PING_TIMEOUT = 5.0
 _TIME_LIMIT = "time limit"
 
 
@@ -171,10 +173,15 @@ class Session:
         waiting = False
         while True:
             try:
-                self._master.ping()
+                self._master.ping(PING_TIMEOUT)
             except MasterUnreachableError as error:
                 unknown = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
                 if not self.options.wait:
+                    if isinstance(error.__cause__, DeadlineError):
+                        raise LaunchError(
+                            f"the ROS master at [{self._uri}] does not answer within {PING_TIMEOUT:g} s, though "
+                            "something is there: was it stopped (kill -CONT), or does a network lose packets?"
+                        ) from error
                     break
                 if not waiting:
                     waiting = True

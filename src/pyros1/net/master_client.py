@@ -137,20 +137,25 @@ class MasterClient:
                     "Is the name right? Then use the master's IP address in ROS_MASTER_URI, "
                     f"or add a line 'ADDRESS {error.host}' to /etc/hosts."
                 )
+            if isinstance(error, DeadlineError):
+                cure = "Something is there: was it stopped (kill -CONT), or does a network lose packets?"
             raise MasterUnreachableError(f"no answer from the master at {self.uri} ({error}).\n{cure}", 0) from error
         except (XmlRpcFault, ProtocolError) as error:
             raise self._lacks(method, error) from error
 
     # ---- master
 
-    def ping(self) -> None:
+    def ping(self, timeout: float | None = None) -> None:
         """Returns if the master answers, whatever it is: some have no getPid.
+
+        Args:
+            timeout: seconds; None: the client's.
 
         Raises:
             MasterUnreachableError: it does not.
         """
         try:
-            self.call("getPid")
+            self.call("getPid", timeout=timeout)
         except MasterUnreachableError:
             raise
         except (MasterError, ProtocolError):

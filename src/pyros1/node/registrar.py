@@ -31,6 +31,7 @@ RETRY_TIME = 0.2
 CHECK_TIME = 3.0
 """Seconds between looks whether the master still knows the node."""
 FAREWELL_TIMEOUT = 2.0
+PING_TIMEOUT = 3.0
 
 Entry = tuple[str, ...]  # (method of registration, *arguments)
 
@@ -280,7 +281,7 @@ def await_master(context: Context, master: MasterClient, patience: float | None)
     said = False
     while True:
         try:
-            master.ping()
+            master.ping(PING_TIMEOUT)
             return
         except MasterUnreachableError as error:
             if until is not None and monotonic() >= until:
