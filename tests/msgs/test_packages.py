@@ -134,6 +134,20 @@ def test_links_that_lead_back_end(tmp_path: Path) -> None:
     assert index(tmp_path, "ws").list() == ["p"]
 
 
+def test_links_between_many_folders_are_crawled_once(tmp_path: Path) -> None:
+    for i in range(15):
+        (tmp_path / f"ws/f{i}").mkdir(parents=True)
+        for j in range(15):
+            (tmp_path / f"ws/f{i}" / f"to{j}").symlink_to(tmp_path / f"ws/f{j}")
+    make_package(tmp_path / "ws/f7/p")
+    packages = index(tmp_path, "ws")
+    assert packages.list() == ["p"]
+    assert packages.find("p").samefile(tmp_path / "ws/f7/p")
+    environ = {"ROS_PACKAGE_PATH": str(tmp_path / "ws"), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    found = all_packages(environ, roots=[(str(tmp_path / "ws"), 20)])
+    assert {package.name for package in found} == {"p"}
+
+
 def test_names_in_comments_do_not_count(tmp_path: Path) -> None:
     folder = make_package(tmp_path / "ws/folder", name="yes")
     file = folder / "package.xml"
@@ -190,7 +204,8 @@ def test_links_to_folders_in_a_package_are_followed(tmp_path: Path) -> None:
         tmp_path / "ws/q/x.launch",
         tmp_path / "ws/q/more/launch/deep/x.launch",
     ]
-    assert [found.name for found in all_packages({"ROS_PACKAGE_PATH": str(tmp_path / "ws")})][:2] == ["p", "q"]
+    environ = {"ROS_PACKAGE_PATH": str(tmp_path / "ws"), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    assert [found.name for found in all_packages(environ)][:2] == ["p", "q"]
 
 
 def test_links_between_many_folders_are_followed_once(tmp_path: Path) -> None:

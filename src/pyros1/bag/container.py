@@ -14,7 +14,7 @@ from io import FileIO
 from types import TracebackType
 
 from pyros1.bag.codecs import COMPRESSIONS, MAX_CHUNK, compress
-from pyros1.bag.contents import Index
+from pyros1.bag.contents import Messages
 from pyros1.bag.encryption import Cipher
 from pyros1.bag.errors import BagError
 from pyros1.bag.records import (
@@ -49,6 +49,12 @@ _LARGE = 256 * 1024
 """A message of so many bytes ends its chunk, if that is not compressed, and is written without being copied."""
 
 Buffer = bytes | bytearray | memoryview
+
+Entries = dict[int, bytes | bytearray]
+"""Connection id -> the data of its index record: time and offset in the content of each message, sorted by time.
+
+Stock's readers search in it.
+"""
 
 
 @dataclass(frozen=True)
@@ -102,7 +108,7 @@ class BagWriter:
         self._heads: dict[int, bytes] = {}
         self._infos: list[_Info] = []
         self._content = bytearray()
-        self._index = Index()
+        self._index: dict[int, list[tuple[int, int]]] = {}  # connection id -> time in ns, offset
         self._cipher = cipher
         self._file = FileIO(self.path, "wb")
         self._size = 0
@@ -165,17 +171,15 @@ class BagWriter:
         if len(content) + len(data) > MAX_CHUNK and content:
             self.flush()
             content = self._content
-        index = self._index
-        index.conns.append(conn)
-        index.times.append(time)
-        index.offsets.append(len(content))
+        self._index.setdefault(conn, []).append((time, len(content)))
         secs, nsecs = divmod(time, NS)
         content += self._heads[conn]
         content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
         self.messages += 1
         if len(data) >= _LARGE and self.compression == "none" and self._cipher is None:
-            self._content, self._index = bytearray(), Index()
-            self._put_chunk("none", len(content) + len(data), [content, data], index)
+            entries = self._take_entries()
+            self._content = bytearray()
+            self._put_chunk("none", len(content) + len(data), [content, data], entries)
             return
         content += data
         if len(content) > self.chunk_threshold:
@@ -184,43 +188,50 @@ class BagWriter:
     def flush(self) -> None:
         """Close the open chunk and hand it to the system: from now on a crash of this process does not lose it."""
         if self._content:
-            content, index = bytes(self._content), self._index
-            self._content, self._index = bytearray(), Index()
+            content, entries = bytes(self._content), self._take_entries()
+            self._content = bytearray()
             stored = compress(self.compression, content)
             if self._cipher is not None:
                 stored = self._cipher.encrypt(stored)
-            self.copy_chunk(self.compression, len(content), stored, index)
+            self._put_chunk(self.compression, len(content), [stored], entries)
 
-    def copy_chunk(self, compression: str, size: int, stored: bytes, index: Index) -> None:
+    def _take_entries(self) -> Entries:
+        index, self._index = self._index, {}
+        pack = _ENTRY.pack
+        return {
+            conn: b"".join(pack(*divmod(time, NS), offset) for time, offset in sorted(places))
+            for conn, places in index.items()
+        }
+
+    def copy_chunk(self, compression: str, size: int, stored: bytes, messages: Messages) -> None:
         """Write a chunk that is ready.
 
         Args:
             compression: of its content.
             size: of its content in bytes, uncompressed.
             stored: its bytes, encrypted if the bag is.
-            index: its messages.
+            messages: in it.
         """
-        self._put_chunk(compression, size, [stored], index)
+        self._put_chunk(compression, size, [stored], _entries(messages))
 
-    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], index: Index) -> None:
+    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
         """Write a chunk whose stored bytes are in parts, which may be large: they are not copied."""
         pos = self._size
         fields = {"op": bytes([OP_CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
         record = make_record(fields)[: -U32.size] + U32.pack(sum(map(len, parts)))
-        entries = _entries(index)
         indexes = b"".join(_index_record(conn, packed) for conn, packed in entries.items())
         try:
             for part in (record, *parts, indexes):
                 self._append(part)
         except OSError:
-            self.messages -= len(index)
+            self.messages -= sum(map(entry_count, entries.values()))
             self._file.truncate(pos)
             self._file.seek(pos)
             self._size = pos
             raise
-        times = index.times
-        counts = b"".join(_COUNT.pack(conn, len(packed) // _ENTRY.size) for conn, packed in entries.items())
-        self._infos.append(_Info(pos, min(times, default=0), max(times, default=0), counts))
+        counts = b"".join(_COUNT.pack(conn, entry_count(packed)) for conn, packed in entries.items())
+        ends = [_time(packed, at) for packed in entries.values() for at in (0, len(packed) - _ENTRY.size)]
+        self._infos.append(_Info(pos, min(ends, default=0), max(ends, default=0), counts))
 
     def close(self) -> None:
         """Write the rest and the index, and close the file. A second call does nothing.
@@ -273,22 +284,36 @@ class BagWriter:
             view = view[self._file.write(view) :]
 
 
-def _entries(index: Index) -> dict[int, bytearray]:
-    """Connection id -> the data of its index record, sorted by time: stock's readers search in it."""
+def entry_count(entries: bytes | bytearray) -> int:
+    """Return how many messages the data of an index record name."""
+    return len(entries) // _ENTRY.size
+
+
+def _time(entries: bytes | bytearray, position: int) -> int:
+    secs, nsecs, _ = _ENTRY.unpack_from(entries, position)
+    return int(secs) * NS + int(nsecs)
+
+
+def _entries(messages: Messages) -> Entries:
+    """Return the index of a chunk's messages, of which there may be very many."""
     entries: dict[int, bytearray] = {}
-    ordered = index.by_time()
+    ordered = messages.by_time()
     pack = _ENTRY.pack
     for conn, time, offset in zip(ordered.conns, ordered.times, ordered.offsets, strict=True):
         packed = entries.get(conn)
         if packed is None:
             packed = entries[conn] = bytearray()
         packed += pack(*divmod(time, NS), offset)
-    return entries
+    return dict(entries)
 
 
-def _index_record(conn: int, entries: bytearray) -> bytes:
-    count = len(entries) // _ENTRY.size
-    fields = {"op": bytes([OP_INDEX]), "ver": U32.pack(1), "conn": U32.pack(conn), "count": U32.pack(count)}
+def _index_record(conn: int, entries: bytes | bytearray) -> bytes:
+    fields = {
+        "op": bytes([OP_INDEX]),
+        "ver": U32.pack(1),
+        "conn": U32.pack(conn),
+        "count": U32.pack(entry_count(entries)),
+    }
     return make_record(fields, entries)
 
 

@@ -12,7 +12,6 @@ from array import array
 from collections.abc import Callable, Iterator
 from itertools import compress, islice
 from operator import le
-from typing import TYPE_CHECKING
 
 from pyros1.bag.records import (
     MAX_CONNECTIONS,
@@ -32,66 +31,26 @@ from pyros1.bag.records import (
     u32,
 )
 
-if TYPE_CHECKING:
-    from typing_extensions import Self
 
-
-class Index:
-    """Where the records of messages are, in columns of the same length.
+class Messages:
+    """Where messages are, each with what `Message` says, in columns of the same length.
 
     Attributes:
         conns: ids of their connections.
         times: receive times in nanoseconds.
         offsets: of their records in the content.
-    """
-
-    __slots__ = ("conns", "offsets", "times")
-
-    def __init__(self) -> None:
-        self.conns, self.times, self.offsets = array("I"), array("Q"), array("I")
-
-    def __len__(self) -> int:
-        return len(self.times)
-
-    def where(self, wanted: Callable[[int, int], bool]) -> Self:
-        """Return those of which `wanted`, given id of the connection and time, says so."""
-        mask = bytearray(map(wanted, self.conns, self.times))
-        return self if all(mask) else self._made(lambda column: compress(column, mask))
-
-    def by_time(self) -> Self:
-        """Return them by time; of the same time, in their order."""
-        times = self.times
-        if all(map(le, times, islice(times, 1, None))):
-            return self
-        order = array("I", sorted(range(len(times)), key=times.__getitem__))
-        return self._made(lambda column: map(column.__getitem__, order))
-
-    def _columns(self) -> tuple[array[int], ...]:
-        return self.conns, self.times, self.offsets
-
-    def _made(self, change: Callable[[array[int]], Iterator[int]]) -> Self:
-        made = type(self)()
-        for old, new in zip(self._columns(), made._columns(), strict=True):
-            new.extend(change(old))
-        return made
-
-
-class Messages(Index):
-    """Where messages are, each with what `Message` says, in columns of the same length.
-
-    Attributes:
         starts: of their bytes in the content.
         ends: of their bytes in the content.
     """
 
-    __slots__ = ("ends", "starts")
+    __slots__ = ("conns", "ends", "offsets", "starts", "times")
 
     SIZE = 24
     """Bytes that a message takes here."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.starts, self.ends = array("I"), array("I")
+        self.conns, self.offsets, self.starts, self.ends = array("I"), array("I"), array("I"), array("I")
+        self.times = array("Q")
 
     def add(self, conn: int, time: int, offset: int, start: int, end: int) -> None:
         """Add one; arguments as of `Message`."""
@@ -101,14 +60,32 @@ class Messages(Index):
         self.starts.append(start)
         self.ends.append(end)
 
+    def __len__(self) -> int:
+        return len(self.times)
+
     def __getitem__(self, number: int) -> Message:
         return Message(*(column[number] for column in self._columns()))
 
     def __iter__(self) -> Iterator[Message]:
         return map(Message._make, zip(*self._columns(), strict=True))
 
+    def where(self, wanted: Callable[[int, int], bool]) -> Messages:
+        """Return those of which `wanted`, given id of the connection and time, says so."""
+        mask = bytearray(map(wanted, self.conns, self.times))
+        return self if all(mask) else self._made(lambda column: compress(column, mask))
+
+    def by_time(self) -> Messages:
+        """Return them by time; of the same time, in their order."""
+        times = self.times
+        if all(map(le, times, islice(times, 1, None))):
+            return self
+        order = array("I", sorted(range(len(times)), key=times.__getitem__))
+        return self._made(lambda column: map(column.__getitem__, order))
+
     def part(self, first: int, end: int) -> Iterator[tuple[int, int, int, int]]:
         """Return connection, time, start and end of those with numbers from `first` to before `end`."""
+        if end == first + 1:
+            return iter(((self.conns[first], self.times[first], self.starts[first], self.ends[first]),))
         columns = [self.conns, self.times, self.starts, self.ends]
         if end - first < len(self):
             columns = [column[first:end] for column in columns]
@@ -116,6 +93,12 @@ class Messages(Index):
 
     def _columns(self) -> tuple[array[int], ...]:
         return self.conns, self.times, self.offsets, self.starts, self.ends
+
+    def _made(self, change: Callable[[array[int]], Iterator[int]]) -> Messages:
+        made = Messages()
+        for old, new in zip(self._columns(), made._columns(), strict=True):
+            new.extend(change(old))
+        return made
 
 
 # Almost every message's header is one of these two: that of Python's writers, and the sorted one of C++.

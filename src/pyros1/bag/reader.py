@@ -155,15 +155,20 @@ class BagReader:
         chunks = [chunk for chunk in self.chunks if chunk.end >= first and chunk.start <= last]
         if connections is not None:
             chunks = [chunk for chunk in chunks if not chunk.counts.keys().isdisjoint(connections)]
+        known = self.connections
         pending = deque(sorted(chunks, key=lambda chunk: (chunk.start, chunk.pos)))
 
+        ids = known.keys() if connections is None else known.keys() & set(connections)
+
         def wanted(found: Messages) -> Messages:
-            ids = self.connections.keys() if connections is None else connections
-            return found.where(lambda conn, time: conn in ids and first <= time <= last).by_time()
+            if start is not None or end is not None:
+                found = found.where(lambda conn, time: conn in ids and first <= time <= last)
+            elif not ids >= set(found.conns):
+                found = found.where(lambda conn, time: conn in ids)
+            return found.by_time()
 
         heap: list[tuple[int, int, int, Chunk]] = []  # time and number of the next message of each chunk being read
         contents = _Contents(self, wanted)
-        known = self.connections
         while pending or heap:
             while pending and (not heap or pending[0].start <= heap[0][0]):
                 chunk = pending.popleft()
@@ -177,11 +182,11 @@ class BagReader:
             _, pos, number, chunk = heapq.heappop(heap)
             content, found = contents.get(chunk)
             until = min(heap[0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
-            end = max(number + 1, bisect_left(found.times, until, number))
-            for conn, time, begin, stop in found.part(number, end):
+            behind = bisect_left(found.times, until, number + 1)
+            for conn, time, begin, stop in found.part(number, behind):
                 yield RawMessage(known[conn], time, content[begin:stop])
-            if end < len(found):
-                heapq.heappush(heap, (found.times[end], pos, end, chunk))
+            if behind < len(found):
+                heapq.heappush(heap, (found.times[behind], pos, behind, chunk))
             else:
                 contents.drop(chunk)
 
@@ -365,12 +370,14 @@ class _Contents:
         self._size = 0
 
     def get(self, chunk: Chunk) -> tuple[bytes, Messages]:
-        held = self._held.pop(chunk.pos, None)
-        if held is None:
-            content, found = self._reader.content(chunk)
-            held = content, self._wanted(found)
-            self._size += _size(held)
-        self._held[chunk.pos] = held  # as the last one
+        held = self._held.get(chunk.pos)
+        if held is not None:
+            if self._size > MAX_OPEN // 2:
+                self._held[chunk.pos] = self._held.pop(chunk.pos)  # as the last one
+            return held
+        content, found = self._reader.content(chunk)
+        held = self._held[chunk.pos] = content, self._wanted(found)
+        self._size += _size(held)
         while self._size > MAX_OPEN and len(self._held) > 1:
             self._size -= _size(self._held.pop(next(iter(self._held))))
         return held

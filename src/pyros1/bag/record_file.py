@@ -15,8 +15,7 @@ from collections.abc import Mapping, Sequence
 from io import FileIO
 from typing import IO, Generic, TypeVar
 
-from pyros1.bag.container import EMPTY_SIZE, BagWriter, Buffer
-from pyros1.bag.contents import Index
+from pyros1.bag.container import EMPTY_SIZE, BagWriter, Buffer, Entries, entry_count
 from pyros1.bag.errors import BagError
 
 _K = TypeVar("_K")
@@ -86,12 +85,12 @@ class RecordWriter(BagWriter):
             raise BagError(path, _TAKEN) from None
         self.lost: Counter[int] = Counter()
 
-    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], index: Index) -> None:
+    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
         """Write a chunk; what does not fit any more is counted as lost."""
         try:
-            super()._put_chunk(compression, size, parts, index)
+            super()._put_chunk(compression, size, parts, entries)
         except OSError:
-            self.lost.update(index.conns)
+            self.lost.update({conn: entry_count(packed) for conn, packed in entries.items()})
             raise
 
     def descriptor(self) -> int:

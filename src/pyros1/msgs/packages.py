@@ -244,7 +244,7 @@ class PackageIndex:
         found = self._crawled.get(root)
         if found is None:
             found = {}
-            for folder in _packages_below(root):
+            for folder in _packages_below(root, set()):
                 name = _package_name(folder)
                 if name is not None and (name not in found or folder == os.path.join(root, name)):
                     found[name] = folder
@@ -293,16 +293,19 @@ def _listed(folder: str) -> _Names:
         return []
 
 
-def _packages_below(root: str, depth: int = 0, above: tuple[tuple[int, int], ...] = ()) -> Iterator[str]:
+def _packages_below(
+    root: str, seen: set[tuple[int, int]], depth: int = 0, above: tuple[tuple[int, int], ...] = ()
+) -> Iterator[str]:
     """Yield package folders in order; packages do not nest, marked folders and links that lead back are passed over.
 
-    ``above`` has device and inode of the folders on the way.
+    ``above`` has device and inode of the folders on the way, ``seen`` of all so far: no link leads there once more.
     """
     try:
         status = os.stat(root)
         here = (status.st_dev, status.st_ino)
-        if here in above:
+        if here in above or (here in seen and os.path.islink(root)):
             return
+        seen.add(here)
         with os.scandir(root) as listing:
             entries = {entry.name: entry for entry in listing}
     except OSError:
@@ -315,7 +318,7 @@ def _packages_below(root: str, depth: int = 0, above: tuple[tuple[int, int], ...
     if depth >= MAX_DEPTH or not _IGNORE_MARKS.isdisjoint(names):
         return
     for name in sorted(name for name, entry in entries.items() if name[0] != "." and is_folder(entry)):
-        yield from _packages_below(os.path.join(root, name), depth + 1, (*above, here))
+        yield from _packages_below(os.path.join(root, name), seen, depth + 1, (*above, here))
 
 
 def files_below(folder: str) -> Iterator[tuple[str, _Names]]:

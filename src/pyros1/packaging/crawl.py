@@ -151,6 +151,7 @@ class Crawl:
     def __init__(self, records: Mapping[str, Record], now: int | None = None) -> None:
         self._old = records
         self._new: dict[str, Record] = {}
+        self._seen: set[tuple[int, int]] = set()  # folders entered below a root: no link leads to one of them again
         self._now = time.time_ns() if now is None else now
         self.changed = False
 
@@ -166,8 +167,13 @@ class Crawl:
             status = os.stat(folder)
         except OSError:
             return
+        if not above:
+            self._seen.clear()
         here = (status.st_dev, status.st_ino)
-        record = self._record(folder, status.st_mtime_ns) if here not in above else None
+        if here in above or (here in self._seen and os.path.islink(folder)):
+            return
+        self._seen.add(here)
+        record = self._record(folder, status.st_mtime_ns)
         if record is None:
             return
         _, folders, manifest, _, name, meta = record
