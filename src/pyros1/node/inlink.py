@@ -89,6 +89,20 @@ class InLink:
             return self._receive_large(self.expected, flags)
         return self.sock.recv_into(self.buffer.writable(), 0, flags)
 
+    def split(self, count: int) -> list[tuple[int, int]]:
+        """Count what came into the buffer, and return where its whole frames are.
+
+        Args:
+            count: bytes that came.
+
+        Raises:
+            ProtocolError: a frame is too large.
+        """
+        self.bytes_received += count
+        frames = self.buffer.received(count)
+        self.messages += len(frames)
+        return frames
+
     def expect(self, size: int, array: int, tail: int, counted: bool) -> None:
         """Learn from a large frame where the arrays of those like it are.
 

@@ -315,14 +315,11 @@ class Reader:
         return self._split(link, came)
 
     def _split(self, link: InLink, count: int) -> list[tuple[int, int]]:
-        link.bytes_received += count
         try:
-            frames = link.buffer.received(count)
+            return link.split(count)
         except ProtocolError as error:
             self._lose(link, str(error))
             return []
-        link.messages += len(frames)
-        return frames
 
     def _take(self, link: InLink, frames: list[tuple[int, int]]) -> None:
         if frames[-1][1] > LARGE and len(frames) == 1:  # a body that stands alone is not copied again
