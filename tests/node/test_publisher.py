@@ -158,6 +158,41 @@ def test_who_is_connected_and_who_comes_later_end_with_the_same_message(
         assert [message.height for message in early.items] == [1, 2]
 
 
+@pytest.mark.parametrize("message_class", [Float64, Image])
+def test_a_message_does_not_overtake_those_that_were_left(
+    make_node: Any, transport: str, collect: Any, in_thread: Any, message_class: Any
+) -> None:
+    """More were left than are sent in one turn, and their publisher finds the topic free again."""
+    talker, got = make_node("talker"), collect()
+    field = "data" if message_class is Float64 else "height"
+    make_node("listener").subscribe("t", message_class, lambda message: got(int(getattr(message, field))))
+    publisher = talker.advertise("t", message_class, queue_size=0)
+    assert publisher.wait_for_subscribers(timeout=5)
+    link = publisher._publication.links[0]
+    name = "send" if transport == "tcp" else "hand_over"
+    entered, go_on, loop_goes_on = threading.Event(), threading.Event(), threading.Event()
+    send = getattr(link, name)
+
+    def hold(what: Any) -> None:
+        if not entered.is_set():
+            entered.set()
+            go_on.wait(5)
+        send(what)
+
+    setattr(link, name, hold)
+    first = in_thread(publisher.publish, message_class(**{field: 0}))
+    assert entered.wait(5)
+    talker._context.loop.call_soon(lambda: loop_goes_on.wait(5))  # it would send on what was left
+    for number in range(1, 151):
+        publisher.publish(message_class(**{field: number}))
+    go_on.set()
+    first.join()
+    publisher.publish(message_class(**{field: 151}))
+    loop_goes_on.set()
+    got.wait(152)
+    assert got.items == list(range(152))
+
+
 @pytest.mark.parametrize("queue_size", [None, 0])
 def test_sequence_numbers_of_several_threads_run_forward(
     make_node: Any, transport: str, collect: Any, in_thread: Any, queue_size: int | None

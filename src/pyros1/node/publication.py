@@ -130,9 +130,9 @@ class Publication:
         else:
             lane.worker = me
             try:
-                if lane.jobs:
-                    lane.catch_up()
-                if self._local or self.latch:
+                if lane.jobs and not lane.catch_up():  # some were left before this one, and are sent before it
+                    lane.jobs.append((self._send, _safe(frame, copy)))
+                elif self._local or self.latch:
                     self._send(frame, copy)
                 else:
                     for link in self._remote:
@@ -160,10 +160,11 @@ class Publication:
         else:
             lane.worker = me
             try:
-                if lane.jobs:
-                    lane.catch_up()
-                message.header.seq = next(self._seq)
-                self._send(*self._prepare(message))
+                if lane.jobs and not lane.catch_up():
+                    lane.jobs.append((self._send_numbered, (message, *_safe(*self._prepare(message)))))
+                else:
+                    message.header.seq = next(self._seq)
+                    self._send(*self._prepare(message))
             except BaseException:
                 self._recover()
                 raise
