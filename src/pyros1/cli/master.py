@@ -51,6 +51,7 @@ def main(argv: list[str]) -> int:
     if not options.core:
         print(_BANNER, flush=True)
     ended: SimpleQueue[str] = SimpleQueue()  # a signal handler may put into it
+    restore = catch(lambda *_: ended.put("signal"))  # before it answers: who sees that may end it
     try:
         port = options.port or parse_uri(master_uri(os.environ, special))[1]
         address = host_from_environment(os.environ, special)
@@ -67,13 +68,13 @@ def main(argv: list[str]) -> int:
             log_level=options.level,
         )
         core.start_master()
+        try:
+            ended.get()
+        finally:
+            core.stop_master()
     except (Error, OSError) as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
-    restore = catch(lambda *_: ended.put("signal"))
-    try:
-        ended.get()
     finally:
-        core.stop_master()
         restore()
     return 0

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from optparse import Values
 from typing import Any
 
+from pyros1.cli.clean_output import data_stream
 from pyros1.cli.common import CommandError, Invocation, use_colour
 from pyros1.cli.expression import Expression, ExpressionError
 from pyros1.cli.fields import FieldPath, FieldPathError
@@ -171,6 +172,7 @@ class Printer:
         self._limit = limit
         self._decoder = Decoder()
         self._said: set[str] = set()
+        self._out = data_stream()  # what comes from messages is clean, and --clear is meant, for a file too, as stock's
 
     def arrived(self, raw: AnyMsg) -> None:
         """Take one message; called from the subscription's thread."""
@@ -183,8 +185,8 @@ class Printer:
             text = self._text(raw)
             if text is None:
                 return
-            sys.stdout.write(text)
-            sys.stdout.flush()
+            self._out.write(text)
+            self._out.flush()
         except (OSError, CommandError) as error:
             self.error = error
             self.done.set()

@@ -93,6 +93,7 @@ class Core:
             if error.errno == errno.EADDRINUSE:
                 why = "the port is in use; perhaps by a program that is not a ROS master"
             raise LaunchError(f"cannot start a master at {self._uri}: {why}") from error
+        self._log_thread.write("", "")  # the file is there from the start, whatever is logged
 
     def start_rosout(self) -> None:
         """Start the rosout node, in a thread: the launch need not wait until its libraries are imported."""
