@@ -124,6 +124,25 @@ def test_a_publisher_whose_api_is_silent(
             sock.close()
 
 
+def test_a_publisher_that_does_not_answer_is_named_once(
+    make_node: Any, fake_node: Any, watch_log: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.connector.STEP_TIMEOUT", 0.1)
+    monkeypatch.setattr("pyros1.node.connector.SILENCE", 0.05)
+    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    log = watch_log(listener)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        silent.settimeout(10)
+        uri = f"http://localhost:{silent.getsockname()[1]}/"
+        fake.master.register_publisher("/t", "std_msgs/Float64", uri)
+        listener.subscribe("t", Float64, got)
+        sockets = [silent.accept()[0] for _ in range(3)]  # asked, given up, asked again
+        log.saw("no messages of /t", uri, "does not answer")
+        assert len([text for text in log.texts if "does not answer" in text]) == 1
+        for sock in sockets:
+            sock.close()
+
+
 def test_an_answer_in_pieces_and_with_messages(make_node: Any, fake_node: Any, collect: Any) -> None:
     fake, got = fake_node("/fake"), collect()
     fake.publish("/t")

@@ -287,6 +287,26 @@ def test_a_second_ctrl_c_interrupts_the_program(program: Any, make_node: Any) ->
     assert "KeyboardInterrupt" in err
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_second_signal_in_a_long_end_after_the_program_ends_the_process_without_a_traceback(
+    program: Any, make_node: Any, number: int
+) -> None:
+    child = program(
+        """
+        import threading
+        node = pyros1.Node("slow")
+        node.on_shutdown(lambda: (print("hook"), threading.Event().wait(10)))
+        print("ready")
+        node.spin()
+        """
+    )
+    child.process.send_signal(number)
+    assert child.line() == "hook\n"
+    time.sleep(DELIBERATE)  # no person is quicker
+    child.process.send_signal(number)
+    assert child.end() == (-number, "", "")
+
+
 def test_the_end_of_the_program_ends_its_nodes(program: Any, make_node: Any) -> None:
     observer = make_node("observer")
     child = program(

@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from pyros1.node.subscription import Subscription
 
 STEP_TIMEOUT = 10.0
+SILENCE = 4.0
+"""Seconds after which a publisher that does not answer is named in the log."""
 FIRST_REST = 0.1
 LONGEST_REST = 20.0
 
@@ -62,6 +64,8 @@ class Connector:
         self._attempt = 0  # answers to older attempts are ignored
         self._under_way = False
         self._timer: TimerHandle | None = None
+        self._silence: TimerHandle | None = None  # of the attempt that is under way
+        self._named = False  # in the log, as one that does not answer
         self._sock: socket.socket | None = None
         self._datagrams: DatagramInLink | None = None  # offered, or the link
         self._unsent = b""  # of our greeting
@@ -78,6 +82,7 @@ class Connector:
         self._ended = False
         if not (self.linked or self._under_way):
             self._told = ""
+            self._named = False
             self._rest = FIRST_REST
             self._start()
 
@@ -130,6 +135,8 @@ class Connector:
             return
         attempt = self._attempt
         self._under_way = True
+        if not self._named:
+            self._silence = self._context.loop.call_later(SILENCE, self._name)
         self._context.rpc.call(
             self.uri,
             "requestTopic",
@@ -186,8 +193,10 @@ class Connector:
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             self._refuse(str(refusal))
             return
+        self._cancel_timer()
         self._under_way = False
         self.linked = True
+        self._named = False
         self._rest = FIRST_REST
         link.begin(*found)
         subscription.add_local(link)
@@ -213,6 +222,18 @@ class Connector:
             lambda mask: self._greet(attempt, sock, reader, mask),
         )
         self._timer = self._context.loop.call_later(STEP_TIMEOUT, self._silent, attempt)
+
+    def _name(self) -> None:
+        """A publisher that takes its time is named once, until it answers: a process that was stopped, or a host that
+        cannot be reached, would leave the subscriber waiting without a word."""
+        self._silence = None
+        self._named = True
+        self._context.log.peer(
+            WARN,
+            "no messages of %s from the publisher at %s yet: it does not answer. Is it stopped, or out of reach?",
+            self._subscription.topic,
+            self.uri,
+        )
 
     def _silent(self, attempt: int) -> None:
         if attempt == self._attempt:
@@ -261,6 +282,7 @@ class Connector:
         self._sock = None
         self._under_way = False
         self.linked = True
+        self._named = False
         self._rest = FIRST_REST
         self._subscription.link(self, InLink(sock, self.uri, header, reader.rest))
 
@@ -291,6 +313,9 @@ class Connector:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+        if self._silence is not None:
+            self._silence.cancel()
+            self._silence = None
 
     def _close_datagrams(self) -> None:
         datagrams, self._datagrams = self._datagrams, None

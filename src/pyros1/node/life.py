@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from pyros1.interrupts import die
 from pyros1.node.bell import Event
 from pyros1.node.signals import SignalHandlers
 
@@ -55,8 +56,16 @@ class Life:
             self._signals.install()
 
     def _end_at_exit(self) -> None:
-        if os.getpid() == self._pid:
+        if os.getpid() != self._pid:
+            return
+        try:
             self.end()
+        except KeyboardInterrupt:  # a second signal: nobody is left here who could catch it, and its end is what counts
+            die(signal.SIGINT)
+        except SystemExit as error:
+            if not self.signalled or error.code != 128 + signal.SIGTERM:
+                raise  # of a hook
+            die(signal.SIGTERM)
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
         """Call ``hook`` at the end, or now if that has come."""
