@@ -11,7 +11,7 @@ import pytest
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray
 
-from pyros1.net.loop import Loop
+from pyros1.net.loop import WRITE, Loop
 from pyros1.node.lane import Lane
 from pyros1.node.link import SubscriberLink, WaitingLink
 
@@ -325,6 +325,34 @@ def test_a_long_queue_is_sent_in_turns(linked: Any, monkeypatch: pytest.MonkeyPa
 
     link._lane.do(fill_and_flush)
     assert sizes and sizes[0] <= 256 * 10_004  # one system call
+
+
+def test_what_the_loop_has_left_in_the_lane_and_does_itself_is_watched_again(linked: Any, loop: Any) -> None:
+    link, far, _ = linked(0)
+    frames = [frame(number, 1 << 20) for number in range(16)]
+    for one in frames:
+        link.send(one)
+    loop.run(lambda: None)
+    assert link.waiting
+    lane = link._lane
+
+    def event_while_somebody_works() -> None:
+        del lane.free[0]
+        link._on_event(WRITE)
+        lane.free.append(True)
+        lane.work()
+
+    loop.run(event_while_somebody_works)
+    assert receive(far, sum(map(len, frames))) == b"".join(frames)
+
+
+def test_an_interrupted_publisher_without_a_queue_leaves_the_rest_to_the_loop(linked: Any) -> None:
+    link, far, _ = linked(None)
+    one = frame(1, 16 << 20)
+    link._lane.do(link._link.send, one)
+    assert link.waiting
+    link._lane.do(link.recover)  # a signal handler has raised before the publisher waited
+    assert receive(far, len(one)) == one
 
 
 def test_finish_sends_what_waits(linked: Any, in_thread: Any) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import builtins
 import os
 import re
+import signal
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -314,3 +316,36 @@ def test_an_error_is_told_though_no_file_can_be_opened(
         node.log.exception("bad callback", ValueError("five"))
     said = capfd.readouterr().err
     assert "bad callback\nValueError: five" in said and "cannot publish what was logged" in said
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_a_forked_process_may_log_whatever_other_threads_were_doing(tmp_path: Path, in_thread: Any) -> None:
+    setting = Setting(path=str(tmp_path / "n.log"))
+    setting.log.info("before")
+    sink = setting.sink
+    held, go_on = threading.Event(), threading.Event()
+
+    def hold() -> None:
+        with sink._lock, sink.repeats._lock, sink._terminal_thread._changed, sink._file_thread._changed:
+            held.set()
+            go_on.wait(20)
+
+    holder = in_thread(hold)
+    assert held.wait(5)
+    child = os.fork()
+    if not child:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(5)  # ends it if it hangs
+        setting.log.info("in the child")
+        setting.log.peer(WARN, "of a peer")
+        sink.close()
+        os._exit(0)
+    _, status = os.waitpid(child, 0)
+    go_on.set()
+    holder.join()
+    setting.log.info("after")
+    sink.close()
+    assert status == 0
+    lines = (tmp_path / "n.log").read_text().splitlines()
+    assert [line.partition(": ")[2] for line in lines] == ["before", "in the child", "of a peer", "after"]

@@ -10,6 +10,7 @@ import pytest
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64
 
+from pyros1.node.lane import TURN
 from pyros1.node.link import SubscriberLink
 from pyros1.node.local import UNBOUNDED_LIMIT
 from pyros1.node.publication import Publication
@@ -42,6 +43,17 @@ def test_a_latched_message_for_a_stuck_subscriber_does_not_stop_the_loop(
     heights = [Image._decode(body, 0, len(body)).height for body in (peer.frame(), peer.frame())]
     assert heights == [1, 2]
     publishing.join()
+
+
+def test_a_large_latched_message_reaches_who_comes_later_without_another_publish(
+    make_node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over_tcp(monkeypatch)
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Image, queue_size=None, latch=True)
+    publisher.publish(Image(height=1, data=bytes(BIG)))
+    body = greet(raw_peer(talker, receive_buffer=65536), Image).frame()
+    assert Image._decode(body, 0, len(body)).height == 1
 
 
 def test_a_latched_message_does_not_wait_for_room_within_the_process(make_node: Any, in_thread: Any) -> None:
@@ -159,38 +171,51 @@ def test_who_is_connected_and_who_comes_later_end_with_the_same_message(
 
 
 @pytest.mark.parametrize("message_class", [Float64, Image])
-def test_a_message_does_not_overtake_those_that_were_left(
-    make_node: Any, transport: str, collect: Any, in_thread: Any, message_class: Any
+def test_a_message_comes_after_all_that_its_thread_has_left_to_others(
+    make_node: Any, raw_peer: Any, message_class: Any
 ) -> None:
-    """More were left than are sent in one turn, and their publisher finds the topic free again."""
-    talker, got = make_node("talker"), collect()
-    field = "data" if message_class is Float64 else "height"
-    make_node("listener").subscribe("t", message_class, lambda message: got(int(getattr(message, field))))
+    talker = make_node("talker")
     publisher = talker.advertise("t", message_class, queue_size=0)
+    peer = greet(raw_peer(talker), message_class)
     assert publisher.wait_for_subscribers(timeout=5)
-    link = publisher._publication.links[0]
-    name = "send" if transport == "tcp" else "hand_over"
-    entered, go_on, loop_goes_on = threading.Event(), threading.Event(), threading.Event()
-    send = getattr(link, name)
-
-    def hold(what: Any) -> None:
-        if not entered.is_set():
-            entered.set()
-            go_on.wait(5)
-        send(what)
-
-    setattr(link, name, hold)
-    first = in_thread(publisher.publish, message_class(**{field: 0}))
-    assert entered.wait(5)
-    talker._context.loop.call_soon(lambda: loop_goes_on.wait(5))  # it would send on what was left
-    for number in range(1, 151):
+    lane = publisher._publication._lane
+    count = 3 * TURN
+    field = "data" if message_class is Float64 else "height"
+    talker._context.loop.run(lambda: None)  # what came with the link is done
+    del lane.free[0]  # somebody works there
+    for number in range(count):
         publisher.publish(message_class(**{field: number}))
-    go_on.set()
-    first.join()
-    publisher.publish(message_class(**{field: 151}))
-    loop_goes_on.set()
-    got.wait(152)
-    assert got.items == list(range(152))
+    lane.free.append(True)
+    publisher.publish(message_class(**{field: count}))
+    bodies = [peer.frame() for _ in range(count + 1)]
+    messages = [message_class._decode(body, 0, len(body)) for body in bodies]
+    assert [getattr(message, field) for message in messages] == list(range(count + 1))
+    if message_class is Image:
+        assert [message.header.seq for message in messages] == list(range(1, count + 2))
+
+
+def test_a_message_for_the_process_goes_to_who_has_taken_its_place_meanwhile(
+    make_node: Any, raw_peer: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Float64, queue_size=10)
+    subscriber = make_node("listener").subscribe("t", Float64, collect())
+    assert publisher.wait_for_subscribers(timeout=5)
+    publication = publisher._publication
+    local, prepare, changed = publication.links[0], publication._prepare, threading.Event()
+    publication.on_change.append(lambda: local not in publication.links and publication.links and changed.set())
+    peers: list[Any] = []
+
+    def change(message: Any) -> Any:
+        prepared = prepare(message)
+        subscriber.unregister()
+        peers.append(greet(raw_peer(talker), Float64))
+        assert changed.wait(5)
+        return prepared
+
+    monkeypatch.setattr(publication, "_prepare", change)
+    publisher.publish(1.0)
+    assert Float64._decode(peers[0].frame(), 0, 8) == Float64(1.0)
 
 
 @pytest.mark.parametrize("queue_size", [None, 0])

@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 from pyros1.msgs.std_msgs.msg import Float64, String
 
+from pyros1.node.reader import FRESH
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
+from pyros1.wire.header import encode_header
 
 
 def frame(number: float) -> bytes:
@@ -265,8 +267,6 @@ def test_frames_that_come_with_the_header_or_byte_by_byte(make_node: Any, fake_n
     fake.publish("/t")
     listener.subscribe("t", Float64, got)
     sock, header = fake.accept()
-    from pyros1.wire.header import encode_header
-
     answer = encode_header({"type": "std_msgs/Float64", "md5sum": header["md5sum"], "callerid": "/fake"})
     sock.sendall(answer + frame(1) + frame(2)[:5])
     got.wait(1)
@@ -275,6 +275,48 @@ def test_frames_that_come_with_the_header_or_byte_by_byte(make_node: Any, fake_n
         sock.sendall(bytes([byte]))
     got.wait(3)
     assert got.data == [1, 2, 3]
+
+
+def test_slow_callbacks_of_several_new_links_are_no_trouble(
+    make_node: Any, fake_node: Any, collect: Any, watch_log: Any
+) -> None:
+    listener, got = make_node("listener"), collect()
+    log = watch_log(listener)
+    fakes = [fake_node(f"/fake{number}") for number in range(3)]
+    for fake in fakes:
+        fake.publish("/t")
+
+    def slow(message: Any) -> None:
+        threading.Event().wait(5 * FRESH)
+        got(message)
+
+    reader = listener.subscribe("t", Float64, slow, queue_size=1)._subscription.reader
+    held, go_on, there = threading.Event(), threading.Event(), threading.Event()
+    add = reader.add
+
+    def add_and_tell(link: Any) -> None:
+        add(link)
+        if len(reader._new) == len(fakes):
+            there.set()
+
+    reader.add = add_and_tell
+
+    def hold() -> None:
+        held.set()
+        go_on.wait(10)
+
+    reader.submit(hold)
+    assert held.wait(5)
+    for number, fake in enumerate(fakes):
+        sock, header = fake.accept()
+        answer = {"type": "std_msgs/Float64", "md5sum": header["md5sum"], "callerid": fake.name}
+        sock.sendall(encode_header(answer) + frame(number))
+    assert there.wait(5)
+    go_on.set()
+    got.wait(3)
+    assert sorted(got.data) == [0, 1, 2]
+    listener.shutdown()
+    assert not [text for text in log.texts if "trouble" in text]
 
 
 # Nodes that spin ------------------------------------------------------------------------------------------------------

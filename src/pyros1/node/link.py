@@ -84,6 +84,7 @@ class SubscriberLink:
         self._closed = False
         self._armed = False  # the loop's timer is set
         self._due = False  # the socket takes more
+        self._at_event = False  # the loop is in `_on_event`
         self._streak = 0
         self._last = 0.0
         self._flying: Frame | None = None  # a frame that is being sent, not by way of the queue
@@ -250,8 +251,9 @@ class SubscriberLink:
 
     def _on_event(self, mask: int) -> None:
         if mask & selectors.EVENT_WRITE:
-            self._due = True
+            self._due = self._at_event = True
             self._lane.do(self._send_more)
+            self._at_event = False
             if self._due or not self._blocked:  # left to another thread; or all is sent
                 self._loop.modify(self._sock, selectors.EVENT_READ, self._on_event)
         if mask & selectors.EVENT_READ and not self._closed:
@@ -268,7 +270,7 @@ class SubscriberLink:
         self._due = False
         if not self._closed:
             self._flush()
-            if self._blocked and not self._loop.in_loop():
+            if self._blocked and not (self._at_event and self._loop.in_loop()):  # nobody watches the socket any more
                 self._loop.call_soon(self._want_writable)
 
     def _fail(self) -> None:
@@ -349,8 +351,13 @@ class WaitingLink(SubscriberLink):
             super()._block()
 
     def start(self) -> None:
-        """Send the greeting; nobody waits for that."""
+        """Send the greeting; nobody waits for that, nor for the latched messages that follow it in this job."""
         super().start()
+        self._loop.call_soon(self._lane.do, self._leave_to_loop)
+
+    def recover(self) -> None:
+        """The same as for other links; but who was to wait for the rest has been interrupted."""
+        super().recover()
         self._leave_to_loop()
 
     def _block(self) -> None:

@@ -112,14 +112,27 @@ class LogSink:
         self.levels: dict[str, int] = {}
         self.seen: dict[tuple[str, int], float] = {}
         self.publish: Callable[[Record], None] | None = None
-        self.repeats = Repeats(later or (lambda *_: None))
+        self._later = later or (lambda *_: None)
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
         self._path = file_path
         self._file: TextIO | None = None
-        self._lock = threading.Lock()
         self._inside = _Inside()
-        self._terminal_thread = Background(f"{node_name}:log", write_to_terminal)
-        self._file_thread = Background(f"{node_name}:log file", self._write_items)
+        self._left: TextIO | None = None  # the file of the process that has forked this one
+        self._make_locks()
+
+    def _make_locks(self) -> None:
+        self._lock = threading.Lock()
+        self.repeats = Repeats(self._later)
+        self._terminal_thread = Background(f"{self.node_name}:log", write_to_terminal)
+        self._file_thread = Background(f"{self.node_name}:log file", self._write_items)
+        self._pid = os.getpid()
+
+    def settle(self) -> None:
+        """Log on in a process that was forked, whose locks may be held by threads that it does not have."""
+        if os.getpid() != self._pid:
+            if self._file is not None:
+                self._left, self._file = self._file, None  # it has a lock, too, which closing it would wait for
+            self._make_locks()
 
     def emit(self, record: Record, simulated: bool, to_terminal: bool = True) -> None:
         """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node.
@@ -131,6 +144,7 @@ class LogSink:
 
         A signal handler may log while its thread is in here: that record is written when this goes on.
         """
+        self.settle()
         inside = self._inside
         inside.waiting.append((record, simulated, to_terminal))
         if inside.writing:
@@ -230,6 +244,7 @@ class LogSink:
 
     def close(self) -> None:
         """Write what is left, for at most a second or two, and close the log file."""
+        self.settle()
         self.repeats.close()
         self._terminal_thread.close()
         self._file_thread.close()
@@ -336,6 +351,7 @@ class Log:
         def emit(message: str) -> None:
             self._emit(level, message, code, line)
 
+        sink.settle()
         sink.repeats.say((code.co_filename, line), text % tuple(map(shown.one_line, args)) if args else text, emit)
 
     def _log(self, level: int, text: object, args: tuple[object, ...], throttle: float | None, once: bool) -> None:

@@ -130,13 +130,13 @@ class Publication:
         else:
             lane.worker = me
             try:
-                if lane.jobs and not lane.catch_up():  # some were left before this one, and are sent before it
+                if lane.jobs and not lane.catch_up():  # some of them may be this thread's: this one comes after them
                     lane.jobs.append((self._send, _safe(frame, copy)))
-                elif self._local or self.latch:
+                elif frame is None or self._local or self.latch:
                     self._send(frame, copy)
                 else:
                     for link in self._remote:
-                        link.send(frame)  # type: ignore[arg-type]  # without a local link there is a frame
+                        link.send(frame)
             except BaseException:
                 self._recover()
                 raise
@@ -160,7 +160,7 @@ class Publication:
         else:
             lane.worker = me
             try:
-                if lane.jobs and not lane.catch_up():
+                if lane.jobs and not lane.catch_up():  # some of them may be this thread's: this one comes after them
                     lane.jobs.append((self._send_numbered, (message, *_safe(*self._prepare(message)))))
                 else:
                     message.header.seq = next(self._seq)

@@ -204,8 +204,8 @@ class Reader:
             self._run_jobs()
             # One turn for each that is there by now: whoever comes meanwhile comes after them.
             for _ in range(len(self._new)):
-                link = self._new.popleft()
-                if frames := self._open(link):
+                # If callbacks fall behind, `_catch_up` takes the others, too.
+                if self._new and (frames := self._open(link := self._new.popleft())):
                     self._take(link, frames)
             for _ in range(len(self._begun)):
                 self._go_on(self._begun.popleft())
