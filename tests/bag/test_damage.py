@@ -18,6 +18,7 @@ from pyros1.bag.records import make_bag_header, make_fields, make_record
 from pyros1.bag.reindex import reindex
 
 from .conftest import Make, values
+from .made import write_bag
 
 
 @pytest.mark.parametrize(
@@ -222,3 +223,20 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "x.bag")
     with pytest.raises(NotABagError, match="pipe"):
         BagReader(tmp_path / "x.bag")
+
+
+def test_an_index_that_names_a_chunk_twice_is_damaged(tmp_path: Path) -> None:
+    path = write_bag(tmp_path / "x.bag", count=5)
+    with BagReader(path) as bag:
+        assert len(bag.chunks) == 1
+        begin, (info,) = bag.file.index_pos, bag.chunks
+        connections = len(bag.connections)
+    fields = {"op": b"\6", "ver": struct.pack("<I", 1), "chunk_pos": struct.pack("<Q", info.pos)}
+    fields |= {"start_time": struct.pack("<II", 0, 0), "count": struct.pack("<I", 1)}
+    again = make_record({**fields, "end_time": struct.pack("<II", 2**32 - 1, 0)}, struct.pack("<II", 0, 5))
+    head = make_bag_header(begin, connections, 2)
+    content = path.read_bytes()
+    path.write_bytes(content[:13] + head + content[13 + len(head) :] + again)
+    with pytest.raises(UnindexedError, match="names a chunk twice"):
+        BagReader(path)
+    assert values(path) == list(range(5))

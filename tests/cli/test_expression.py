@@ -128,6 +128,9 @@ def test_an_operation_that_would_never_end_or_is_no_field_is_an_error(text: str)
         "any(m.data * 900000 == m.data * 900001 for a in range(900000))",
         "[[[a for a in range(99)] for b in range(999)] for c in range(999)]",
         "min(sorted(range(900000)) for a in range(9999))",
+        "any(t.isalpha() < 0 for t in ['x' * 900000] for a in range(9999))",
+        "any(t.zfill(1) < 'a' for t in ['x' * 900000] for a in range(9999))",
+        "any(t.count(-1) for t in [list(range(90000))] for a in range(9999))",
     ],
 )
 def test_work_that_piles_up_is_an_error(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
@@ -135,6 +138,31 @@ def test_work_that_piles_up_is_an_error(monkeypatch: pytest.MonkeyPatch, text: s
     monkeypatch.setattr(MessageLanguage, "max_work", 3_000_000)
     with pytest.raises(ExpressionError, match=r"too much to calculate|too many items|too large"):
         Expression(text)({"m": String("x")})
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{n * (2 ** 61 - 1) for n in range(999)}",
+        "{n * (2 ** 61 - 1): n for n in range(999)}",
+        "set([n * (2 ** 61 - 1) for n in range(999)])",
+        "dict([(n * (2 ** 61 - 1), n) for n in range(999)])",
+        "set([1]).isdisjoint([(n * (2 ** 61 - 1), 2) for n in range(999)])",
+    ],
+)
+def test_keys_of_one_hash_are_few(text: str) -> None:
+    with pytest.raises(ExpressionError, match="too many keys have the same hash"):
+        Expression(text)({"m": String("x")})
+    few = text.replace("999", "99")
+    Expression(few)({"m": String("x")})
+
+
+def test_keys_may_be_many_and_equal() -> None:
+    assert Expression("len({a % 7 for a in range(9999)}), len(set(range(9999))), dict(zip('ab', 'cd'))")({}) == (
+        7,
+        9999,
+        {"a": "c", "b": "d"},
+    )
 
 
 @given(st.text(max_size=60))

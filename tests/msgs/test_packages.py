@@ -52,7 +52,7 @@ def test_g28_crawl_finds_deep_packages_by_their_declared_name(tmp_path: Path) ->
     packages = index(tmp_path, "ws")
     assert packages.find("real_name") == deep
     assert packages.list() == ["old", "real_name"]
-    for name in ("folder", "nested", "ignored", "secret", "", "../ws", "."):
+    for name in ("folder", "nested", "ignored", "secret", "", "../ws", ".", "a\0b", "\ud800"):
         with pytest.raises(PackageNotFoundError):
             packages.find(name)
 

@@ -317,6 +317,8 @@ class BagReader:
                 self.connections[connection.id] = connection
             for _ in range(u32(file.header, "chunk_count")):
                 position = self._read_chunk_info(position)
+            if len({chunk.pos for chunk in self.chunks}) < len(self.chunks):
+                raise RecordError("it names a chunk twice")
         except RecordError as error:
             what = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
             raise UnindexedError(self.path, f"{what} ({error}); `pyros1 bag reindex` makes a new index") from None

@@ -60,6 +60,14 @@ def method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
     return None
 
 
+def owner_of(function: Callable[..., Any]) -> Any:
+    """Return the value of which a function is a method that goes through it; None if it is none."""
+    if isinstance(function, functools.partial):
+        return None if len(function.args) < 2 else function.args[1]
+    owner = getattr(function, "__self__", None)
+    return owner if type(owner) in _METHODS else None
+
+
 def _join(limit: int, separator: str, items: Iterable[str]) -> str:
     parts = list(items)
     require(len(separator) * len(parts) + sum(map(len, parts)), limit)

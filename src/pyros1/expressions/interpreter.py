@@ -15,7 +15,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
-from pyros1.expressions.functions import formatted
+from pyros1.expressions.functions import formatted, owner_of
 from pyros1.expressions.limits import (
     MAX_BITS,
     MAX_ITEMS,
@@ -26,6 +26,7 @@ from pyros1.expressions.limits import (
     bounded,
     require,
     size,
+    spread,
     work,
 )
 
@@ -96,6 +97,8 @@ _OPTIONAL = {ast.Attribute, ast.Call, ast.Dict, ast.Set, *_COMPREHENSIONS, *_F_S
 _FAILURES = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
 _SCALARS = frozenset({bool, float, int, type(None)})
 _SMALL = 1 << 63
+_BRIEF = frozenset({"endswith", "get", "items", "keys", "startswith", "values"})
+"""Methods that do not go through the whole value that they are of."""
 _STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
 
 
@@ -292,13 +295,17 @@ class Interpreter:
         return self._collected(node.generators, names, lambda inner: self.value(node.elt, inner))
 
     def _setcomp(self, node: ast.SetComp, names: Mapping[str, Any]) -> Any:
-        return set(self._collected(node.generators, names, lambda inner: self.value(node.elt, inner)))
+        items = self._collected(node.generators, names, lambda inner: self.value(node.elt, inner))
+        spread(items)
+        return set(items)
 
     def _dictcomp(self, node: ast.DictComp, names: Mapping[str, Any]) -> Any:
         def pair(inner: Mapping[str, Any]) -> tuple[Any, Any]:
             return self.value(node.key, inner), self.value(node.value, inner)
 
-        return dict(self._collected(node.generators, names, pair))
+        pairs = self._collected(node.generators, names, pair)
+        spread(key for key, _ in pairs)
+        return dict(pairs)
 
     def _collected(
         self, loops: list[ast.comprehension], names: Mapping[str, Any], make: Callable[[Mapping[str, Any]], Any]
@@ -377,6 +384,14 @@ class Interpreter:
         if function is not len:
             for argument in arguments:
                 self._read(argument)
+        owner = owner_of(function)
+        if owner is not None and getattr(function, "__name__", "") not in _BRIEF:
+            self._read(owner)
+        if function is set or isinstance(owner, set):
+            for argument in arguments:
+                spread(argument)
+        elif function is dict and arguments and not isinstance(arguments[0], dict):
+            spread(pair[0] for pair in map(tuple, arguments[0]) if pair)
         return self._bounded(function(*arguments, **keywords))
 
     def _joined(self, node: ast.JoinedStr, names: Mapping[str, Any]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from pyros1.errors import Error
@@ -20,6 +21,9 @@ MAX_STEPS = 100_000
 
 MAX_WORK = 5_000_000
 """Most items that an expression's operations and functions go through, all together; eight characters are one."""
+
+MAX_SAME_HASH = 100
+"""Most keys of a set or dictionary that have the same hash, as the multiples of 2**61 - 1 have."""
 
 _TEXTS = (str, bytes, bytearray)
 _VIEWS: tuple[type[Any], ...] = (type({}.keys()), type({}.values()), type({}.items()))
@@ -86,6 +90,24 @@ def require(needed: int, limit: int = MAX_ITEMS) -> None:
     """
     if needed > limit:
         raise ExpressionError("the result is too large")
+
+
+def spread(keys: Iterable[Any]) -> None:
+    """Check what will be the keys of a set or dictionary, which takes for ever if they have the same hash.
+
+    Raises:
+        ExpressionError: more than `MAX_SAME_HASH` different ones have.
+        TypeError: one has no hash.
+    """
+    if isinstance(keys, (*_TEXTS, dict, set, frozenset)):
+        return  # of texts nobody knows the hash beforehand, and the others were checked when they were made
+    found: dict[int, list[Any]] = {}
+    for key in keys:
+        same = found.setdefault(hash(key), [])
+        if key not in same:
+            same.append(key)
+            if len(same) > MAX_SAME_HASH:
+                raise ExpressionError("too many keys have the same hash")
 
 
 def work(value: Any) -> int:

@@ -269,7 +269,7 @@ def _package_name(folder: str) -> str | None:
     try:
         with open(os.path.join(folder, "package.xml"), encoding="utf-8", errors="replace") as file:
             text = file.read()
-    except OSError:
+    except (OSError, ValueError):  # the latter of names that no file can have: bags and peers send any
         return os.path.basename(folder) if os.path.isfile(os.path.join(folder, "manifest.xml")) else None
     match = _NAME_TAG.search(_COMMENT.sub("", text))
     return match[1] if match else os.path.basename(folder)
