@@ -300,7 +300,8 @@ class Node:
 
         Args:
             queue_size: messages that may wait for the iteration; older ones are dropped. None drops nothing: publishers
-                are held back while some wait.
+                are held back while some wait, and so is all else in this node that takes messages of the topic: who
+                waits for one of them in the body of the iteration, should give a size.
         """
         assert self._loop is not None
         stream: Messages[_M] = Messages(self._loop, queue_size)
