@@ -52,3 +52,13 @@ def test_what_is_refused(text: str) -> None:
 def test_any_text_gives_a_string_or_the_documented_error(text: str) -> None:
     with contextlib.suppress(LaunchError):
         assert isinstance(evaluate(text, VARIABLES, FUNCTIONS), str)
+
+
+@pytest.mark.parametrize("text", ["chr(0)", "'a' + chr(0xd800)", "chr(0xdfff) + s"])
+def test_characters_that_no_file_can_have_are_refused(text: str) -> None:
+    with pytest.raises(LaunchError, match="a character that no file or parameter can have"):
+        evaluate(text, VARIABLES, FUNCTIONS)
+
+
+def test_bytes_of_the_environment_that_are_no_text_stay() -> None:
+    assert evaluate("env('X')", VARIABLES, {"env": lambda name: "\udcff"}) == "\udcff"

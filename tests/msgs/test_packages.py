@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -10,6 +12,15 @@ import pytest
 from pyros1.errors import PackageNotFoundError
 from pyros1.msgs.packages import PackageIndex
 from pyros1.packaging.crawl import all_packages
+
+NAMES_BELOW = """
+import resource, sys
+from pyros1.msgs.packages import PackageIndex
+from pyros1.packaging.crawl import _identity
+resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
+index = PackageIndex({"ROS_PACKAGE_PATH": sys.argv[1]}, installs=[], own=sys.argv[1] + "/none")
+print(index.list(), sorted(_identity(f"{sys.argv[1]}/{name}", "package.xml")[0] for name in index.list()))
+"""
 
 
 def make_package(folder: Path, name: str | None = None) -> Path:
@@ -293,3 +304,18 @@ def test_places_are_named_once_each(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with pytest.raises(PackageNotFoundError) as error:
         PackageIndex({"ROS_PACKAGE_PATH": "/usr/share"}).find("no_such_package")
     assert str(error.value).count("/usr/share,") == 1
+
+
+def test_manifests_that_never_end_are_not_read(tmp_path: Path) -> None:
+    for name in ("device", "pipe"):
+        (tmp_path / "ws" / name).mkdir(parents=True)
+    (tmp_path / "ws/device/package.xml").symlink_to("/dev/full")
+    os.mkfifo(tmp_path / "ws/pipe/package.xml")
+    found = subprocess.run(
+        [sys.executable, "-c", NAMES_BELOW, str(tmp_path / "ws")],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=True,
+    )
+    assert found.stdout == "['device', 'pipe'] ['device', 'pipe']\n"

@@ -9,6 +9,7 @@ import pytest
 
 from pyros1.packaging import crawl
 from pyros1.packaging.crawl import Crawl, all_packages, find_quickly, profile
+from pyros1.packaging.manifest import ManifestError, read_manifest
 
 DEPTH = 20
 
@@ -139,3 +140,9 @@ def test_profile_names_folders_without_packages(tmp_path: Path) -> None:
     (tmp_path / "src" / "empty").mkdir()
     rows = {folder: holds for _, folder, holds in profile([(str(tmp_path / "src"), DEPTH)])}
     assert rows == {str(tmp_path / "src"): True, str(tmp_path / "src" / "empty"): False}
+
+
+def test_a_manifest_is_a_regular_file(tmp_path: Path) -> None:
+    (tmp_path / "package.xml").symlink_to("/dev/null")
+    with pytest.raises(ManifestError, match="not a regular file"):
+        read_manifest(tmp_path / "package.xml")

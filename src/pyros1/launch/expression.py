@@ -33,9 +33,14 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
     if "__" in text:
         raise LaunchError("$(eval ...) may not contain double-underscore expressions")
     try:
-        return str(_Eval(text).evaluate({**variables, **_BUILTINS, **functions}))
+        result = str(_Eval(text).evaluate({**variables, **_BUILTINS, **functions}))
     except (ExpressionError, RecursionError) as error:
         raise LaunchError(f"cannot evaluate $(eval {text}): {error}") from error
+    if not _is_text(result):
+        raise LaunchError(
+            f"cannot evaluate $(eval {text}): {result!r} has a character that no file or parameter can have"
+        )
+    return result
 
 
 class _Eval(Interpreter):
@@ -53,3 +58,11 @@ class _Eval(Interpreter):
 
     def attribute(self, owner: Any, name: str) -> Any:
         return method(owner, name, self.max_items) or super().attribute(owner, name)
+
+
+def _is_text(value: str) -> bool:
+    """Whether files and arguments of programs can have that name; what the environment brings can be, as always."""
+    try:
+        return b"\0" not in value.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        return False

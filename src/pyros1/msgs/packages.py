@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import os
 import re
+import stat
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -35,6 +36,8 @@ OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__f
 
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _NAME_TAG = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+_MOST_OF_A_MANIFEST = 1 << 20
+"""Characters of a package.xml that are read for its name."""
 _IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 MAX_DEPTH = 20
 """How many levels below a folder of ``ROS_PACKAGE_PATH`` packages are looked for."""
@@ -264,11 +267,25 @@ def is_direct(root: str, name: str) -> bool:
     return not any(os.path.exists(os.path.join(root, mark)) for mark in (*_IGNORE_MARKS, "package.xml", "manifest.xml"))
 
 
+def manifest_text(path: str) -> str:
+    """Return a manifest's text; of what is no regular file, such as a link to a device, nothing: it may never end.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: no file can have that name.
+    """
+    with open(path, encoding="utf-8", errors="replace", opener=_open_without_waiting) as file:
+        return file.read(_MOST_OF_A_MANIFEST) if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else ""
+
+
+def _open_without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # of a pipe nobody may ever write to
+
+
 def _package_name(folder: str) -> str | None:
     """Return the name of the package that ``folder`` is, None if it is none."""
     try:
-        with open(os.path.join(folder, "package.xml"), encoding="utf-8", errors="replace") as file:
-            text = file.read()
+        text = manifest_text(os.path.join(folder, "package.xml"))
     except (OSError, ValueError):  # the latter of names that no file can have: bags and peers send any
         return os.path.basename(folder) if os.path.isfile(os.path.join(folder, "manifest.xml")) else None
     match = _NAME_TAG.search(_COMMENT.sub("", text))

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pyros1.msgs.packages import PackageIndex
+from pyros1.msgs.packages import PackageIndex, manifest_text
 
 MANIFESTS = ("package.xml", "manifest.xml", "stack.xml")
 _IGNORED = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
@@ -266,7 +266,7 @@ def _identity(folder: str, manifest: str) -> tuple[str, bool]:
     if manifest != "package.xml":
         return base, False
     try:
-        text = Path(folder, manifest).read_text(encoding="utf-8", errors="replace")
+        text = manifest_text(os.path.join(folder, manifest))
     except OSError:
         return base, False
     text = _COMMENT.sub("", text)

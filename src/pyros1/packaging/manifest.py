@@ -80,6 +80,8 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
     from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped] # noqa: PLC0415 - most commands need names only
     from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped] # noqa: PLC0415
 
+    if path.exists() and not path.is_file():  # a device may never end, a pipe never begin
+        raise ManifestError(f"cannot read {path}: it is not a regular file")
     try:
         root = fromstring(path.read_bytes())
     except OSError as error:
