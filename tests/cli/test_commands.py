@@ -129,6 +129,14 @@ def test_words_that_look_like_options_and_remappings_get_a_hint(run: Any) -> Non
     assert "write" not in run("service", "call", "/nope", "a: 5")[2]
 
 
+@pytest.mark.parametrize("uri", ["localhost:11311", "http://127.0.0.1:99999", "https://localhost:11311"])
+def test_a_ros_master_uri_that_is_none_is_said_to_be_that(run: Any, monkeypatch: pytest.MonkeyPatch, uri: str) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", uri)
+    code, _, err = run("topic", "list")
+    assert code == 1 and repr(uri) in err
+    assert "Is ROS_MASTER_URI right? For a master on this machine: export ROS_MASTER_URI=http://localhost:11311" in err
+
+
 def test_an_unknown_host_in_ros_master_uri_is_said_to_be_that(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", "http://nowhere.invalid:11311")
     code, out, err = run("topic", "list")

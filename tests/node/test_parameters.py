@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import MasterError, ParameterNotSetError
+from pyros1.errors import MasterError, MasterUnreachableError, ParameterNotSetError
 from pyros1.node.parameters import Parameters
 
 
@@ -312,3 +312,11 @@ def test_a_failed_subscription_is_tried_again() -> None:
 def test_updates_of_unknown_names_are_refused() -> None:
     params = Parameters(None, lambda name: name, lambda: "", {})  # type: ignore[arg-type]
     assert params.update("/x/", 1) is False
+
+
+def test_after_the_end_of_the_node_the_master_is_not_blamed(make_node: Any) -> None:
+    node = make_node("a")
+    node.shutdown()
+    with pytest.raises(MasterUnreachableError, match="the node that asks has shut down") as raised:
+        node.params["/x"]
+    assert "pyros1 core" not in str(raised.value)

@@ -115,6 +115,18 @@ def test_all_topics_of_a_node_end_by_one_deadline(make_node: Any, monkeypatch: p
     assert len(deadlines) >= 3 and len(set(deadlines)) == 1 and deadlines[0] is not None
 
 
+@pytest.mark.parametrize("cls", [Float64, Image])
+def test_publishing_after_the_end_of_the_node_is_said_once(make_node: Any, capsys: Any, cls: Any) -> None:
+    talker = make_node("talker")
+    publisher = talker.advertise("t", cls)
+    talker.shutdown()
+    capsys.readouterr()
+    for _ in range(3):
+        publisher.publish(cls())
+    said = capsys.readouterr()
+    assert (said.out + said.err).count("publish() on /t after the end of its node: nobody receives it") == 1
+
+
 def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(
     make_node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -23,6 +23,7 @@ from pyros1.errors import (
     UnreachableError,
     XmlRpcFault,
 )
+from pyros1.net.hosts import DEFAULT_MASTER_URI
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
 SystemState = list[list[list[Any]]]
@@ -74,11 +75,19 @@ class MasterClient:
     def __init__(self, caller_id: str, uri: str, *, timeout: float = 10.0) -> None:
         self.caller_id = caller_id
         self.uri = uri
-        self._client = XmlRpcClient(uri, timeout=timeout)
+        try:
+            self._client = XmlRpcClient(uri, timeout=timeout)
+        except ProtocolError as error:
+            raise ProtocolError(
+                f"the master's address is wrong: {error}. Is ROS_MASTER_URI right? For a master on this machine: "
+                f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}"
+            ) from None
+        self._closed = False
         self._one_by_one = False  # the master has no system.multicall
 
     def close(self) -> None:
         """Closes the connection; a call pending in another thread fails at once."""
+        self._closed = True
         self._client.close()
 
     def call(self, method: str, *args: Any, timeout: float | None = None) -> Any:
@@ -139,6 +148,8 @@ class MasterClient:
                 )
             if isinstance(error, DeadlineError):
                 cure = "Something is there: was it stopped (kill -CONT), or does a network lose packets?"
+            if self._closed:
+                cure = "It was not asked: the node that asks has shut down."
             raise MasterUnreachableError(f"no answer from the master at {self.uri} ({error}).\n{cure}", 0) from error
         except (XmlRpcFault, ProtocolError) as error:
             raise self._lacks(method, error) from error

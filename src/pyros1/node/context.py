@@ -37,6 +37,7 @@ class Context:
         uri: its slave API's address, once there is one.
         address: where it listens and how it is reached, once that is known.
         stopping: set when the node begins to shut down; every wait ends then.
+        tells_late_publishers: whether the program is still to be told that it publishes after the end of the node.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
         services: what it provides, by name; changed in the same way.
     """
@@ -60,6 +61,7 @@ class Context:
         self.uri = ""
         self.address: LocalAddress | None = None
         self.stopping = stopping
+        self.tells_late_publishers = True
         self.publications: dict[str, Publication] = {}
         self.services: dict[str, ServiceServer] = {}
         self._unknown_hosts: set[str] = set()

@@ -101,6 +101,7 @@ class Life:
     def _run(self, reason: str) -> None:
         context = self._context
         context.stopping.set()
+        context.tells_late_publishers = not self.signalled  # a program cannot know when a signal comes
         self._clock.wake()
         if context.callbacks is not None:
             context.callbacks.wake()

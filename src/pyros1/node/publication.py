@@ -231,6 +231,16 @@ class Publication:
             for link in self.links:
                 link.wait()
 
+    def _publish_to_nobody(self, message: Any) -> None:
+        """The node has ended. As in rospy that is no error: a loop may have asked `ok` just before.
+
+        It is said once, unless a signal has ended the node.
+        """
+        context = self.context
+        if context.tells_late_publishers:
+            context.tells_late_publishers = False
+            context.log.warn("publish() on %s after the end of its node: nobody receives it", self.topic)
+
     def publish_body(self, body: bytes, source: object = None) -> None:
         """Send an already encoded message.
 
@@ -351,6 +361,7 @@ class Publication:
             until: `perf_counter` time when they must have it; None: in FAREWELL seconds.
         """
         self._closed = True
+        self.publish = self._publish_to_nobody
         self._lane.do(self._latched.clear)
         if until is None:
             until = perf_counter() + FAREWELL
