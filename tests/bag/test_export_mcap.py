@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import sys
 import zlib
@@ -324,6 +325,12 @@ def test_files_that_are_no_mcap(run: Run, tmp_path: Path) -> None:
         (tmp_path / "x.mcap").write_bytes(data)
         code, _, err = run("import", "x.mcap", "-o", "y.bag")
         assert (code, words in err) == (1, True), err
+
+
+def test_a_pipe_is_refused(run: Run, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "x.mcap")  # nobody writes into it
+    code, _, err = run("import", "x.mcap", "-o", "y.bag")
+    assert (code, "x.mcap: this is a pipe" in err) == (1, True), err
 
 
 @pytest.mark.parametrize("compression", ["", "lz4", "zstd"])

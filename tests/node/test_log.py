@@ -41,12 +41,14 @@ def setting() -> Setting:
 
 def test_levels_p37(capsys: Any) -> None:
     setting = Setting(level=DEBUG)
-    for name in ("debug", "info", "warn", "error", "fatal"):
+    for name in ("debug", "info", "warn", "warning", "error", "fatal"):
         getattr(setting.log, name)("a %s", name)
-    assert [record.level for record in setting.records] == [1, 2, 4, 8, 16] == [DEBUG, INFO, WARN, ERROR, FATAL]
+    assert (
+        [record.level for record in setting.records] == [DEBUG, INFO, WARN, WARN, ERROR, FATAL] == [1, 2, 4, 4, 8, 16]
+    )
     out, err = capsys.readouterr()
     assert re.fullmatch(r"\[DEBUG\] \[\d+\.\d{6}\]: a debug\n\[INFO\] \[\d+\.\d{6}\]: a info\n", out)
-    assert re.fullmatch(r"(\[(WARN|ERROR|FATAL)\] \[\d+\.\d{6}\]: a \w+\n){3}", err)
+    assert re.fullmatch(r"(\[(WARN|ERROR|FATAL)\] \[\d+\.\d{6}\]: a \w+\n){4}", err)
 
 
 def test_notes_go_everywhere_but_to_the_terminal(tmp_path: Path, capsys: Any) -> None:

@@ -315,6 +315,9 @@ class Log:
         """Log what went wrong."""
         self._log(ERROR, text, args, throttle, once)
 
+    warning = warn
+    """The same, by its name in Python's own logging."""
+
     def fatal(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
         """Log what the node cannot go on after."""
         self._log(FATAL, text, args, throttle, once)

@@ -52,6 +52,8 @@ def import_bag(
     path = Path(source)
     if not path.exists():
         raise FileNotFoundError(2, "No such file or directory", str(path))
+    if path.is_fifo():  # opening it would wait for ever
+        raise BagError(str(path), "this is a pipe; bags are read from files")
     if path.is_dir() and not (path / "metadata.yaml").exists():
         raise BagError(str(path), "the folder holds no metadata.yaml, so that it is no ROS 2 bag")
     if path.is_file() and path.suffix not in (".mcap", ".db3"):
