@@ -241,7 +241,10 @@ def test_misspelt_verbs_and_topics_get_a_hint(run: Any, make_node: Callable[...,
     assert "did you mean '/velocity'?" in run("topic", "type", "/velocty")[2]
 
 
-def test_echo_writes_json_that_pub_reads(run: Any, make_node: Callable[..., Any], tmp_path: Any) -> None:
+def test_echo_writes_json_that_pub_reads(
+    run: Any, make_node: Callable[..., Any], tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.cli.topic_pub.HOLD", 0.5)
     state = JointState(name=["a"], position=[1.5, math.inf])
     talker = make_node("talker", rosout=False)
     talker.advertise("state", JointState, latch=True).publish(state)
@@ -290,7 +293,10 @@ def test_misspelt_commands_and_types_get_a_hint(run: Any) -> None:
     assert "(did you mean 'std_msgs/Float64'?)" in run("msg", "show", "std_msgs/Floa64")[2]
 
 
-def test_minus_one_is_an_option_or_a_number(run: Any, make_node: Callable[..., Any]) -> None:
+def test_minus_one_is_an_option_or_a_number(
+    run: Any, make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.cli.topic_pub.HOLD", 0.5)
     got: queue.Queue[Any] = queue.Queue()
     listener = make_node("listener", rosout=False)
     listener.subscribe("text", "std_msgs/String", got.put)

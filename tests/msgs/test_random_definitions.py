@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 from definition_checks import faults
 
-EACH = 250
+EACH = 125
+COUNT = 500
+BEGIN = COUNT * (sys.version_info.minor % 4)
+"""Each Python takes other ones: four of them see 2,000, as many as the comparison with genpy in interop."""
 
 
-@pytest.mark.parametrize("first", range(0, 2000, EACH))
+@pytest.mark.parametrize("first", range(BEGIN, BEGIN + COUNT, EACH))
 def test_random_definitions(first: int) -> None:
     assert faults(range(first, first + EACH)) == []

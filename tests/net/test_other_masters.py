@@ -48,6 +48,7 @@ class LesserMaster:
 
         class Handler(BaseHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
+            wbufsize = -1  # an answer is one write: two would wait 40 ms for the peer's word that the first has come
 
             def do_POST(self) -> None:
                 params, method = loads(self.rfile.read(int(self.headers["Content-Length"])))
@@ -239,7 +240,10 @@ def test_every_command_without(
 
 
 @pytest.mark.parametrize("line", ["topic pub -1 /u std_msgs/Float64 1.0", "node ping -c 1 /other", "wtf"])
-def test_slow_commands_with_the_least_master(lesser: Any, make_node: Any, line: str) -> None:
+def test_slow_commands_with_the_least_master(
+    lesser: Any, make_node: Any, line: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.cli.topic_pub.HOLD", 0.1)
     make_node("other")
     lesser(*set(SPARED) - {"getPublishedTopics", "getSystemState", "lookupNode"})
     assert entry(["pyros1", *line.split()]) == 0

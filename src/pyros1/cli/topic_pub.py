@@ -18,7 +18,7 @@ from pyros1.msgs.fill import fill_message
 from pyros1.timing import Time
 from pyros1.values import load_yaml
 
-_HOLD = 3.0
+HOLD = 3.0
 """Seconds that -1 stays, so that subscribers can fetch the message."""
 
 _SUBSCRIBER_PATIENCE = 5.0
@@ -236,11 +236,11 @@ class _Publishing:
     def latched(self, arguments: Any, once: bool) -> None:
         """One message, kept for those who come later."""
         message = self._message(arguments)
-        until = f" for {_HOLD} seconds" if once else ". Press ctrl-C to terminate"
+        until = f" for {HOLD} seconds" if once else ". Press ctrl-C to terminate"
         print(f"publishing and latching {self._what(message)}{until}", flush=True)
         self._publisher.publish(message)
         if once:
-            self._invocation.pause(_HOLD)
+            self._invocation.pause(HOLD)
         else:
             self._node.spin()
 
@@ -272,10 +272,10 @@ class _Publishing:
                 waited = True
                 self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_PATIENCE)
             # Stock's words, also where the next message follows at once.
-            print(f"publishing and latching {self._what(message)} for {_HOLD} seconds", flush=True)
+            print(f"publishing and latching {self._what(message)} for {HOLD} seconds", flush=True)
             self._publisher.publish(message)
             if self._once:
                 break
             pace.sleep()
         if waited:
-            self._invocation.pause(_HOLD if self._once or self._publisher.num_connections == 0 else 0.2)
+            self._invocation.pause(HOLD if self._once or self._publisher.num_connections == 0 else 0.2)
