@@ -110,7 +110,7 @@ class Place:
     def run(self, who: str, *words: str, ready: Callable[[], Any] = lambda: False) -> Done:
         """Run a launcher until it ends, or until *ready*, and Ctrl-C."""
         with self.start(who, *words) as launcher:
-            until(lambda: launcher.poll() is not None or ready(), "it has ended or is ready")
+            until(lambda: launcher.poll() is not None or ready() and self.settled(who), "it has ended or is ready")
             if launcher.poll() is None:
                 launcher.send_signal(signal.SIGINT)
             try:
@@ -120,6 +120,11 @@ class Place:
         out = re.sub(r"\033(\[\d*m|\]2;.*?\007)", "", out)
         err = re.sub(r"\033\[\d*m", "", err)
         return Done(launcher.returncode, out, err, self.folder / "log" / "latest")
+
+    def settled(self, who: str) -> bool:
+        """Return whether Ctrl-C ends a launcher well: stock's may hang while it starts a node, or leave out the end."""
+        logs = (self.folder / "log" / "latest").glob("roslaunch-*.log")
+        return who == "ours" or any(re.search(": spin$", file.read_text(), re.MULTILINE) for file in logs)
 
     def has_said(self, word: str) -> Callable[[], bool]:
         """Return what tells whether a node has started."""
