@@ -111,7 +111,8 @@ def test_t58_we_hear_roscpps_publisher(launcher: Master, node: Node, topic: str)
 def test_l108_record_udp(launcher: Master, node: Node, topic: str, whose: str, tmp_path: Path) -> None:
     command = [RECORD] if whose == "stock" else [sys.executable, "-m", "pyros1", "bag", "record"]
     python = "ours" if whose == "ours" else "stock"
-    words = [*command, "--udp", "-O", str(tmp_path / "x"), topic]
+    # The last text ends a chunk of 1 kB, so the file tells when it is written: stock loses what waits when it ends.
+    words = [*command, "--udp", "--chunksize=1", "-O", str(tmp_path / "x"), topic]
     process = launcher.run(words, python=python, label=f"{whose} recorder")
     publisher = node.advertise(topic, String, latch=True)
     assert publisher.wait_for_subscribers(timeout=20)
@@ -125,7 +126,9 @@ def test_l108_record_udp(launcher: Master, node: Node, topic: str, whose: str, t
         statistics = dict(answer[1] if whose == "stock" else answer[2][1])  # roscpp's has no code and text in front
         return bool(sum(link[2] for link in statistics[topic] if len(link) > 2) == len(TEXTS))
 
-    until(received, "all messages are recorded")
+    until(received, "all messages have come")
+    active = tmp_path / "x.bag.active"
+    until(lambda: active.stat().st_size > len(TEXTS[-1]), "all messages are recorded")
     process.signal(signal.SIGINT)
     assert process.wait() == 0, process.transcript()
     with BagReader(tmp_path / "x.bag") as bag:
