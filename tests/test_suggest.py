@@ -11,7 +11,22 @@ EN_DASH, EM_DASH, MINUS = "\u2013", "\u2014", "\u2212"
 
 def test_the_nearest_word() -> None:
     assert did_you_mean("scren", ["screen", "other"]) == " (did you mean 'screen'?)"
+    assert did_you_mean("ls", ["list", "lst"]) == " (did you mean 'list'?)"
     assert did_you_mean("x", ["screen"]) == did_you_mean("screen", ["screen"]) == ""
+
+
+@pytest.mark.parametrize(
+    ("word", "known", "meant"),
+    [
+        ("std_msgs/Nope", "std_msgs/Time", None),
+        ("std_msgs/string", "std_msgs/String", "std_msgs/String"),
+        ("/robot/left/nope", "/robot/left/mode", None),
+        ("/robt/speed", "/robot/speed", "/robot/speed"),
+        ("/robot/sped", "/robot/speed", "/robot/speed"),
+    ],
+)
+def test_what_names_share_makes_them_not_near(word: str, known: str, meant: str | None) -> None:
+    assert did_you_mean(word, [known]) == (f" (did you mean '{meant}'?)" if meant else "")
 
 
 @pytest.mark.parametrize(
@@ -38,6 +53,7 @@ def test_dashes_of_printed_texts(word: str, meant: str | None) -> None:
     ("word", "meant"),
     [
         ("foo=1", "foo:=1"),
+        ("lambda: 1", None),
         ("_rate=10", "_rate:=10"),
         ("__name=left", "__name:=left"),
         ("rate:10", "rate:=10"),

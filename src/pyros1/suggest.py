@@ -10,8 +10,11 @@ from pyros1.shown import one_line
 
 _DASHES = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212\ufe58\ufe63\uff0d"
 _DASHED = rf"([-{_DASHES}]{{1,2}})([A-Za-z][\w-]*)((?:=.*)?)"
-_ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=])|=(?![=:]))(.+)"
+_ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=\s])|=(?![=:\s]))(.+)"
 _LEAST_PORT = 1024
+_NEAR_BEHIND = 0.6
+SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info"}
+"""What people write who have other tools in mind."""
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -21,8 +24,18 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
         word: what was written.
         known: what could have been written.
     """
-    close = difflib.get_close_matches(word, list(known), 1, 0.7)
-    return f" (did you mean '{one_line(close[0])}'?)" if close and close[0] != word else ""
+    words = list(known)
+    close = [SYNONYMS[word]] if SYNONYMS.get(word) in words else difflib.get_close_matches(word, words, 5, 0.7)
+    meant = next((other for other in close if word in SYNONYMS or _is_near(word, other)), word)
+    return f" (did you mean '{one_line(meant)}'?)" if meant != word else ""
+
+
+def _is_near(word: str, other: str) -> bool:
+    """Whether two names are also near behind the namespaces or the package that they share."""
+    ours, theirs = word.split("/"), other.split("/")
+    while len(ours) > 1 and len(theirs) > 1 and ours[0] == theirs[0]:
+        del ours[0], theirs[0]
+    return difflib.SequenceMatcher(None, "/".join(ours), "/".join(theirs)).ratio() >= _NEAR_BEHIND
 
 
 def meant_option(word: str) -> str | None:

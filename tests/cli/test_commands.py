@@ -370,3 +370,26 @@ def test_every_command_explains_itself(run: Any, command: str, word: str) -> Non
 def test_what_is_no_verb_is_said_to_be_none(run: Any, command: str) -> None:
     code, _, err = run(command, "bogus")
     assert code != 0 and err == f"pyros1 {command}: there is no 'bogus'\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        ("topic relay /a /b", "'relay' (did you mean 'pyros1 topic_tools relay'?)"),
+        ("hz /a", "'hz' (did you mean 'pyros1 topic hz'?)"),
+        ("topic ls", "'ls' (did you mean 'list'?)"),
+        ("setup fish", "unrecognized arguments: fish (write --shell fish)"),
+        ("topic pub /x String 1", "invalid topic type: String (did you mean 'std_msgs/String'?)"),
+        ("topic pub /x std_msgs/Strng 1", "invalid message type: std_msgs/Strng. (did you mean 'std_msgs/String'?)"),
+        ("node kill /a/tool", " * /a/tool (did you mean '/a/tools'?)"),
+        ("tf ecko", "pyros1 tf: there is no 'ecko' (did you mean 'echo'?)"),
+    ],
+)
+def test_hints_at_what_was_meant(
+    call_main: Any, make_node: Any, environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, words: str, hint: str
+) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    make_node("tools", namespace="/a") if "kill" in words else None
+    _, out, err = call_main(entry, "pyros1", *words.split())
+    assert (out + err).count(hint) == 1

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from pyros1.cli.main import entry
+from pyros1.errors import NodeShutdownError
 from pyros1.net.master_client import MasterClient
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
@@ -58,12 +59,32 @@ def test_a_launch_does_not_take_it_for_no_master(
     assert f"127.0.0.1:{silent}" in (err := capfd.readouterr().err) and "does not answer within 0.1 s" in err
 
 
+@pytest.mark.parametrize(
+    "words", ["bag record /a", "topic_tools relay /a /b", "tf static_transform_publisher 0 0 0 0 0 0 a b 100"]
+)
+def test_what_waits_for_a_master_says_that_it_does_not_answer(
+    silent: int, words: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{silent}")
+    monkeypatch.setenv("ROS_HOME", str(tmp_path))
+    monkeypatch.setattr("pyros1.node.registrar.PING_TIMEOUT", 0.1)
+    monkeypatch.setattr("pyros1.node.context.Context.pause", _give_up)
+    entry(["pyros1", *words.split()])
+    assert "it takes connections, but did not answer within 0.1 s (was it stopped?)" in capfd.readouterr().err
+
+
+def _give_up(*_: object) -> None:
+    raise NodeShutdownError("it waits for the master")
+
+
 def test_a_node_that_does_not_answer(silent: int, environ: dict[str, str]) -> None:
     """All at once: each waits for some seconds."""
     api = f"http://127.0.0.1:{silent}/"
     client = MasterClient("/mute", environ["ROS_MASTER_URI"])
     client.register_publisher("/t", "std_msgs/String", api)
     client.register_service("/s", f"rosrpc://127.0.0.1:{silent}", api)
+    client.register_service("/mute/set_parameters", f"rosrpc://127.0.0.1:{silent}", api)
     client.register_service("/mute/get_loggers", f"rosrpc://127.0.0.1:{silent}", api)
     client.close()
     expected = {
@@ -74,7 +95,8 @@ def test_a_node_that_does_not_answer(silent: int, environ: dict[str, str]) -> No
         "node cleanup": (0, "/mute"),
         "service info /s": (2, "/s"),
         "service type /s": (2, "/s"),
-        "service call /s": (2, "/s"),
+        "service call /s": (2, "/mute takes connections, but did not answer"),
+        "dynparam get -t 2 /mute": (1, "does not answer (was its node stopped?)"),
         "service find std_srvs/Empty": (0, "/s"),
         "log list /mute": (1, "/mute"),
         "graph --once": (0, "/mute"),

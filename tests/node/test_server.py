@@ -107,6 +107,16 @@ def test_garbage_is_refused_with_a_reason_t02_t08(
     assert_serves(node, raw_peer)
 
 
+def test_who_comes_too_late_is_refused_without_a_warning(node: Any, raw_peer: Any, capfd: Any) -> None:
+    answers = []
+    node.on_shutdown(lambda: answers.append(raw_peer(node).greet(**{**WANTED, "topic": "/late"}).answer()))
+    node.shutdown()
+    node.log.info("after the end")
+    assert "is not a publisher" in answers[0]["error"]
+    err = capfd.readouterr()
+    assert "refused a connection" not in err.err and "publish() on /rosout" not in err.err
+
+
 def test_neither_topic_nor_service_t04(node: Any, raw_peer: Any) -> None:
     assert raw_peer(node).greet(callerid="/raw", md5sum="*").answer() == {"error": "no topic or service name detected"}
 

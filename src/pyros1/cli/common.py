@@ -224,12 +224,21 @@ def run(
 def _no_such_verb(invocation: Invocation, verbs: Iterable[str], usage_code: int) -> int:
     """Say that there is no such verb, where the list of commands does not suffice; return the exit code."""
     called_otherwise = invocation.program != invocation.stock
-    hint = did_you_mean(invocation.verb, verbs)
+    hint = (called_otherwise and elsewhere(invocation.verb)) or did_you_mean(invocation.verb, verbs)
     if not hint and not (invocation.verb and (called_otherwise or invocation.stock == "rosbag")):
         return usage_code
     flush()
     print(f"{invocation.program}: there is no {invocation.verb!r}{hint}", file=sys.stderr)
     return usage_code or EX_USAGE if called_otherwise else usage_code
+
+
+def elsewhere(verb: str) -> str:
+    """A hint at the tool of topic_tools that was looked for among the verbs of topics, and the like."""
+    from pyros1.cli.complete_words import VERBS  # noqa: PLC0415 - only what fails needs it
+    from pyros1.suggest import SYNONYMS  # noqa: PLC0415
+
+    homes = [f"'pyros1 {command} {verb}'" for command, verbs in VERBS.items() if verb in verbs]
+    return f" (did you mean {' or '.join(homes)}?)" if 1 <= len(homes) <= _MOST_HOMES and verb not in SYNONYMS else ""
 
 
 def _asks_for_help(invocation: Invocation) -> bool:
@@ -298,6 +307,7 @@ def fail(text: str, code: int = 1) -> NoReturn:
     raise CommandError(text, code, plain=True)
 
 
+_MOST_HOMES = 3
 _GUARD = "\0"
 
 

@@ -71,7 +71,6 @@ class MessageLanguage(Interpreter):
         *(ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp),
     }
     max_items = MAX_ITEMS
-    max_steps = MAX_ITEMS // 2
     formatting = True
 
     def check(self, node: ast.AST) -> None:

@@ -131,9 +131,11 @@ def _entry(words: list[str]) -> int:
         return _run("complete", words[2:])
     name = command_name(word)
     if name is None:
-        from pyros1.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
+        from pyros1.cli.common import elsewhere  # noqa: PLC0415 - only what fails needs it
+        from pyros1.suggest import did_you_mean  # noqa: PLC0415
 
-        print(f"pyros1: there is no command {word!r}{did_you_mean(word, COMMANDS)}; see: pyros1 help", file=sys.stderr)
+        hint = elsewhere(word) or did_you_mean(word, COMMANDS)
+        print(f"pyros1: there is no command {word!r}{hint}; see: pyros1 help", file=sys.stderr)
         return 64
     return _run(COMMANDS[name][0], words[2:])
 

@@ -7,7 +7,7 @@ import sys
 import time
 from functools import partial
 
-from pyros1.cli.common import MASTER_TIMEOUT, CommandError, Invocation
+from pyros1.cli.common import MASTER_TIMEOUT, CommandError, Invocation, did_you_mean
 from pyros1.errors import DeadlineError, Error, MasterError, UnknownHostError
 from pyros1.graph import Graph
 from pyros1.net.hosts import parse_uri
@@ -104,7 +104,9 @@ def kill(invocation: Invocation) -> int:
         names = [invocation.resolve(arg) for arg in args]
         unknown = [name for name in names if name not in known]
         if unknown:
-            raise CommandError("Unknown node(s):\n" + "\n".join(f" * {name}" for name in unknown))
+            raise CommandError(
+                "Unknown node(s):\n" + "\n".join(f" * {name}{did_you_mean(name, known)}" for name in unknown)
+            )
     else:
         chosen = _choose(sorted(known))
         if chosen is None:

@@ -72,8 +72,12 @@ def _header(invocation: Invocation, graph: Graph, name: str) -> dict[str, str] |
         return None
     try:
         return probe_service(name, uri, invocation.caller_id)
-    except ServiceUnavailableError:
-        raise CommandError(f"Unable to communicate with service [{name}], address [{uri}]", _ERROR) from None
+    except ServiceUnavailableError as error:
+        text = f"Unable to communicate with service [{name}], address [{uri}]"
+        if isinstance(error.__cause__, TimeoutError):
+            who = ", ".join(graph.state().services.get(name, ["its node"]))
+            text += f"\n{who} takes connections, but did not answer within 5 s: was it stopped?"
+        raise CommandError(text, _ERROR) from None
 
 
 def list_services(invocation: Invocation) -> None:

@@ -48,7 +48,11 @@ def main(argv: list[str], word: str = "setup") -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--shell", choices=sorted(SHELLS), help="default: the shell that calls")
-    name = parser.parse_args(argv).shell or detect_shell(os.environ)
+    values, others = parser.parse_known_args(argv)
+    if others:
+        hint = f" (write --shell {others[0]})" if others[0] in SHELLS else ""
+        parser.error(f"unrecognized arguments: {' '.join(others)}{hint}")
+    name = values.shell or detect_shell(os.environ)
     shell = SHELLS[name]
     if sys.stdout.isatty():
         print(f"This text is for the shell to read. For {name} type:\n\n  {shell.how.format(f'pyros1 {word}')}\n")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib import import_module
 
-from pyros1.cli.common import Invocation, did_you_mean, run
+from pyros1.cli.common import Invocation, run
 
 _VERBS = {
     "echo": ("tf_echo", "print the transform between two frames"),
@@ -53,13 +53,7 @@ def main(argv: list[str]) -> int:
         if ":=" not in word:
             words[number] = _OTHERWISE.get(word, word)
             break
-    return run("rostf", words, {verb: _runner(verb) for verb in _VERBS}, lambda program: _help(program, words))
-
-
-def _help(program: str, words: list[str]) -> str:
-    verb = next((word for word in words if ":=" not in word), "")
-    hint = did_you_mean(verb, _VERBS) if verb and not verb.startswith("-") else ""
-    return usage(program) + (f"\n\n{program}: there is no {verb!r}{hint}" if hint else "")
+    return run("rostf", words, {verb: _runner(verb) for verb in _VERBS}, usage)
 
 
 def _runner(verb: str) -> Callable[[Invocation], int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterator
 from optparse import OptionParser, Values
@@ -139,17 +140,27 @@ def _values(words: list[str], parser: OptionParser) -> list[Any]:
     return values
 
 
+def _meant(type_name: str) -> str:
+    """A hint at the type that a misspelt one, or one without its package, was meant to be."""
+    try:
+        load_message(type_name)
+    except UnknownTypeError as error:
+        hint = re.search(r" \(did you mean .*\?\)", str(error))
+        return hint[0] if hint else ""
+    return ""
+
+
 def _load(type_name: str) -> type[Message]:
     package, _, name = type_name.partition("/")
     if not package or not name or "/" in name:
-        raise CommandError(f"invalid topic type: {type_name}")
+        raise CommandError(f"invalid topic type: {type_name}{_meant(type_name)}")
     try:
         return load_message(type_name)
     except DefinitionError:
         raise
     except UnknownTypeError:
         raise CommandError(
-            f"invalid message type: {type_name}.\n"
+            f"invalid message type: {type_name}.{_meant(type_name)}\n"
             f"If this is a valid message type, perhaps you need to type 'rosmake {package}'"
         ) from None
 

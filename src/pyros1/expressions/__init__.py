@@ -1,6 +1,7 @@
 """A small, safe part of Python's expressions, for the texts in which ROS 1 lets a user calculate.
 
-`interpreter` has the language, `functions` what may be called in it, `limits` how large its values may get.
+`interpreter` has the language, `operators` and `functions` what may be done in it, `limits` how large its values may
+get, `costs` how long what is done takes.
 """
 
 from __future__ import annotations
@@ -9,7 +10,6 @@ from pyros1.expressions.interpreter import Interpreter
 from pyros1.expressions.limits import (
     MAX_BITS,
     MAX_ITEMS,
-    MAX_STEPS,
     MAX_TEXT,
     MAX_WORK,
     ExpressionError,
@@ -21,7 +21,6 @@ from pyros1.expressions.limits import (
 __all__ = [
     "MAX_BITS",
     "MAX_ITEMS",
-    "MAX_STEPS",
     "MAX_TEXT",
     "MAX_WORK",
     "ExpressionError",

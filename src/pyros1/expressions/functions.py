@@ -68,6 +68,16 @@ def owner_of(function: Callable[..., Any]) -> Any:
     return owner if type(owner) in _METHODS else None
 
 
+def name_of(function: Callable[..., Any]) -> str:
+    """Return the name under which expressions call a function, also one that measures first."""
+    return str(getattr(getattr(function, "func", function), "__name__", "")).lstrip("_")
+
+
+def applies(function: Callable[..., Any]) -> bool:
+    """Return whether a function calls its first argument, as ``map`` does."""
+    return getattr(function, "func", function) in (_map, _filter)
+
+
 def _join(limit: int, separator: str, items: Iterable[str]) -> str:
     parts = list(items)
     require(len(separator) * len(parts) + sum(map(len, parts)), limit)
@@ -82,9 +92,10 @@ def _replace(limit: int, text: str, old: str, new: str, count: int = -1) -> str:
 def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
     """str.format(), but a field is a number or a name: nothing inside of values can be reached."""
     parts: list[str] = []
-    automatic = 0
+    automatic = length = 0
     for literal, field, spec, conversion in string.Formatter().parse(template):
         parts.append(literal)
+        length += len(literal)
         if field is None:
             continue
         if "{" in (spec or ""):
@@ -98,7 +109,8 @@ def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
         else:
             raise ExpressionError(f"{{{field}}} is not possible here: only numbers and names are")
         parts.append(formatted(value, conversion, spec or "", limit))
-        require(sum(map(len, parts)), limit)
+        length += len(parts[-1])
+        require(length, limit)
     return "".join(parts)
 
 
@@ -152,6 +164,14 @@ def _filter(function: Callable[[Any], Any] | None, items: Iterable[Any]) -> list
     return [item for item in items if (item if function is None else function(item))]
 
 
+def _enumerate(items: Iterable[Any], start: int = 0) -> list[Any]:
+    return list(enumerate(items, start))
+
+
+def _reversed(items: Any) -> list[Any]:
+    return list(reversed(items))
+
+
 def _range(limit: int, *arguments: int) -> list[int]:
     numbers = range(*arguments)
     require(len(numbers), limit)
@@ -192,9 +212,9 @@ def functions(limit: int) -> dict[str, Any]:
         **{kind.__name__: kind for kind in (bool, dict, float, int, list, set, str, tuple)},
         **{function.__name__: function for function in (abs, all, any, len, max, min, sorted)},
         **{function.__name__: function for function in (bin, chr, divmod, hex, isinstance, oct, ord, repr)},
-        "enumerate": lambda items, start=0: list(enumerate(items, start)),
+        "enumerate": _enumerate,
         "filter": _filter,
-        "reversed": lambda items: list(reversed(items)),
+        "reversed": _reversed,
         "round": _round,
         "sum": _sum,
         "zip": _zip,

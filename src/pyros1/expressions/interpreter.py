@@ -10,63 +10,29 @@ Who lets users calculate says in a subclass of `Interpreter` which nodes, names,
 from __future__ import annotations
 
 import ast
-import operator
-import re
+import functools
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
-from pyros1.expressions.functions import formatted, owner_of
+from pyros1.expressions import costs
+from pyros1.expressions.functions import applies, formatted, owner_of
 from pyros1.expressions.limits import (
-    MAX_BITS,
+    CALL,
     MAX_ITEMS,
-    MAX_STEPS,
     MAX_TEXT,
     MAX_WORK,
+    SCALARS,
+    STEP,
+    TEXTS,
+    TOO_MUCH,
     ExpressionError,
-    bounded,
+    check_bits,
+    measure,
     require,
-    size,
     spread,
-    work,
 )
+from pyros1.expressions.operators import BINARY, COMPARE, UNARY, require_small
 
-
-def _invert(value: Any) -> Any:
-    return ~int(value) if isinstance(value, bool) else ~value  # Python is about to drop the one of booleans
-
-
-_BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
-    ast.Pow: operator.pow,
-    ast.LShift: operator.lshift,
-    ast.RShift: operator.rshift,
-    ast.BitAnd: operator.and_,
-    ast.BitOr: operator.or_,
-    ast.BitXor: operator.xor,
-}
-_UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
-    ast.UAdd: operator.pos,
-    ast.USub: operator.neg,
-    ast.Not: operator.not_,
-    ast.Invert: _invert,
-}
-_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-    ast.Is: operator.is_,
-    ast.IsNot: operator.is_not,
-    ast.In: lambda left, right: left in right,
-    ast.NotIn: lambda left, right: left not in right,
-}
 # Which method of Interpreter gives the value of which node.
 _METHODS: dict[type[ast.expr], str] = {
     ast.Attribute: "_attribute",
@@ -95,11 +61,7 @@ _COMPREHENSIONS = (ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
 _F_STRINGS = (ast.JoinedStr, ast.FormattedValue)
 _OPTIONAL = {ast.Attribute, ast.Call, ast.Dict, ast.Set, *_COMPREHENSIONS, *_F_STRINGS}
 _FAILURES = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
-_SCALARS = frozenset({bool, float, int, type(None)})
 _SMALL = 1 << 63
-_BRIEF = frozenset({"endswith", "get", "items", "keys", "startswith", "values"})
-"""Methods that do not go through the whole value that they are of."""
-_STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
 
 
 def _is_target(node: ast.expr) -> bool:
@@ -140,17 +102,14 @@ class Interpreter:
     formatting: ClassVar[bool] = False
     """Whether ``text % values`` is allowed."""
 
-    max_steps: ClassVar[int] = MAX_STEPS
-    """Most items that comprehensions go through."""
-
     max_work: ClassVar[int] = MAX_WORK
-    """Most items that operations and functions go through; eight characters are one."""
+    """Most work, see `limits`."""
 
     modules: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
     """Modules whose functions can be written ``module.function``: what is in them by name."""
 
     def __init__(self, text: str) -> None:
-        self._steps = self._work = 0
+        self._work = 0
         if len(text) > MAX_TEXT:
             raise ExpressionError(f"the expression has more than {MAX_TEXT} characters")
         try:
@@ -173,7 +132,7 @@ class Interpreter:
         Raises:
             ExpressionError: a name does not exist, types do not fit, the result gets too large, ...
         """
-        self._steps = self._work = 0
+        self._work = 0
         try:
             return self.value(self._root, names)
         except ExpressionError:
@@ -192,7 +151,7 @@ class Interpreter:
         kind = type(node).__name__
         if isinstance(node, ast.expr) and type(node) not in self.nodes:
             raise ExpressionError(f"{kind} is not possible in an expression")
-        if isinstance(node, ast.operator) and type(node) not in _BINARY:
+        if isinstance(node, ast.operator) and type(node) not in BINARY:
             raise ExpressionError(f"{kind} is not possible in an expression")
         if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
             raise ExpressionError(f"{node.attr} is not accessible")
@@ -245,22 +204,34 @@ class Interpreter:
 
     def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
         """Return the value of a node of the checked tree."""
-        return getattr(self, _METHODS[type(node)])(node, names)
+        self._work += STEP
+        if self._work > self.max_work:
+            raise ExpressionError(TOO_MUCH)
+        return _EVALUATE[type(node)](self, node, names)
 
     def _bounded(self, value: Any) -> Any:
         kind = type(value)
         if kind is float or kind is bool or (kind is int and -_SMALL < value < _SMALL):
             return value
-        self._read(value)
-        return bounded(value, self.max_items)
+        if kind is int:
+            self._spend(STEP)
+            return check_bits(value)
+        size, looks = measure(value, self.max_items)
+        self._spend(looks)
+        require(size, self.max_items)
+        return check_bits(value)
 
-    def _read(self, value: Any) -> None:
-        """Count what an operation does that goes through a whole value."""
-        if type(value) in _SCALARS:
-            return
-        self._work += work(value)
+    def _spend(self, items: int) -> None:
+        """Count what is about to be gone through."""
+        self._work += items
         if self._work > self.max_work:
-            raise ExpressionError("there is too much to calculate")
+            raise ExpressionError(TOO_MUCH)
+
+    def _spend_reading(self, *values: Any) -> None:
+        """Count what an operation does that goes through whole values."""
+        for value in values:
+            if type(value) not in SCALARS:
+                self._spend(costs.depth(value, self.max_work - self._work))
 
     def _constant(self, node: ast.Constant, names: Mapping[str, Any]) -> Any:
         return self._bounded(self.constant(node.value))
@@ -314,7 +285,11 @@ class Interpreter:
         total = 0
         for inner in self._loop(loops, dict(names)):
             results.append(make(inner))
-            total += 1 + size(results[-1], self.max_items)
+            total += 1
+            if type(results[-1]) not in SCALARS or type(results[-1]) is int:
+                size, looks = measure(results[-1], self.max_items)
+                self._spend(looks)
+                total += size
             require(total, self.max_items)
         return results
 
@@ -324,16 +299,17 @@ class Interpreter:
             return
         first, *rest = loops
         for item in self.value(first.iter, names):
-            self._steps += 1
-            if self._steps > self.max_steps:
-                raise ExpressionError("comprehensions go through too many items")
+            self._spend(STEP)
             _assign(first.target, item, names)
             if all(self.value(condition, names) for condition in first.ifs):
                 yield from self._loop(rest, names)
 
     def _subscript(self, node: ast.Subscript, names: Mapping[str, Any]) -> Any:
-        result = self.value(node.value, names)[self.value(node.slice, names)]
-        self._read(result)
+        owner, key = self.value(node.value, names), self.value(node.slice, names)
+        self._spend_reading(key)
+        result = owner[key]
+        if type(key) is slice:
+            self._spend(costs.surface(result))
         return result
 
     def _slice(self, node: ast.Slice, names: Mapping[str, Any]) -> Any:
@@ -355,8 +331,11 @@ class Interpreter:
             if number and not result:  # only a chain asks whether it is true: of a numpy array that cannot be said
                 break
             right = self.value(comparator, names)
-            self._read(right)
-            result = _COMPARE[type(op)](left, right)
+            if isinstance(op, ast.In | ast.NotIn):
+                self._spend(costs.contained(left, right, self.max_work))
+            elif type(left) not in SCALARS and not isinstance(op, ast.Is | ast.IsNot):
+                self._spend_reading(right)
+            result = COMPARE[type(op)](left, right)
             left = right
         return result
 
@@ -364,29 +343,27 @@ class Interpreter:
         return self.value(node.body if self.value(node.test, names) else node.orelse, names)
 
     def _unaryop(self, node: ast.UnaryOp, names: Mapping[str, Any]) -> Any:
-        return self._bounded(_UNARY[type(node.op)](self.value(node.operand, names)))
+        return self._bounded(UNARY[type(node.op)](self.value(node.operand, names)))
 
     def _binop(self, node: ast.BinOp, names: Mapping[str, Any]) -> Any:
         left, right = self.value(node.left, names), self.value(node.right, names)
-        if isinstance(node.op, ast.Pow | ast.LShift):
-            self._require_bits(node.op, left, right)
-        elif isinstance(node.op, ast.Mult):
-            self._require_items(left, right)
-            self._require_items(right, left)
-        elif isinstance(node.op, ast.Mod) and isinstance(left, str | bytes | bytearray):
-            self._require_width(left)
-        return self._bounded(_BINARY[type(node.op)](left, right))
+        if not self.formatting and isinstance(node.op, ast.Mod) and isinstance(left, TEXTS):
+            raise ExpressionError("texts cannot be formatted")
+        require_small(node.op, left, right, self.max_items)
+        self._spend(costs.binary(node.op, left, right, self.max_work))
+        return self._bounded(BINARY[type(node.op)](left, right))
 
     def _call(self, node: ast.Call, names: Mapping[str, Any]) -> Any:
         function = self.value(node.func, names)
         arguments = [self.value(argument, names) for argument in node.args]
         keywords = {str(keyword.arg): self.value(keyword.value, names) for keyword in node.keywords}
-        if function is not len:
-            for argument in arguments:
-                self._read(argument)
+        return self._called(function, *arguments, **keywords)
+
+    def _called(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
+        self._spend(CALL + costs.call(function, arguments, keywords, self.max_work))
+        if applies(function) and arguments and arguments[0] is not None:
+            arguments = (functools.partial(self._called, arguments[0]), *arguments[1:])
         owner = owner_of(function)
-        if owner is not None and getattr(function, "__name__", "") not in _BRIEF:
-            self._read(owner)
         if function is set or isinstance(owner, set):
             for argument in arguments:
                 spread(argument)
@@ -400,25 +377,11 @@ class Interpreter:
     def _formatted(self, node: ast.FormattedValue, names: Mapping[str, Any]) -> Any:
         spec = self.value(node.format_spec, names) if node.format_spec else ""
         conversion = chr(node.conversion) if node.conversion > 0 else None
-        return self._bounded(formatted(self.value(node.value, names), conversion, spec, self.max_items))
+        value = self.value(node.value, names)
+        self._spend_reading(value)
+        return self._bounded(formatted(value, conversion, spec, self.max_items))
 
-    # Operations that make much out of little: their result is measured before it is made --------------------------
 
-    def _require_bits(self, op: ast.operator, left: Any, right: Any) -> None:
-        if isinstance(left, int) and isinstance(right, int) and right > 0:
-            bits = left.bit_length()
-            # Of a power, the fewest bits that it can have; they are never more than twice as many.
-            require(bits + right if isinstance(op, ast.LShift) else (bits - 1) * right, MAX_BITS)
-
-    def _require_items(self, sequence: Any, count: Any) -> None:
-        if isinstance(sequence, str | bytes | bytearray | list | tuple) and isinstance(count, int):
-            require(size(sequence, self.max_items) * count, self.max_items)
-
-    def _require_width(self, template: Any) -> None:
-        if not self.formatting or not isinstance(template, str):
-            raise ExpressionError("texts cannot be formatted")
-        if _STAR_WIDTH.search(template):
-            raise ExpressionError("texts cannot be formatted with a width of *")
-        # Every number in the text counts, as if it were a width or precision.
-        numbers = (number.lstrip("0")[:9] for number in re.findall(r"[0-9]+", template))
-        require(sum(int(number or "0") for number in numbers), self.max_items)
+_EVALUATE: dict[type[ast.expr], Callable[[Interpreter, Any, Mapping[str, Any]], Any]] = {
+    kind: getattr(Interpreter, name) for kind, name in _METHODS.items()
+}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from pyros1.errors import Error
@@ -16,18 +16,27 @@ MAX_ITEMS = 10_000
 MAX_BITS = 4096
 """Most bits of a calculated integer."""
 
-MAX_STEPS = 100_000
-"""Most items that the comprehensions of an expression go through, all together."""
+MAX_WORK = 6_000_000
+"""Most work of an expression: what its operations and functions go through counts one for each item, or for eight
+characters of a text; besides, each part that is calculated counts `STEP`, as often as comprehensions go through it."""
 
-MAX_WORK = 5_000_000
-"""Most items that an expression's operations and functions go through, all together; eight characters are one."""
+STEP = 6
+"""What it costs to calculate one part of an expression, one item of a comprehension, or to look into a list."""
 
+CALL = 16
+"""What a call costs, besides what the function does."""
+
+TOO_MUCH = "there is too much to calculate"
 MAX_SAME_HASH = 100
 """Most keys of a set or dictionary that have the same hash, as the multiples of 2**61 - 1 have."""
 
-_TEXTS = (str, bytes, bytearray)
+_WEIGHTLESS = frozenset({bool, float, type(None)})
+SCALARS = _WEIGHTLESS | {int}
+_SMALL = 1 << 63
+TEXTS = (str, bytes, bytearray)
 _VIEWS: tuple[type[Any], ...] = (type({}.keys()), type({}.values()), type({}.items()))
-_CONTAINERS: tuple[type[Any], ...] = (list, tuple, dict, set, frozenset, *_VIEWS)
+CONTAINERS: tuple[type[Any], ...] = (list, tuple, dict, set, frozenset, *_VIEWS)
+HASHED: tuple[type[Any], ...] = (dict, set, frozenset, type({}.keys()), type({}.items()))
 
 
 class ExpressionError(Error, ValueError):
@@ -44,9 +53,14 @@ def size(value: Any, limit: int = MAX_ITEMS) -> int:
     Returns:
         The size, or any number above `limit`.
     """
-    if isinstance(value, _TEXTS):
-        return len(value)
-    total = 0
+    return measure(value, limit)[0]
+
+
+def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
+    """Return the `size` of a value and how many items had to be looked at to know it."""
+    if isinstance(value, TEXTS):
+        return len(value), len(value) >> 3
+    total = looks = 0
     pending = [value]
     while pending:
         part = pending.pop()
@@ -54,16 +68,31 @@ def size(value: Any, limit: int = MAX_ITEMS) -> int:
             continue
         if isinstance(part, int):  # its digits may become text
             total += part.bit_length() // 64
-        elif isinstance(part, _TEXTS):
+        elif isinstance(part, TEXTS):
             total += len(part)
-        elif isinstance(part, _CONTAINERS):
+        elif isinstance(part, CONTAINERS):
             total += len(part)
+            looks += STEP + len(part)
             if total <= limit:
-                pending.extend(part)
-                pending.extend(part.values() if isinstance(part, dict) else ())
+                total += inside(part, pending)
+                if isinstance(part, dict):
+                    looks += len(part)
+                    total += inside(part.values(), pending)
         if total > limit:
             break
-    return total
+    return total, looks
+
+
+def inside(items: Collection[Any], pending: list[Any]) -> int:
+    """Return how many items integers count beyond 64 bits, and put to `pending` what has to be looked at one by one."""
+    kinds = set(map(type, items))
+    if kinds == {int}:  # as in most messages
+        large: int = sum(number.bit_length() for number in items if not -_SMALL < number < _SMALL)
+        return large // 64
+    if kinds <= _WEIGHTLESS:
+        return 0
+    pending.extend(items)
+    return 0
 
 
 def bounded(value: Any, limit: int = MAX_ITEMS) -> Any:
@@ -77,6 +106,15 @@ def bounded(value: Any, limit: int = MAX_ITEMS) -> Any:
         ExpressionError: it is larger than that, or an integer of more than `MAX_BITS` bits.
     """
     require(size(value, limit), limit)
+    return check_bits(value)
+
+
+def check_bits(value: Any) -> Any:
+    """Return a calculated value unchanged.
+
+    Raises:
+        ExpressionError: it is an integer of more than `MAX_BITS` bits.
+    """
     if isinstance(value, int):
         require(value.bit_length(), MAX_BITS)
     return value
@@ -99,7 +137,7 @@ def spread(keys: Iterable[Any]) -> None:
         ExpressionError: more than `MAX_SAME_HASH` different ones have.
         TypeError: one has no hash.
     """
-    if isinstance(keys, (*_TEXTS, dict, set, frozenset)):
+    if isinstance(keys, (*TEXTS, dict, set, frozenset)):
         return  # of texts nobody knows the hash beforehand, and the others were checked when they were made
     found: dict[int, list[Any]] = {}
     for key in keys:
@@ -108,11 +146,3 @@ def spread(keys: Iterable[Any]) -> None:
             same.append(key)
             if len(same) > MAX_SAME_HASH:
                 raise ExpressionError("too many keys have the same hash")
-
-
-def work(value: Any) -> int:
-    """Return how many items an operation goes through that reads the whole value; eight characters are one."""
-    if isinstance(value, _TEXTS):
-        return len(value) // 8
-    items: Any = value
-    return len(items) if isinstance(value, _CONTAINERS) else 0

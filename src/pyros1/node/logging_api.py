@@ -20,6 +20,8 @@ def publish_log(node: Node, sink: LogSink) -> None:
     publisher = node.advertise("/rosout", log_class, queue_size=QUEUE_SIZE, latch=True)
 
     def publish(record: Record) -> None:
+        if publisher.name not in node._context.publications:
+            return  # the node has ended; the message has been printed
         try:
             message = log_class()
             message.header.stamp = record.stamp

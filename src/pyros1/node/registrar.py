@@ -13,6 +13,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, cast
 
 from pyros1.errors import (
+    DeadlineError,
     Error,
     MasterError,
     MasterMethodError,
@@ -286,12 +287,14 @@ def await_master(context: Context, master: MasterClient, patience: float | None)
         except MasterUnreachableError as error:
             if until is not None and monotonic() >= until:
                 raise
-            unknown = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
+            why: object = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
+            if isinstance(error.__cause__, DeadlineError):
+                why = f"it takes connections, but did not answer within {PING_TIMEOUT:g} s (was it stopped?)"
         if not said:
             said = True
             context.log.warn(
                 "Unable to immediately register with master node [%s]: %s. Will keep trying.",
                 master.uri,
-                unknown or "master may not be running yet",
+                why or "master may not be running yet",
             )
         context.pause(RETRY_TIME)

@@ -144,7 +144,9 @@ class TcprosServer:
         self._release(greeting)
         header = header or {}
         what = header.get("topic") or header.get("service")
-        if what:
+        if self._context.stopping.is_set():
+            pass  # who was told of this node a moment ago comes too late: nothing is wrong
+        elif what:
             who = header.get("callerid", "?")
             self._context.log.peer(WARN, "refused a connection of %s for %s: %s", who, what, reason)
         else:  # not a ROS node, or a broken one

@@ -346,21 +346,22 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
     said = start
     while True:
         context.check_running()
-        uri = ""
+        uri, fault = "", "cannot be reached"
         try:
             uri = master.lookup_service(service)
             probe(context, service, uri, PROBE_TIMEOUT if timeout is None else min(PROBE_TIMEOUT, max(timeout, 0.1)))
             return
         except MasterMethodError as error:
             raise ServiceError(f"service [{service}] cannot be waited for: {error}") from error
-        except (MasterError, ServiceError, WaitTimeoutError, ProtocolError):
-            pass
+        except (MasterError, ServiceError, WaitTimeoutError, ProtocolError) as error:
+            if uri and isinstance(error.__cause__, TimeoutError):
+                fault = "does not answer (was its node stopped?)"
         now = monotonic()
         if timeout is not None and now - start >= timeout:
-            where = f": it is registered at {uri}, but cannot be reached" if uri else ""
+            where = f": it is registered at {uri}, but {fault}" if uri else ""
             raise WaitTimeoutError(f"timeout exceeded while waiting for service {service}{where}")
-        if now - said >= 10.0:
+        if now - said >= (10.0 if said > start or fault == "cannot be reached" else PROBE_TIMEOUT):
             said = now
-            state = f"registered at {uri}, but cannot be reached" if uri else "not provided by anybody yet"
+            state = f"registered at {uri}, but {fault}" if uri else "not provided by anybody yet"
             context.log.warn("waiting for service %s: %s", service, state)
         context.pause(0.05 if timeout is None else min(0.05, max(0.001, timeout - (now - start))))

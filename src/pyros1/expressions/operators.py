@@ -1,0 +1,94 @@
+"""The operators of expressions, and how much what they are asked to do would make and cost."""
+
+from __future__ import annotations
+
+import ast
+import operator
+import re
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.expressions.limits import MAX_BITS, ExpressionError, require, size
+
+_STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
+
+
+def _invert(value: Any) -> Any:
+    return ~int(value) if isinstance(value, bool) else ~value  # Python is about to drop the one of booleans
+
+
+BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+    ast.LShift: operator.lshift,
+    ast.RShift: operator.rshift,
+    ast.BitAnd: operator.and_,
+    ast.BitOr: operator.or_,
+    ast.BitXor: operator.xor,
+}
+UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
+    ast.Not: operator.not_,
+    ast.Invert: _invert,
+}
+COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.Is: operator.is_,
+    ast.IsNot: operator.is_not,
+    ast.In: lambda left, right: left in right,
+    ast.NotIn: lambda left, right: left not in right,
+}
+
+
+def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
+    """Measure the result of an operation that makes much out of little, before it is made.
+
+    Args:
+        op: the operator.
+        left: its first operand.
+        right: its second operand.
+        limit: greatest `size` of the result.
+
+    Raises:
+        ExpressionError: it would be larger.
+    """
+    if isinstance(op, ast.Pow | ast.LShift):
+        _require_bits(op, left, right)
+    elif isinstance(op, ast.Mult):
+        _require_items(left, right, limit)
+        _require_items(right, left, limit)
+    elif isinstance(op, ast.Mod) and isinstance(left, str | bytes | bytearray):
+        _require_width(left, limit)
+
+
+def _require_bits(op: ast.operator, left: Any, right: Any) -> None:
+    if isinstance(left, int) and isinstance(right, int) and right > 0:
+        bits = left.bit_length()
+        # Of a power, the fewest bits that it can have; they are never more than twice as many.
+        require(bits + right if isinstance(op, ast.LShift) else (bits - 1) * right, MAX_BITS)
+
+
+def _require_items(sequence: Any, count: Any, limit: int) -> None:
+    if isinstance(sequence, str | bytes | bytearray | list | tuple) and isinstance(count, int):
+        require(size(sequence, limit) * count, limit)
+
+
+def _require_width(template: str | bytes | bytearray, limit: int) -> None:
+    if not isinstance(template, str):
+        raise ExpressionError("texts cannot be formatted")
+    if _STAR_WIDTH.search(template):
+        raise ExpressionError("texts cannot be formatted with a width of *")
+    # Every number in the text counts, as if it were a width or precision.
+    numbers = (number.lstrip("0")[:9] for number in re.findall(r"[0-9]+", template))
+    require(sum(int(number or "0") for number in numbers), limit)
