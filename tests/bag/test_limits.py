@@ -117,7 +117,11 @@ def bombs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     head = BZ2_CONTENT.to_bytes(4, "little")
     message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS)})[:-4] + head
     packed(
-        folder / "lz4.bag", "lz4", compress("lz4", make_connection(CONNECTION) + message + bytes(200 * MIB)), 1 << 31, 1
+        folder / "lz4.bag",
+        "lz4",
+        b"".join(compress("lz4", [make_connection(CONNECTION) + message + bytes(200 * MIB)])),
+        1 << 31,
+        1,
     )
     return folder
 
@@ -167,7 +171,7 @@ def test_many_small_messages_cost_four_times_the_content(tmp_path: Path, command
     message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS)}, bytes(4))
     count = 8 * MIB // len(message)
     content = make_connection(CONNECTION) + message * count
-    path = packed(tmp_path / "x.bag", "lz4", compress("lz4", content), len(content), count)
+    path = packed(tmp_path / "x.bag", "lz4", b"".join(compress("lz4", [content])), len(content), count)
     assert path.stat().st_size < MIB
     (tmp_path / "out").mkdir()
     done = run(40, *command.split(), str(path), folder=tmp_path / "out")

@@ -63,7 +63,7 @@ class BagReader:
         unindexed: also read bags without a good index: the file is scanned first, as those of version 1.2 always are.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: largest content of a chunk that is read, in bytes. None takes that of the environment variable
-            ``PYROS1_BAG_CHUNK_LIMIT``, which is in MiB; without it, 256 MiB. Reading takes some four times as much.
+            ``PYROS1_BAG_CHUNK_LIMIT``, which is in MiB; without it, 256 MiB. `pyros1.bag.limits` says what reading costs.
 
     Attributes:
         connections: by id.
@@ -183,12 +183,19 @@ class BagReader:
             content, found = contents.get(chunk)
             until = min(heap[0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
             behind = bisect_left(found.times, until, number + 1)
-            for conn, time, begin, stop in found.part(number, behind):
-                yield RawMessage(known[conn], time, content[begin:stop])
+            final = behind - 1
+            if final > number:
+                for conn, time, begin, stop in found.part(number, final):
+                    yield RawMessage(known[conn], time, content[begin:stop])
+            ((conn, time, begin, stop),) = found.part(final, behind)
+            message = RawMessage(known[conn], time, content[begin:stop])
             if behind < len(found):
                 heapq.heappush(heap, (found.times[behind], pos, behind, chunk))
             else:
                 contents.drop(chunk)
+            del content, found  # a large message is alone in its chunk: while it is used, the chunk is not in memory
+            yield message
+            del message  # nor is it, while the next one is read
 
     def times(self) -> Iterator[tuple[int, int]]:
         """Yield connection id and time, in nanoseconds, of every message, in no certain order.

@@ -104,6 +104,7 @@ class Scanner:
                 for connection in found.defined.values():
                     self._define(connection)
                 yield found
+            del found  # not two chunks in memory
             position = following
 
     def _next(self, position: int) -> tuple[Found | None, int]:
