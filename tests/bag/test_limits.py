@@ -16,6 +16,7 @@ import pyros1.bag
 from pyros1.bag.codecs import compress
 from pyros1.bag.contents import read_content
 from pyros1.bag.errors import BagError
+from pyros1.bag.export import mcap
 from pyros1.bag.limits import CHUNK_LIMIT, chunk_limit
 from pyros1.bag.reader import BagReader
 from pyros1.bag.records import (
@@ -222,6 +223,17 @@ def test_messages_outside_of_chunks_have_the_same_limit(tmp_path: Path) -> None:
     with BagReader(path, unindexed=True, chunk_limit=MIB) as bag:
         assert "--chunk-limit" in bag.damages[0].reason
         assert [message.data[4:] for message in bag.messages()] == [b"y"]
+
+
+def test_an_mcap_file_costs_no_more_than_the_limit_either(tmp_path: Path) -> None:
+    """It is of ROS 2, so that rosbags would read it: which unpacks chunks to whatever is in them."""
+    stored = b"".join(compress("lz4", [bytes(500 * MIB)]))
+    head = struct.pack("<QQQI", 0, 0, MIB, 0) + mcap.pack_text("lz4") + U64.pack(len(stored))
+    parts = (mcap.MAGIC, mcap.pack_header("ros2", ""), mcap.pack_record(mcap.OP_CHUNK, head, stored))
+    end = mcap.pack_record(mcap.OP_FOOTER, bytes(20)) + mcap.MAGIC
+    (tmp_path / "x.mcap").write_bytes(b"".join(parts) + end)
+    done = run(250, "bag", "import", str(tmp_path / "x.mcap"), folder=tmp_path)
+    assert (done.returncode, "does not hold the 1048576 bytes" in done.stderr) == (1, True), done.stderr
 
 
 def test_there_is_an_end_to_connections() -> None:

@@ -63,7 +63,7 @@ class BagReader:
         unindexed: also read bags without a good index: the file is scanned first, as those of version 1.2 always are.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: largest content of a chunk that is read, in bytes. None takes that of the environment variable
-            ``PYROS1_BAG_CHUNK_LIMIT``, which is in MiB; without it, 256 MiB. `pyros1.bag.limits` says what reading costs.
+            ``PYROS1_BAG_CHUNK_LIMIT``, which is in MiB; without it, 256 MiB. What that costs: `pyros1.bag.limits`.
 
     Attributes:
         connections: by id.
