@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import os
 import struct
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Callable, Collection, Iterator
 from types import TracebackType
@@ -92,6 +92,7 @@ class BagReader:
         self.damages: list[Damage] = []
         self.scanned = False
         self._old: OldConnections | None = None
+        self._positions: list[int] = []  # of the chunks that the index names, sorted
         try:
             self.file.unlock()
             if self.file.version == 102:
@@ -271,6 +272,7 @@ class BagReader:
         file = self.file
         try:
             check_size(header.size, file.limit)
+            self._check_end(chunk, header)
             unfinished = not chunk.whole and not header.stored
             stored = file.read(header.data, file.limit if unfinished else header.sane(file.limit))
             if chunk.loose:
@@ -302,6 +304,12 @@ class BagReader:
     ) -> None:
         self.close()
 
+    def _check_end(self, chunk: Chunk, header: ChunkHeader) -> None:
+        """Raise RecordError if a chunk covers the next one: of many of these each would hold most of the file."""
+        following = bisect_right(self._positions, chunk.pos)
+        if following < len(self._positions) and header.data + header.stored > self._positions[following]:
+            raise RecordError(f"the chunk runs into the one at byte {self._positions[following]}")
+
     def _loose(self, stored: bytes) -> Messages:
         if self._old is not None:
             return read_old(stored, self._old)[0]
@@ -324,7 +332,8 @@ class BagReader:
                 self.connections[connection.id] = connection
             for _ in range(u32(file.header, "chunk_count")):
                 position = self._read_chunk_info(position)
-            if len({chunk.pos for chunk in self.chunks}) < len(self.chunks):
+            self._positions = sorted({chunk.pos for chunk in self.chunks})
+            if len(self._positions) < len(self.chunks):
                 raise RecordError("it names a chunk twice")
         except RecordError as error:
             what = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
@@ -352,7 +361,7 @@ class BagReader:
         return start + length
 
     def _scan(self, progress: Callable[[int], object] | None) -> None:
-        self.chunks, self.connections = [], {}
+        self.chunks, self.connections, self._positions = [], {}, []
         scanner = Scanner(self.file, progress)
         for found in scanner.chunks():
             if found.messages:

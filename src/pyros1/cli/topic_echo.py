@@ -68,6 +68,8 @@ def _echo_bag(options: Values, name: str, expression: Expression | None) -> None
             printer = printers[topic] = Printer(topic, FieldPath(path), show, expression, None)
         before = printer.count
         printer.arrived(raw)
+        if isinstance(printer.error, CommandError):
+            raise CommandError(f"{options.bag}: at {when.to_sec():.6f}: {printer.error}") from printer.error
         if printer.error is not None:
             raise printer.error
         if left is not None:
