@@ -7,6 +7,7 @@ import os
 import random
 import struct
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -17,9 +18,11 @@ from pyros1.bag.reader import BagReader
 from pyros1.bag.records import Connection, RecordError, make_bag_header, make_fields, make_record, parse_fields
 from pyros1.bag.reindex import reindex
 from pyros1.bag.scanner import Scanner
+from pyros1.cli import bag as bag_command
+from pyros1.cli import topic as topic_command
 
 from .conftest import Make, values
-from .made import write_bag
+from .made import damaged_bags, write_bag
 
 
 @pytest.mark.parametrize(
@@ -310,3 +313,46 @@ def test_there_is_an_end_to_fields_and_definitions(make_bag: Make) -> None:
         scanner._define(Connection(number, "/a", {"message_definition": bytes(30)}))
     assert len(scanner.connections) == 3
     file.close()
+
+
+def swap_times(path: Path) -> Path:
+    """Let the index say that the first chunk ends before it begins."""
+    data = bytearray(path.read_bytes())
+    info = data.index(b"start_time=") + len("start_time=")
+    data[info : info + 8] = struct.pack("<II", 4_000_000_000, 0)
+    path.write_bytes(data)
+    return path
+
+
+def lie_of_content(path: Path) -> Path:
+    """Let the first chunk claim to hold more than it does."""
+    data = bytearray(path.read_bytes())
+    place = data.index(b"size=") + len("size=")
+    data[place : place + 4] = struct.pack("<I", 90_000)
+    path.write_bytes(data)
+    return path
+
+
+def test_play_and_echo_name_a_damaged_bag_and_end(
+    tmp_path: Path, environ: dict[str, str], call_main: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    bags = damaged_bags(tmp_path)
+    bags["times"] = swap_times(write_bag(tmp_path / "times.bag"))
+    bags["content"] = lie_of_content(write_bag(tmp_path / "content.bag"))
+    for kind, path in bags.items():
+        code, _, err = call_main(bag_command.main, "play", "-d", "0", "--immediate", "--quiet", path)
+        assert (code, err.count("\n")) == (1, 1), (kind, err)
+        assert err.startswith("ERROR ") and f" {path}: " in err, kind
+        assert "--start" not in err
+    code, _, err = call_main(topic_command.main, "echo", "-b", bags["times"], "/a")
+    assert (code, err) == (0, "")  # it is scanned
+
+
+def test_echo_names_the_bag_in_which_a_message_cannot_be_shown(tmp_path: Path, call_main: Any) -> None:
+    path = write_bag(tmp_path / "x.bag", count=1)
+    path.write_bytes(path.read_bytes().replace(b"int32 data", b"int64 data"))
+    code, _, err = call_main(topic_command.main, "echo", "-b", path, "/a")
+    assert code == 1
+    assert err.startswith(f"ERROR: {path}: at 100.000000: a message of type [std_msgs/Int32] on /a cannot be shown: ")

@@ -414,4 +414,7 @@ def _chunk_info(fields: dict[str, bytes], data: bytes) -> Chunk:
     count = u32(fields, "count")
     if u32(fields, "ver") != 1 or len(data) != 8 * count:
         raise RecordError("the chunk info is malformed")
-    return Chunk(u64(fields, "chunk_pos"), time_of(fields, "start_time"), time_of(fields, "end_time"), Counts(data))
+    start, end = time_of(fields, "start_time"), time_of(fields, "end_time")
+    if count and start > end:
+        raise RecordError("a chunk would end before it begins")
+    return Chunk(u64(fields, "chunk_pos"), start, end, Counts(data))
