@@ -7,6 +7,7 @@ import os
 import random
 import struct
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,11 +15,14 @@ from pyros1.bag.errors import BagError, NotABagError, UnindexedError
 from pyros1.bag.files import BagFile
 from pyros1.bag.info import summarize
 from pyros1.bag.reader import BagReader
-from pyros1.bag.records import make_bag_header, make_fields, make_record
+from pyros1.bag.records import Connection, RecordError, make_bag_header, make_fields, make_record, parse_fields
 from pyros1.bag.reindex import reindex
+from pyros1.bag.scanner import Scanner
+from pyros1.cli import bag as bag_command
+from pyros1.cli import topic as topic_command
 
 from .conftest import Make, values
-from .made import write_bag
+from .made import damaged_bags, write_bag
 
 
 @pytest.mark.parametrize(
@@ -240,3 +244,115 @@ def test_an_index_that_names_a_chunk_twice_is_damaged(tmp_path: Path) -> None:
     with pytest.raises(UnindexedError, match="names a chunk twice"):
         BagReader(path)
     assert values(path) == list(range(5))
+
+
+def chunk_head(compression: bytes, stored: int, size: int) -> bytes:
+    """A chunk's record up to its data, of which it claims to have so many bytes, and so many when they are unpacked."""
+    fields = {"op": b"\5", "compression": compression, "size": struct.pack("<I", size)}
+    return make_record(fields)[:-4] + struct.pack("<I", stored)
+
+
+MESSAGE = make_record({"op": b"\2", "conn": bytes(4), "time": bytes(8)}, b"abcd")
+INDEX = make_record({"op": b"\4", "ver": b"\1\0\0\0", "conn": bytes(4), "count": bytes(4)})
+OLD = b"#ROSRECORD V1.2\n"
+
+
+@pytest.mark.parametrize(
+    ("begin", "record"),
+    [
+        (b"", chunk_head(b"none", 1 << 30, 5)),
+        (b"", chunk_head(b"lz4", 1 << 30, 1 << 20)),
+        (b"", chunk_head(b"lz4", 0, 0)),
+        (b"", MESSAGE + INDEX),
+        (b"", MESSAGE[:-8] + struct.pack("<I", 1 << 30)),
+        (b"", struct.pack("<II", 0xF00000, 16) + b"compression=none"),
+        (OLD, struct.pack("<II", 0xF000, 3) + b"op="),
+    ],
+    ids=["cut", "cut lz4", "open", "loose", "long", "word", "old"],
+)
+def test_records_in_each_other_are_not_read_again_and_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begin: bytes, record: bytes
+) -> None:
+    """Each claims that it holds the rest of the file; a file of some megabytes would take hours."""
+    monkeypatch.setattr("pyros1.bag.scanner._LEAST_WORK", 1 << 20)
+    path = tmp_path / "x.bag"
+    count = (1 << 18) // len(record)
+    path.write_bytes((begin or b"#ROSBAG V2.0\n" + make_bag_header()) + record * count)
+    file = BagFile(path)
+    with contextlib.closing(file):
+        for _ in Scanner(file).chunks():
+            pass
+        assert file.taken < (65 << 18) + (3 << 20)
+
+
+def test_what_was_not_searched_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bag.scanner._LEAST_WORK", 0)
+    (tmp_path / "x.bag").write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + chunk_head(b"none", 1 << 30, 5) * 500)
+    saved = reindex(tmp_path / "x.bag", tmp_path / "new.bag")
+    assert "so much is damaged that the rest of the file was not searched" in saved.damages[-1].reason
+
+
+def test_chunks_in_each_other_are_not_read(tmp_path: Path) -> None:
+    """A message holds a chunk, whose message holds a chunk ...: read one by one, each would be most of the file."""
+    path = write_bag(tmp_path / "x.bag", count=20, chunk_threshold=200)
+    data = path.read_bytes()
+    with BagReader(path) as bag:
+        first, second = bag.chunks[:2]
+        place = bag.header(first).data - 4
+    path.write_bytes(data[:place] + struct.pack("<I", second.pos + 9 - place) + data[place + 4 :])
+    with BagReader(path) as bag, pytest.raises(BagError, match=rf"at byte {first.pos}: .*into the one at byte"):
+        list(bag.messages())
+
+
+def test_there_is_an_end_to_fields_and_definitions(make_bag: Make) -> None:
+    with pytest.raises(RecordError, match="more than 4096 fields"):
+        parse_fields(b"".join(struct.pack("<I", 6) + b"%05x=" % i for i in range(5000)))
+    file = BagFile(make_bag(close=False), limit=100)
+    scanner = Scanner(file)
+    for number in range(9):
+        scanner._define(Connection(number, "/a", {"message_definition": bytes(30)}))
+    assert len(scanner.connections) == 3
+    file.close()
+
+
+def swap_times(path: Path) -> Path:
+    """Let the index say that the first chunk ends before it begins."""
+    data = bytearray(path.read_bytes())
+    info = data.index(b"start_time=") + len("start_time=")
+    data[info : info + 8] = struct.pack("<II", 4_000_000_000, 0)
+    path.write_bytes(data)
+    return path
+
+
+def lie_of_content(path: Path) -> Path:
+    """Let the first chunk claim to hold more than it does."""
+    data = bytearray(path.read_bytes())
+    place = data.index(b"size=") + len("size=")
+    data[place : place + 4] = struct.pack("<I", 90_000)
+    path.write_bytes(data)
+    return path
+
+
+def test_play_and_echo_name_a_damaged_bag_and_end(
+    tmp_path: Path, environ: dict[str, str], call_main: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    bags = damaged_bags(tmp_path)
+    bags["times"] = swap_times(write_bag(tmp_path / "times.bag"))
+    bags["content"] = lie_of_content(write_bag(tmp_path / "content.bag"))
+    for kind, path in bags.items():
+        code, _, err = call_main(bag_command.main, "play", "-d", "0", "--immediate", "--quiet", path)
+        assert (code, err.count("\n")) == (1, 1), (kind, err)
+        assert err.startswith("ERROR ") and f" {path}: " in err, kind
+        assert "--start" not in err
+    code, _, err = call_main(topic_command.main, "echo", "-b", bags["times"], "/a")
+    assert (code, err) == (0, "")  # it is scanned
+
+
+def test_echo_names_the_bag_in_which_a_message_cannot_be_shown(tmp_path: Path, call_main: Any) -> None:
+    path = write_bag(tmp_path / "x.bag", count=1)
+    path.write_bytes(path.read_bytes().replace(b"int32 data", b"int64 data"))
+    code, _, err = call_main(topic_command.main, "echo", "-b", path, "/a")
+    assert code == 1
+    assert err.startswith(f"ERROR: {path}: at 100.000000: a message of type [std_msgs/Int32] on /a cannot be shown: ")

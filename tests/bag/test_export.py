@@ -335,7 +335,7 @@ def test_import_takes_topics_and_compression(run: Run, make_bag: Make, tmp_path:
         (["nope.mcap"], 1, "nope.mcap: No such file"),
         (["folder"], 1, "no metadata.yaml"),
         (["x.bag", "-o", "y.bag"], 1, "neither a ROS 2 bag's folder"),
-        (["cut.mcap"], 1, "rosbags cannot read it"),
+        (["cut.mcap"], 1, "cut off or damaged"),
         (["empty.db3"], 1, "rosbags cannot read it"),
         (["x.mcap", "-o", "y.bag", "--topics", "/c"], 1, "there is no topic /c in x.mcap"),
     ],

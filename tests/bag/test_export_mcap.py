@@ -314,6 +314,49 @@ def test_what_is_damaged_is_named_and_leaves_nothing(run: Run, tmp_path: Path, r
     assert [path.name for path in tmp_path.iterdir()] == ["x.mcap"]
 
 
+def entry(offset: int, record: bytes, **lies: Any) -> bytes:
+    """The index record of a chunk without messages that is not compressed."""
+    size = len(record) - 49
+    facts = mcap.ChunkIndex(0, 0, offset, len(record), "", size, size)._replace(**lies)
+    numbers = [U64.pack(number) for number in (*facts[:4], 0, facts.stored, facts.size)]
+    return mcap.pack_record(
+        mcap.OP_CHUNK_INDEX, *numbers[:4], U32.pack(0), numbers[4], mcap.pack_text(facts.compression), *numbers[5:]
+    )
+
+
+BEGIN = len(mcap.MAGIC + mcap.pack_header("ros2", "a test"))
+SMALL, BIG = chunk(KNOWN), chunk(bytes(630_000))
+
+
+@pytest.mark.parametrize(
+    ("records", "index", "words"),
+    [
+        ([chunk(bytes(2 << 20))], [], "claims to hold 2097192 bytes"),
+        ([chunk(bytes(2 << 20), "zstd", size=100, crc=0)], [], "does not hold the 100 bytes"),
+        ([chunk(bytes(2 << 20), "lz4", size=100, crc=0)], [], "does not hold the 100 bytes"),
+        ([mcap.HEAD.pack(mcap.OP_MESSAGE, 1 << 60)], [], "runs past the end"),
+        ([SMALL], [entry(BEGIN, SMALL, size=1 << 40)], f"tells wrong things of a chunk at byte {BEGIN}"),
+        ([SMALL], [entry(BEGIN, SMALL, stored=1 << 60)], "tells wrong things"),
+        ([SMALL], [entry(BEGIN, SMALL, compression="zstd")], "tells wrong things"),
+        ([SMALL], [entry(BEGIN + 9, SMALL)], "tells wrong things"),
+        ([SMALL], [entry(BEGIN, SMALL)] * 2, "names a chunk twice"),
+        ([BIG, BIG], [entry(BEGIN, BIG), entry(BEGIN + len(BIG), BIG)], "hold 1260000 bytes"),
+        ([SMALL, mcap.pack_record(mcap.OP_FOOTER, U64.pack(BEGIN), bytes(12))], [], "not where the end"),
+    ],
+)
+def test_what_lies_is_refused_before_rosbags_believes_it(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, records: list[bytes], index: list[bytes], words: str
+) -> None:
+    monkeypatch.setenv("PYROS1_BAG_CHUNK_LIMIT", "1")
+    start = BEGIN + len(b"".join(records)) + 13
+    footer = mcap.pack_record(mcap.OP_FOOTER, U64.pack(start), bytes(12)) + mcap.MAGIC
+    end = b"".join((mcap.pack_record(mcap.OP_DATA_END, bytes(4)), *index, footer))
+    write(tmp_path / "x.mcap", *records, profile="ros2", end=end)
+    code, _, err = run("import", "x.mcap", "-o", "y.bag")
+    assert (code, len(err.splitlines())) == (1, 1), err
+    assert words in err and "rosbags" not in err, err
+
+
 def test_files_that_are_no_mcap(run: Run, tmp_path: Path) -> None:
     for data, words in [
         (b"", "x.mcap: the file is empty"),

@@ -16,6 +16,7 @@ import pyros1.bag
 from pyros1.bag.codecs import compress
 from pyros1.bag.contents import read_content
 from pyros1.bag.errors import BagError
+from pyros1.bag.export import mcap
 from pyros1.bag.limits import CHUNK_LIMIT, chunk_limit
 from pyros1.bag.reader import BagReader
 from pyros1.bag.records import (
@@ -117,7 +118,11 @@ def bombs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     head = BZ2_CONTENT.to_bytes(4, "little")
     message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS)})[:-4] + head
     packed(
-        folder / "lz4.bag", "lz4", compress("lz4", make_connection(CONNECTION) + message + bytes(200 * MIB)), 1 << 31, 1
+        folder / "lz4.bag",
+        "lz4",
+        b"".join(compress("lz4", [make_connection(CONNECTION) + message + bytes(200 * MIB)])),
+        1 << 31,
+        1,
     )
     return folder
 
@@ -167,7 +172,7 @@ def test_many_small_messages_cost_four_times_the_content(tmp_path: Path, command
     message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS)}, bytes(4))
     count = 8 * MIB // len(message)
     content = make_connection(CONNECTION) + message * count
-    path = packed(tmp_path / "x.bag", "lz4", compress("lz4", content), len(content), count)
+    path = packed(tmp_path / "x.bag", "lz4", b"".join(compress("lz4", [content])), len(content), count)
     assert path.stat().st_size < MIB
     (tmp_path / "out").mkdir()
     done = run(40, *command.split(), str(path), folder=tmp_path / "out")
@@ -218,6 +223,17 @@ def test_messages_outside_of_chunks_have_the_same_limit(tmp_path: Path) -> None:
     with BagReader(path, unindexed=True, chunk_limit=MIB) as bag:
         assert "--chunk-limit" in bag.damages[0].reason
         assert [message.data[4:] for message in bag.messages()] == [b"y"]
+
+
+def test_an_mcap_file_costs_no_more_than_the_limit_either(tmp_path: Path) -> None:
+    """It is of ROS 2, so that rosbags would read it: which unpacks chunks to whatever is in them."""
+    stored = b"".join(compress("lz4", [bytes(500 * MIB)]))
+    head = struct.pack("<QQQI", 0, 0, MIB, 0) + mcap.pack_text("lz4") + U64.pack(len(stored))
+    parts = (mcap.MAGIC, mcap.pack_header("ros2", ""), mcap.pack_record(mcap.OP_CHUNK, head, stored))
+    end = mcap.pack_record(mcap.OP_FOOTER, bytes(20)) + mcap.MAGIC
+    (tmp_path / "x.mcap").write_bytes(b"".join(parts) + end)
+    done = run(250, "bag", "import", str(tmp_path / "x.mcap"), folder=tmp_path)
+    assert (done.returncode, "does not hold the 1048576 bytes" in done.stderr) == (1, True), done.stderr
 
 
 def test_there_is_an_end_to_connections() -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from pyros1.errors import MessageError
-from pyros1.msgs import load_message
-from pyros1.msgs.json_form import from_json, to_json
+from pyros1.msgs import from_definition, load_message
+from pyros1.msgs.json_form import emit_json, from_json, to_json
 from pyros1.timing import Duration, Time
 
 
@@ -39,6 +39,33 @@ def samples() -> list[Any]:
 def test_there_and_back(message: Any) -> None:
     text = json.dumps(to_json(message), allow_nan=False)
     assert type(message)._encode(from_json(type(message), json.loads(text))) == type(message)._encode(message)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        from_definition(
+            "p/N", "string s\nuint8[] u\nint32[] i\nfloat64[] f\nstring[] l\ntime[] t\nint8[] e\nchar[2] c"
+        )(
+            s='ä"\n' * 20_000,
+            u=bytes(range(256)) * 100,
+            i=list(range(20_000)),
+            f=[math.nan, 1.0],
+            l=["a", "b"],
+            t=[Time(1)],
+            c=[1, 2],
+        ),
+        from_definition("p/E", "")(),
+        Time(1, 2),
+        [],
+        True,
+    ],
+)
+def test_the_text_in_pieces_is_what_json_makes_of_it(value: Any) -> None:
+    pieces: list[str] = []
+    emit_json(pieces.append, value)
+    assert "".join(pieces) == json.dumps(to_json(value), ensure_ascii=False)
+    assert max(map(len, pieces)) < 200_000
 
 
 def test_nan() -> None:

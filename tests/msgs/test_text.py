@@ -12,8 +12,8 @@ from message_strategies import messages
 from ruamel.yaml import YAML
 
 from pyros1.msgs import from_definition
-from pyros1.msgs.text import format_message
-from pyros1.msgs.yamltext import block_sequence, double_quoted
+from pyros1.msgs.text import emit_message, format_message
+from pyros1.msgs.yamltext import block_sequence, double_quoted, item_pieces, quoted_pieces
 from pyros1.timing import Duration, Time
 
 SEPARATOR = "=" * 80
@@ -127,6 +127,18 @@ def test_offset_and_filter() -> None:
 def test_folding_of_long_strings() -> None:
     assert double_quoted("word " * 20) == '"' + "word " * 16 + 'word\\\n  \\ word word word "'
     assert block_sequence(["word " * 20 + "end"]) == ["- " + "word " * 15 + "word", "  word word word word end"]
+
+
+def test_large_texts_and_arrays_come_in_small_pieces() -> None:
+    long = "a" * 25_000
+    assert double_quoted(f"{long} b") == f'"{long}\\\n  \\ b"'
+    assert block_sequence([f"{long} b"]) == [f"- {long}", "  b"]
+    assert max(map(len, (*quoted_pieces(long), *item_pieces(long)))) < 10_000
+    numbers = from_definition("p/N", "uint8[] u\nint32[] i")(u=bytes(50_000), i=list(range(50_000)))
+    pieces: list[str] = []
+    emit_message(pieces.append, numbers)
+    assert "".join(pieces) == str(numbers) == f"u: {[0] * 50_000}\ni: {list(range(50_000))}"
+    assert max(map(len, pieces)) < 200_000
 
 
 @given(st.text(st.characters(exclude_categories=["Cs"])), st.lists(st.text(st.characters(exclude_categories=["Cs"]))))

@@ -132,9 +132,12 @@ class Bag:
         total = max(0, min(self.reader.end, self.reader.end if last is None else last) - begin)
         for stored in self.reader.messages(self._ids(topics), first, last):
             message = self._any(stored) if raw else self.decode(stored)
-            yield BagMessage(stored.connection.topic, message, Time.from_nsec(stored.time), stored.connection)
+            connection, time = stored.connection, stored.time
+            del stored  # its bytes, which may be many; and below the message, while the next one is read
+            yield BagMessage(connection.topic, message, Time.from_nsec(time), connection)
+            del message
             if progress is not None:
-                progress(stored.time - begin, total)
+                progress(time - begin, total)
 
     __iter__ = messages
 

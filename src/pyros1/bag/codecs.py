@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from io import BytesIO
 from typing import Any
 
 from pyros1.bag.records import LimitError, RecordError
@@ -23,21 +25,37 @@ def check_size(size: int, limit: int) -> None:
 
 _BZ2_FULL_LEVEL = 9
 _LZ4_BLOCKS_OF_1_MB = 6
+_PIECE = 1 << 20
+"""Bytes that are compressed at a time, and made by decompressing."""
+_SMALL = 4096
+
+Buffer = bytes | bytearray | memoryview
 
 
-def compress(compression: str, data: bytes) -> bytes:
-    """Return a chunk's content as it is stored; `compression` is one of `COMPRESSIONS`."""
+def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
+    """Return a chunk's content as it is stored, in parts: it may be large, and is never copied as a whole.
+
+    Args:
+        compression: one of `COMPRESSIONS`.
+        parts: the content.
+    """
     if compression == "bz2":
         import bz2  # noqa: PLC0415 - most bags need none
 
-        return bz2.compress(data, _BZ2_FULL_LEVEL)
+        packer = bz2.BZ2Compressor(_BZ2_FULL_LEVEL)
+        return [*map(packer.compress, _pieces(parts)), packer.flush()]
     if compression == "lz4":
         # Stock's readers refuse frames that have a size, no checksum, or blocks that need the ones before them.
-        packed: bytes = _lz4().compress(
-            data, block_size=_LZ4_BLOCKS_OF_1_MB, block_linked=False, content_checksum=True, store_size=False
-        )
-        return packed
-    return bytes(data)
+        frame = _lz4().LZ4FrameCompressor(block_size=_LZ4_BLOCKS_OF_1_MB, block_linked=False, content_checksum=True)
+        return [frame.begin(), *map(frame.compress, _pieces(parts)), frame.flush()]
+    return parts
+
+
+def _pieces(parts: Sequence[Buffer]) -> Iterator[memoryview]:
+    for part in parts:
+        view = memoryview(part)
+        for start in range(0, len(view), _PIECE):
+            yield view[start : start + _PIECE]
 
 
 def decompress(compression: str, data: bytes, size: int, limit: int, *, partial: bool = False) -> bytes:
@@ -71,30 +89,27 @@ def _unpack(compression: str, data: bytes, size: int, partial: bool) -> bytes:
         unpacker: Any = bz2.BZ2Decompressor()
     else:
         unpacker = _lz4().LZ4FrameDecompressor()
-    if not partial:
-        try:
-            content: bytes = unpacker.decompress(data, size)
-        except (OSError, RuntimeError, EOFError, ValueError) as error:
-            raise RecordError(f"the chunk's {compression} data are damaged: {error}") from None
-        return content
-    # In small pieces, so that those before the damage are not lost with it.
-    parts: list[bytes] = []
+    content = BytesIO()  # grows in place, and gives what is in it away without a copy
     left = size
-    step = 4096
-    for start in range(0, len(data), step):
-        try:
-            parts.append(unpacker.decompress(data[start : start + step], left))
-            left -= len(parts[-1])
-            while left > 0 and not unpacker.eof and not unpacker.needs_input:
-                parts.append(unpacker.decompress(b"", left))
-                left -= len(parts[-1])
-                if not parts[-1]:
+    step = _SMALL if partial else _PIECE  # so that what comes before a damage is not lost with it
+    view = memoryview(data)
+    try:
+        for start in range(0, len(data), step):
+            piece = view[start : start + step]
+            while left > 0:
+                made: bytes = unpacker.decompress(piece, min(left, _PIECE))
+                if len(made) == size:
+                    return made
+                left -= content.write(made)
+                if unpacker.eof:
+                    return content.getvalue()
+                if unpacker.needs_input or not made:
                     break
-        except (OSError, RuntimeError, EOFError, ValueError):
-            break
-        if left <= 0 or unpacker.eof:
-            break
-    return b"".join(parts)
+                piece = memoryview(b"")
+    except (OSError, RuntimeError, EOFError, ValueError) as error:
+        if not partial:
+            raise RecordError(f"the chunk's {compression} data are damaged: {error}") from None
+    return content.getvalue()
 
 
 def _lz4() -> Any:

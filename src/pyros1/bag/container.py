@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from io import FileIO
 from types import TracebackType
 
-from pyros1.bag.codecs import COMPRESSIONS, MAX_CHUNK, compress
+from pyros1.bag.codecs import COMPRESSIONS, MAX_CHUNK, Buffer, compress
 from pyros1.bag.contents import Messages
 from pyros1.bag.encryption import Cipher
 from pyros1.bag.errors import BagError
@@ -46,9 +46,7 @@ _ENTRY = struct.Struct("<III")
 _COUNT = struct.Struct("<II")
 
 _LARGE = 256 * 1024
-"""A message of so many bytes ends its chunk, if that is not compressed, and is written without being copied."""
-
-Buffer = bytes | bytearray | memoryview
+"""A message of so many bytes ends its chunk, if that is not compressed."""
 
 Entries = dict[int, bytes | bytearray]
 """Connection id -> the data of its index record: time and offset in the content of each message, sorted by time.
@@ -176,24 +174,26 @@ class BagWriter:
         content += self._heads[conn]
         content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
         self.messages += 1
-        if len(data) >= _LARGE and self.compression == "none" and self._cipher is None:
-            entries = self._take_entries()
+        if len(content) + len(data) > self.chunk_threshold or (len(data) >= _LARGE and self.compression == "none"):
             self._content = bytearray()
-            self._put_chunk("none", len(content) + len(data), [content, data], entries)
-            return
-        content += data
-        if len(content) > self.chunk_threshold:
-            self.flush()
+            self._put_content([content, data])
+        else:
+            content += data
 
     def flush(self) -> None:
         """Close the open chunk and hand it to the system: from now on a crash of this process does not lose it."""
         if self._content:
-            content, entries = bytes(self._content), self._take_entries()
-            self._content = bytearray()
-            stored = compress(self.compression, content)
-            if self._cipher is not None:
-                stored = self._cipher.encrypt(stored)
-            self._put_chunk(self.compression, len(content), [stored], entries)
+            content, self._content = self._content, bytearray()
+            self._put_content([content])
+
+    def _put_content(self, parts: Sequence[Buffer]) -> None:
+        """Write a chunk of the messages in the index, which is emptied; its content is in parts, and not copied."""
+        entries = self._take_entries()
+        size = sum(map(len, parts))
+        stored = compress(self.compression, parts)
+        if self._cipher is not None:
+            stored = self._cipher.encrypt_parts(stored)
+        self._put_chunk(self.compression, size, stored, entries)
 
     def _take_entries(self) -> Entries:
         index, self._index = self._index, {}

@@ -144,6 +144,7 @@ def copy(
             done += len(message.data) + RECORD_OVERHEAD
             if progress is not None:
                 progress(done)
+            del message  # it may be large, and is not to be in memory while the next one is read
         return writer.messages
 
 

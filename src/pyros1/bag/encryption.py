@@ -6,8 +6,9 @@ The cipher comes from the package ``cryptography``; gpg is the system's, with th
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib import import_module
+from io import BytesIO
 from typing import Any
 
 from pyros1.bag.records import RecordError
@@ -18,6 +19,10 @@ NONE = "rosbag/NoEncryptor"
 ENCRYPTORS = (AES, NONE)
 
 _BLOCK = 16
+_PIECE = 1 << 20
+"""Bytes that are encrypted or decrypted at a time: the package makes copies of them."""
+
+Buffer = bytes | bytearray | memoryview
 _DEFAULT_USER = "*"
 
 
@@ -47,10 +52,18 @@ class Cipher:
 
     def encrypt(self, data: bytes) -> bytes:
         """Return bytes encrypted, with the initial vector in front."""
+        return b"".join(self.encrypt_parts([data]))
+
+    def encrypt_parts(self, parts: Iterable[Buffer]) -> list[bytes]:
+        """Return bytes that are in parts encrypted, in parts, of which none is large."""
         vector = os.urandom(_BLOCK)
         encryptor = self._of(vector).encryptor()
-        padding = _BLOCK - len(data) % _BLOCK
-        return b"".join((vector, encryptor.update(data), encryptor.update(bytes([padding]) * padding)))
+        made, size = [vector], 0
+        for part in parts:
+            made += map(encryptor.update, _pieces(memoryview(part)))
+            size += len(part)
+        padding = _BLOCK - size % _BLOCK
+        return [*made, encryptor.update(bytes([padding]) * padding)]
 
     def decrypt(self, data: bytes, *, partial: bool = False) -> bytes:
         """Return bytes decrypted.
@@ -65,13 +78,22 @@ class Cipher:
             data = data[: len(data) // _BLOCK * _BLOCK]
         if len(data) < (1 if partial else 2) * _BLOCK or len(data) % _BLOCK:
             raise RecordError("the encrypted data are cut off")
-        plain: bytes = self._of(data[:_BLOCK]).decryptor().update(memoryview(data)[_BLOCK:])
-        padding = plain[-1] if plain else 0
-        if 0 < padding <= _BLOCK and plain.endswith(bytes([padding]) * padding):
-            return plain[:-padding]
-        if partial:
-            return plain
-        raise RecordError("the encrypted data are damaged, or were encrypted with another key")
+        decryptor = self._of(data[:_BLOCK]).decryptor()
+        plain = BytesIO()  # grows in place, and gives what is in it away without a copy
+        last = b""
+        for piece in _pieces(memoryview(data)[_BLOCK:]):
+            last = decryptor.update(piece)
+            plain.write(last)
+        padding = last[-1] if last else 0
+        if 0 < padding <= _BLOCK and last.endswith(bytes([padding]) * padding):
+            plain.truncate(len(data) - _BLOCK - padding)
+        elif not partial:
+            raise RecordError("the encrypted data are damaged, or were encrypted with another key")
+        return plain.getvalue()
+
+
+def _pieces(data: memoryview) -> Iterator[memoryview]:
+    return (data[start : start + _PIECE] for start in range(0, len(data), _PIECE))
 
 
 def new_cipher(user: str = _DEFAULT_USER) -> Cipher:

@@ -132,6 +132,7 @@ class BagFile:
         header: fields of the bag header.
         begin: offset of the first record behind the bag header.
         cipher: decrypts what is in the bag; None if it is plain, or still locked.
+        taken: bytes that were read so far, those read twice counted twice.
 
     Raises:
         NotABagError: it is something else.
@@ -142,6 +143,7 @@ class BagFile:
         self.path = os.fspath(path)
         self.limit = chunk_limit(os.environ) if limit is None else limit
         self.cipher: Cipher | None = None
+        self.taken = 0
         if stat.S_ISFIFO(os.stat(self.path).st_mode):
             raise NotABagError(self.path, "this is a pipe; bags are read from files")  # opening it would wait for ever
         self._file = FileIO(self.path, "rb")
@@ -205,6 +207,7 @@ class BagFile:
                 break
             parts.append(part)
             wanted -= len(part)
+            self.taken += len(part)
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def expect(self, positions: Iterable[int]) -> None:

@@ -1,4 +1,12 @@
-"""How much of a bag is believed: a file of some kilobytes may claim to hold anything. Loads nothing else of bags."""
+"""How much of a bag is believed: a file of some kilobytes may claim to hold anything. Loads nothing else of bags.
+
+What is believed costs memory (`tests/bag/test_memory.py` and `test_limits.py` hold these factors):
+
+- a large message at most three times its size, read, shown, copied, packed or encrypted;
+- a text in which a character needs more than a byte up to six times: Python's strings then have as many bytes for all;
+- a list of numbers what Python's lists take, which is eight bytes and the number for each element;
+- a chunk of many small messages four times its content.
+"""
 
 from __future__ import annotations
 

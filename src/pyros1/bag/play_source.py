@@ -6,6 +6,7 @@ import heapq
 import threading
 from collections import deque
 from collections.abc import Collection, Iterator, Sequence
+from itertools import repeat
 from typing import NamedTuple
 
 from pyros1.bag.play_static import keeps_static
@@ -91,8 +92,8 @@ class Bags:
         return heapq.merge(*streams, key=lambda played: played.message.time)
 
     def _of_bag(self, number: int, start: int, end: int) -> Iterator[Played]:
-        for message in self.readers[number].messages(self._chosen[number], start, end):
-            yield Played(number, message)
+        messages = self.readers[number].messages(self._chosen[number], start, end)
+        return map(Played, repeat(number), messages)  # which keeps none while the next one is read
 
     def latched_before(self, time: int) -> list[Played]:
         """Return what subscribers that come at a time would get, by time: the last message of each latched connection.
@@ -208,6 +209,7 @@ class ReadAhead:
         for played in self._messages:
             batch.append(played)
             size += len(played.message.data) + _OVERHEAD
+            del played  # so that a large one is not in memory while the next one is read
             if size >= _BATCH or len(batch) >= most:
                 if not self._hand_over(size, batch):
                     return
@@ -217,11 +219,11 @@ class ReadAhead:
 
     def _hand_over(self, size: int, batch: list[Played]) -> bool:
         with self._changed:
-            while self._bytes > self._limit and not self._closed:
-                self._changed.wait()
             self._batches.append((size, batch))
             self._bytes += size
             self._changed.notify_all()
+            while self._bytes > self._limit and not self._closed:
+                self._changed.wait()
             return not self._closed
 
     def close(self) -> None:

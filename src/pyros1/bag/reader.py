@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import os
 import struct
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Callable, Collection, Iterator
 from types import TracebackType
@@ -63,7 +63,7 @@ class BagReader:
         unindexed: also read bags without a good index: the file is scanned first, as those of version 1.2 always are.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: largest content of a chunk that is read, in bytes. None takes that of the environment variable
-            ``PYROS1_BAG_CHUNK_LIMIT``, which is in MiB; without it, 256 MiB. Reading takes some four times as much.
+            ``PYROS1_BAG_CHUNK_LIMIT``, which is in MiB; without it, 256 MiB. What that costs: `pyros1.bag.limits`.
 
     Attributes:
         connections: by id.
@@ -92,6 +92,7 @@ class BagReader:
         self.damages: list[Damage] = []
         self.scanned = False
         self._old: OldConnections | None = None
+        self._positions: list[int] = []  # of the chunks that the index names, sorted
         try:
             self.file.unlock()
             if self.file.version == 102:
@@ -183,12 +184,19 @@ class BagReader:
             content, found = contents.get(chunk)
             until = min(heap[0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
             behind = bisect_left(found.times, until, number + 1)
-            for conn, time, begin, stop in found.part(number, behind):
-                yield RawMessage(known[conn], time, content[begin:stop])
+            final = behind - 1
+            if final > number:
+                for conn, time, begin, stop in found.part(number, final):
+                    yield RawMessage(known[conn], time, content[begin:stop])
+            ((conn, time, begin, stop),) = found.part(final, behind)
+            message = RawMessage(known[conn], time, content[begin:stop])
             if behind < len(found):
                 heapq.heappush(heap, (found.times[behind], pos, behind, chunk))
             else:
                 contents.drop(chunk)
+            del content, found  # a large message is alone in its chunk: while it is used, the chunk is not in memory
+            yield message
+            del message  # nor is it, while the next one is read
 
     def times(self) -> Iterator[tuple[int, int]]:
         """Yield connection id and time, in nanoseconds, of every message, in no certain order.
@@ -264,6 +272,7 @@ class BagReader:
         file = self.file
         try:
             check_size(header.size, file.limit)
+            self._check_end(chunk, header)
             unfinished = not chunk.whole and not header.stored
             stored = file.read(header.data, file.limit if unfinished else header.sane(file.limit))
             if chunk.loose:
@@ -295,6 +304,12 @@ class BagReader:
     ) -> None:
         self.close()
 
+    def _check_end(self, chunk: Chunk, header: ChunkHeader) -> None:
+        """Raise RecordError if a chunk covers the next one: of many of these each would hold most of the file."""
+        following = bisect_right(self._positions, chunk.pos)
+        if following < len(self._positions) and header.data + header.stored > self._positions[following]:
+            raise RecordError(f"the chunk runs into the one at byte {self._positions[following]}")
+
     def _loose(self, stored: bytes) -> Messages:
         if self._old is not None:
             return read_old(stored, self._old)[0]
@@ -317,7 +332,8 @@ class BagReader:
                 self.connections[connection.id] = connection
             for _ in range(u32(file.header, "chunk_count")):
                 position = self._read_chunk_info(position)
-            if len({chunk.pos for chunk in self.chunks}) < len(self.chunks):
+            self._positions = sorted({chunk.pos for chunk in self.chunks})
+            if len(self._positions) < len(self.chunks):
                 raise RecordError("it names a chunk twice")
         except RecordError as error:
             what = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
@@ -345,7 +361,7 @@ class BagReader:
         return start + length
 
     def _scan(self, progress: Callable[[int], object] | None) -> None:
-        self.chunks, self.connections = [], {}
+        self.chunks, self.connections, self._positions = [], {}, []
         scanner = Scanner(self.file, progress)
         for found in scanner.chunks():
             if found.messages:
@@ -398,4 +414,7 @@ def _chunk_info(fields: dict[str, bytes], data: bytes) -> Chunk:
     count = u32(fields, "count")
     if u32(fields, "ver") != 1 or len(data) != 8 * count:
         raise RecordError("the chunk info is malformed")
-    return Chunk(u64(fields, "chunk_pos"), time_of(fields, "start_time"), time_of(fields, "end_time"), Counts(data))
+    start, end = time_of(fields, "start_time"), time_of(fields, "end_time")
+    if count and start > end:
+        raise RecordError("a chunk would end before it begins")
+    return Chunk(u64(fields, "chunk_pos"), start, end, Counts(data))

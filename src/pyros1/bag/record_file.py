@@ -15,7 +15,8 @@ from collections.abc import Mapping, Sequence
 from io import FileIO
 from typing import IO, Generic, TypeVar
 
-from pyros1.bag.container import EMPTY_SIZE, BagWriter, Buffer, Entries, entry_count
+from pyros1.bag.codecs import Buffer
+from pyros1.bag.container import EMPTY_SIZE, BagWriter, Entries, entry_count
 from pyros1.bag.errors import BagError
 
 _K = TypeVar("_K")

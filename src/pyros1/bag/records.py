@@ -43,6 +43,9 @@ MESSAGE_BEGINS = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
 MAX_CONNECTIONS = 1 << 16
 """Most connections believed. A record of one may take a thousand times as much in memory as in a compressed chunk."""
 
+_MAX_FIELDS = 4096
+"""Most fields of a header. Small ones take twenty times as much in memory."""
+
 NS = 1_000_000_000
 MAX_TIME = (1 << 32) * NS - 1
 """Latest time a record can hold, in nanoseconds."""
@@ -138,6 +141,8 @@ def parse_fields(data: bytes) -> Fields:
             raise RecordError("stray bytes behind the header's fields")
         (size,) = U32.unpack_from(data, position)
         position += 4
+        if len(fields) >= _MAX_FIELDS:
+            raise RecordError(f"the header has more than {_MAX_FIELDS} fields")
         name, separator, value = data[position : position + size].partition(b"=")
         if size > end - position or not separator:
             raise RecordError("a header field runs past the header's end, or has no '='")

@@ -57,6 +57,7 @@ def reindex(
             rebuild = _Rebuild(file, scanner, writer)
             for found in scanner.chunks():
                 rebuild.take(found)
+                del found  # not two chunks in memory
         return Saved(rebuild.messages, rebuild.lost, scanner.damages)
     finally:
         file.close()

@@ -32,6 +32,12 @@ _LOOSE_SIZE = 1 << 20
 """Messages outside of chunks are read so many bytes at a time."""
 
 _SEARCH = 1 << 20
+"""Bytes that are searched at a time, and at first: the next record may be near."""
+_FIRST_SEARCH = 1 << 12
+
+_WORK = 64
+"""How often, on the average, the file's bytes are read: records that lie may each want the whole rest."""
+_LEAST_WORK = 64 << 20
 
 _FAR = 1 << 16
 """Bytes of a record that is no chunk; behind longer ones another record must follow."""
@@ -92,11 +98,17 @@ class Scanner:
         self.connections: dict[int, Connection] = {}
         self.damages: list[Damage] = []
         self.old = OldConnections(self.connections)
+        self._definitions = 0  # bytes in connections
+        self._most = file.taken + _LEAST_WORK + _WORK * file.size
+        self._loose_size = _LOOSE_SIZE
 
     def chunks(self) -> Iterator[Found]:
         """Yield the chunks in the file's order, and messages outside of chunks in pieces."""
         position = self._file.begin
         while position < self._file.size:
+            if self._exhausted():
+                self.damages.append(Damage(position, "so much is damaged that the rest of the file was not searched"))
+                return
             if self._progress is not None:
                 self._progress(position)
             found, following = self._next(position)
@@ -104,7 +116,11 @@ class Scanner:
                 for connection in found.defined.values():
                     self._define(connection)
                 yield found
+            del found  # not two chunks in memory
             position = following
+
+    def _exhausted(self) -> bool:
+        return self._file.taken > self._most
 
     def _next(self, position: int) -> tuple[Found | None, int]:
         """Read what is at a place; returns the messages there, and where to go on."""
@@ -143,8 +159,11 @@ class Scanner:
         return self._file.size
 
     def _define(self, connection: Connection) -> None:
-        if len(self.connections) < MAX_CONNECTIONS:
-            self.connections.setdefault(connection.id, connection)
+        if connection.id in self.connections or len(self.connections) >= MAX_CONNECTIONS:
+            return
+        self._definitions += sum(map(len, connection.header.values()))
+        if self._definitions <= self._file.limit:  # small chunks may hold many large ones
+            self.connections[connection.id] = connection
 
     def _in_end_section(self, position: int) -> bool:
         return 0 < self._file.index_pos <= position
@@ -223,8 +242,10 @@ class Scanner:
             return None, self._damaged(position, "the message is cut off, or its length is spoilt")
         check_size(length, file.limit)
         self._credible(data, length)
-        content = file.read(position, max(_LOOSE_SIZE, data + length - position))
+        content = file.read(position, max(self._loose_size, data + length - position))
         messages, defined, used = self._split_loose(content)
+        # A piece is as large as those before were full of messages.
+        self._loose_size = _LOOSE_SIZE if 2 * used > len(content) else max(_FIRST_SEARCH, self._loose_size // 4)
         if not used:
             return None, self._damaged(position, "the message is cut off")
         chunk = _summary(position, messages)
@@ -254,29 +275,33 @@ class Scanner:
         index = self._file.index_pos
         last = index if position < index else self._file.size
         least = position  # not the damaged chunk itself again
+        size = _FIRST_SEARCH
         while position < self._file.size:
-            block = self._file.read(position, _SEARCH)
+            block = self._file.read(position, size)
             at = block.find(word)
             while at >= 0:
                 for before in (16, 8, 17 + 8):  # the field comes second, first, or behind the size
                     start = position + at - before
-                    if start >= least and self._is_chunk(start):
+                    if start >= least and (self._exhausted() or self._is_chunk(start)):
                         return start
                 at = block.find(word, at + 1)
-            if len(block) < _SEARCH:
+            if len(block) < size:
                 break
             position += len(block) - len(word)
+            size = min(4 * size, _SEARCH)
         return min(last, self._file.size)
 
     def _search_old(self, position: int) -> int:
+        size = _FIRST_SEARCH
         while position < self._file.size:
-            block = self._file.read(position, _SEARCH)
+            block = self._file.read(position, size)
             for at in record_begins(block, 0):
-                if self._is_old(position + at):
+                if self._exhausted() or self._is_old(position + at):
                     return position + at
-            if len(block) < _SEARCH:
+            if len(block) < size:
                 break
             position += len(block) - LONGEST_BEGIN
+            size = min(4 * size, _SEARCH)
         return self._file.size
 
     def _is_old(self, position: int) -> bool:

@@ -250,6 +250,7 @@ class _Export:
             except MessageError as error:
                 reasons = self.skipped.setdefault(topic, {})
                 reasons[str(error)] = reasons.get(str(error), 0) + 1
+            del stored, message  # they may be large, and are not to be in memory while the next one is read
         return count
 
     def skipped_texts(self) -> Iterator[str]:

@@ -12,7 +12,8 @@ from pyros1.bag.export.tables import Table
 from pyros1.bag.export.topic_names import FileNames
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.common import CommandError
-from pyros1.cli.topic_echo import Json
+from pyros1.cli.pieces import Pieces
+from pyros1.cli.topic_forms import Json
 from pyros1.msgs import Message
 from pyros1.timing import Time
 
@@ -49,10 +50,13 @@ class CsvWriter:
     def write_message(self, topic: str, message: Message, time: Time) -> None:
         """Write a row."""
         file = self._files.get(topic)
+        new = file is None
         if file is None:
             file = self._files[topic] = self._open(topic)
-            file.write(self._table.head(message))
-        file.write(self._table.row(message, time.to_nsec()))
+        with Pieces(file.write) as out:
+            if new:
+                self._table.head(message, out.add)
+            self._table.row(message, time.to_nsec(), out.add)
 
     def close(self) -> None:
         """Close the files."""
@@ -88,15 +92,15 @@ class JsonWriter:
 
     def write_message(self, topic: str, message: Any, time: Time) -> None:
         """Write a line."""
-        line = self._json(message, message, None)
         if self._bare:
-            self._file.write(line)
+            self._json(message, message, None, self._file.write)
             return
         head = self._heads.get(topic)
         if head is None:
             head = self._heads[topic] = f'{{"topic": {json.dumps(topic)}, "type": {json.dumps(message._type)}'
         stamp = f'"time": {{"secs": {time.secs}, "nsecs": {time.nsecs}}}'
-        self._file.write(f'{head}, {stamp}, "message": {line[:-1]}}}\n')
+        self._file.write(f'{head}, {stamp}, "message": ')
+        self._json(message, message, None, self._file.write, "}\n")
 
     def close(self) -> None:
         """Close the file."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 import threading
 from collections.abc import Callable
@@ -10,21 +9,18 @@ from optparse import Values
 from typing import Any
 
 from pyros1.cli.clean_output import data_stream
-from pyros1.cli.common import CommandError, Invocation, use_colour
+from pyros1.cli.common import CommandError, Invocation
 from pyros1.cli.expression import Expression, ExpressionError
 from pyros1.cli.fields import FieldPath, FieldPathError
 from pyros1.cli.subscribing import Decoder, find_topic, subscribe
+from pyros1.cli.topic_forms import Json, Plot, Show, Text
 from pyros1.errors import MessageError
 from pyros1.msgs import AnyMsg, Message
-from pyros1.msgs.text import format_message
-from pyros1.shown import json_text, lines, one_line
-from pyros1.timing import Time, TVal
+from pyros1.shown import one_line
+from pyros1.timing import Time
 
-_CLEAR = "\033[2J\033[;H"
 _CLOCK_PATIENCE = 2.0
 _LEAST_WIDTH = 2
-_NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
-"""The name of a field at the beginning of a line."""
 
 
 def echo(invocation: Invocation) -> None:
@@ -72,6 +68,8 @@ def _echo_bag(options: Values, name: str, expression: Expression | None) -> None
             printer = printers[topic] = Printer(topic, FieldPath(path), show, expression, None)
         before = printer.count
         printer.arrived(raw)
+        if isinstance(printer.error, CommandError):
+            raise CommandError(f"{options.bag}: at {when.to_sec():.6f}: {printer.error}") from printer.error
         if printer.error is not None:
             raise printer.error
         if left is not None:
@@ -81,7 +79,7 @@ def _echo_bag(options: Values, name: str, expression: Expression | None) -> None
     topic_bag.replay(options.bag, topics, take)
 
 
-def _show(options: Values, now: Callable[[], Time]) -> Callable[[Message, Any, str | None], str]:
+def _show(options: Values, now: Callable[[], Time]) -> Show:
     if options.json:
         return Json(options)
     return Plot(options, now) if options.plot else Text(options, now)
@@ -158,7 +156,7 @@ class Printer:
         self,
         topic: str,
         path: FieldPath,
-        show: Callable[[Message, Any, str | None], str],
+        show: Show,
         expression: Expression | None,
         limit: int | None,
     ) -> None:
@@ -182,10 +180,11 @@ class Printer:
             self.done.set()
             return
         try:
-            text = self._text(raw)
-            if text is None:
+            shown = self._shown(raw)
+            if shown is None:
                 return
-            self._out.write(text)
+            self._show(*shown, self._out.write)
+            del shown
             self._out.flush()
         except (OSError, CommandError) as error:
             self.error = error
@@ -195,7 +194,8 @@ class Printer:
         if self._limit is not None and self.count >= self._limit:
             self.done.set()
 
-    def _text(self, raw: AnyMsg) -> str | None:
+    def _shown(self, raw: AnyMsg) -> tuple[Message, Any, str | None] | None:
+        """Message, value and its type; None if it is not to be shown."""
         try:
             message = self._decoder.decode(raw)
         except MessageError as error:
@@ -213,111 +213,4 @@ class Printer:
                 self._said.add(str(error))
                 print(error, file=sys.stderr, flush=True)
             return None
-        return self._show(message, value, kind)
-
-
-class Text:
-    """Messages as YAML-like text, with ``---`` behind each (L61)."""
-
-    def __init__(self, options: Values, now: Callable[[], Time]) -> None:
-        self._prefix = _CLEAR if options.clear else ""
-        self._colour = use_colour(sys.stdout)
-        self._now = now if options.offset else None
-        self._settings: dict[str, Any] = {
-            "no_string": bool(options.nostr),
-            "no_array": bool(options.noarr),
-            "width": options.width,
-        }
-
-    def __call__(self, message: Message, value: Any, kind: str | None) -> str:
-        offset = self._now() if self._now else None
-        text = lines(format_message(value, type_name=kind, time_offset=offset, **self._settings))
-        if self._colour:
-            text = _NAME.sub("\\1\033[36m\\2\033[0m:", text)
-        return f"{self._prefix}{text}\n---\n"
-
-
-class Json:
-    """Messages as lines of JSON."""
-
-    def __init__(self, options: Values) -> None:
-        self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
-
-    def __call__(self, message: Message, value: Any, kind: str | None) -> str:
-        import json  # noqa: PLC0415
-
-        from pyros1.msgs.json_form import to_json  # noqa: PLC0415
-
-        tree = to_json(value, kind)
-        if self._nostr or self._noarr:
-            tree = _without(value, tree, self._nostr, self._noarr)
-        return json_text(json.dumps(tree, ensure_ascii=False)) + "\n"
-
-
-def _without(value: Any, tree: Any, nostr: bool, noarr: bool) -> Any:
-    """A message's JSON without strings or arrays."""
-    if isinstance(value, (list, tuple)) and isinstance(tree, list):
-        return [_without(item, part, nostr, noarr) for item, part in zip(value, tree, strict=True)]
-    if not isinstance(value, Message):
-        return tree
-    return {
-        name: _without(getattr(value, name), tree[name], nostr, noarr)
-        for name, kind in zip(value.__slots__, value._slot_types, strict=True)
-        if not (noarr and "[" in kind) and not (nostr and kind.partition("[")[0] == "string")
-    }
-
-
-class Plot:
-    """Messages as rows of comma-separated values, under a row of names (L62)."""
-
-    def __init__(self, options: Values, now: Callable[[], Time]) -> None:
-        self._now = now
-        self._offset = bool(options.offset)
-        self._recorded = bool(options.bag)  # then the time of recording counts
-        self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
-        self._header_done = False
-
-    def __call__(self, message: Message, value: Any, kind: str | None) -> str:
-        now = self._now()
-        whole = not self._recorded and kind is None and getattr(message, "_has_header", False)
-        stamp = message.header.stamp if whole else now  # type: ignore[attr-defined] # _has_header says that it is there
-        ns = stamp.to_nsec() - (now.to_nsec() if self._offset and whole else 0)
-        row: list[str] = []
-        self._values(value, kind, now if self._offset else None, row)
-        text = lines(f"{ns},{','.join(row)}\n")
-        if not self._header_done:
-            self._header_done = True
-            names: list[str] = []
-            self._names(value, kind, "field", names)
-            text = f"%time,{','.join(names)}\n{text}"
-        return text
-
-    def _shown(self, kind: str) -> bool:
-        return not (self._noarr and "[" in kind) and not (self._nostr and kind.partition("[")[0] == "string")
-
-    def _slots(self, message: Message) -> list[tuple[str, str]]:
-        shown = [(n, t) for n, t in zip(message.__slots__, message._slot_types, strict=True) if self._shown(t)]
-        return [(n, t) for n, t in shown if not isinstance(getattr(message, n), bytes)]  # as stock: no raw data in rows
-
-    def _names(self, value: Any, kind: str | None, prefix: str, names: list[str]) -> None:
-        if isinstance(value, Message):
-            for name, slot_type in self._slots(value):
-                self._names(getattr(value, name), slot_type, f"{prefix}.{name}", names)
-        elif isinstance(value, (list, tuple, bytes)):
-            for number, element in enumerate(value):
-                self._names(element, None, f"{prefix}{number}", names)
-        else:
-            names.append(prefix)
-
-    def _values(self, value: Any, kind: str | None, offset: Time | None, row: list[str]) -> None:
-        if isinstance(value, Message):
-            for name, slot_type in self._slots(value):
-                self._values(getattr(value, name), slot_type, offset, row)
-        elif isinstance(value, (list, tuple, bytes)):
-            for element in value:
-                self._values(element, None, offset, row)
-        elif isinstance(value, TVal):
-            minus = offset.to_nsec() if offset is not None and isinstance(value, Time) else 0
-            row.append(str(value.to_nsec() - minus))
-        else:
-            row.append(str(int(value) if isinstance(value, bool) else value))
+        return message, value, kind

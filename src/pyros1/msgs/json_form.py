@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import base64
 import binascii
+import json
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from pyros1.errors import MessageError
@@ -19,6 +22,10 @@ from pyros1.timing import Time, TVal
 _NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 _FLOATS = ("float32", "float64")
 _BYTES = ("uint8", "char")
+_SLICE = 3 << 12
+"""Bytes, characters and numbers that become text at a time; three bytes are four characters."""
+
+_dumps = partial(json.dumps, ensure_ascii=False)
 
 
 def to_json(value: Any, type_name: str | None = None) -> Any:  # noqa: PLR0911 - one form, one line
@@ -44,6 +51,63 @@ def to_json(value: Any, type_name: str | None = None) -> Any:  # noqa: PLR0911 -
     if base in _BYTES:
         return base64.b64encode(bytes(value)).decode("ascii")
     return [to_json(item, base) for item in value]
+
+
+def emit_json(
+    emit: Callable[[str], object],
+    value: Any,
+    type_name: str | None = None,
+    *,
+    shown: Callable[[str], bool] = lambda kind: True,
+) -> None:
+    """Give the text that `json.dumps` makes of the same to a function in pieces: a large one is never whole in memory.
+
+    Args:
+        emit: the function.
+        value: as for `to_json`.
+        type_name: as for `to_json`.
+        shown: says of a field's type whether such fields are in it.
+    """
+    if isinstance(value, Message):
+        cls = message_class(type(value))
+        before = "{"
+        for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
+            if shown(slot_type):
+                emit(f'{before}"{name}": ')
+                emit_json(emit, getattr(value, name), slot_type, shown=shown)
+                before = ", "
+        emit("}" if before == ", " else "{}")
+    elif isinstance(value, str) and len(value) > _SLICE:
+        emit('"')
+        for start in range(0, len(value), _SLICE):
+            emit(_dumps(value[start : start + _SLICE])[1:-1])
+        emit('"')
+    elif isinstance(value, (bytes, bytearray, memoryview)):
+        emit('"')
+        for start in range(0, len(value), _SLICE):
+            emit(base64.b64encode(value[start : start + _SLICE]).decode("ascii"))
+        emit('"')
+    elif isinstance(value, (list, tuple)) and value and (type_name or "").partition("[")[0] not in _BYTES:
+        _emit_array(emit, value, type_name, shown)
+    else:
+        emit(_dumps(to_json(value, type_name)))
+
+
+def _emit_array(
+    emit: Callable[[str], object], values: Any, type_name: str | None, shown: Callable[[str], bool]
+) -> None:
+    base = type_name.partition("[")[0] if type_name is not None else None
+    before = "["
+    if isinstance(values[0], (int, float, TVal)):
+        for start in range(0, len(values), _SLICE):
+            emit(before + _dumps([to_json(item, base) for item in values[start : start + _SLICE]])[1:-1])
+            before = ", "
+    else:
+        for item in values:
+            emit(before)
+            emit_json(emit, item, base, shown=shown)
+            before = ", "
+    emit("]")
 
 
 def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Message:

@@ -10,10 +10,14 @@ from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 from pyros1.msgs.base import Message, message_class
-from pyros1.msgs.yamltext import block_sequence, double_quoted
+from pyros1.msgs.yamltext import item_pieces, quoted_pieces
 from pyros1.timing import Time, TVal
 
 FieldFilter = Callable[[Message], Iterable[str]]
+Emit = Callable[[str], object]
+
+_SLICE = 1 << 14
+"""Numbers that become text at a time."""
 
 
 class _Style(NamedTuple):
@@ -47,25 +51,54 @@ def format_message(
         type_name: the type of ``value`` if it is a field's value, for example ``uint8[]``.
         indent: what the lines begin with.
     """
+    pieces: list[str] = []
     style = _Style(width, no_string, no_array, time_offset, field_filter)
+    _emit_all(pieces.append, value, style, type_name, indent)
+    return "".join(pieces)
+
+
+def emit_message(
+    emit: Emit,
+    value: Any,
+    *,
+    no_string: bool = False,
+    no_array: bool = False,
+    width: int | None = None,
+    time_offset: Time | None = None,
+    type_name: str | None = None,
+) -> None:
+    """Give the same text to a function in pieces, none of them large: a large text is never in memory as a whole.
+
+    Args:
+        emit: the function.
+    """
+    _emit_all(emit, value, _Style(width, no_string, no_array, time_offset, None), type_name, "")
+
+
+def _emit_all(emit: Emit, value: Any, style: _Style, type_name: str | None, indent: str) -> None:
     if type_name is not None:
         value = _field_value(value, type_name, style)
-    return _format(value, indent, style)
+    _format(emit, value, indent, style)
 
 
-def _format(value: Any, indent: str, style: _Style) -> str:
+def _format(emit: Emit, value: Any, indent: str, style: _Style) -> None:
     kind = type(value)
     if (kind is int or kind is float) and style.width is not None:
-        return _fixed(value, style.width)
-    if isinstance(value, str):
-        return double_quoted(value) if value else "''"
-    if isinstance(value, TVal):
-        return _format_time(value, indent, style)
-    if kind is list or kind is tuple:
-        return _format_array(value, indent, style)
-    if isinstance(value, Message):
-        return _format_message(value, indent, style)
-    return str(value)
+        emit(_fixed(value, style.width))
+    elif isinstance(value, str):
+        if value:
+            for piece in quoted_pieces(value):
+                emit(piece)
+        else:
+            emit("''")
+    elif isinstance(value, TVal):
+        emit(_format_time(value, indent, style))
+    elif kind is list or kind is tuple or kind is memoryview:
+        _format_array(emit, value, indent, style)
+    elif isinstance(value, Message):
+        _format_message(emit, value, indent, style)
+    else:
+        emit(str(value))
 
 
 def _fixed(value: float, width: int) -> str:
@@ -85,32 +118,54 @@ def _format_time(value: TVal, indent: str, style: _Style) -> str:
     return f"\n{indent}secs: {value.secs:{width}d}\n{indent}nsecs: {value.nsecs:{width}d}"
 
 
-def _format_array(values: Any, indent: str, style: _Style) -> str:
+def _format_array(emit: Emit, values: Any, indent: str, style: _Style) -> None:
     if not values:
-        return "[]"
+        emit("[]")
+        return
     first = values[0]
-    if type(first) in (int, float) and style.width is not None:
-        return f"[{', '.join(_format(value, indent, style) for value in values)}]"
     if isinstance(first, str):
-        return "".join(f"\n{indent}{line}" for line in block_sequence(list(values)))
-    if type(first) in (int, float, bool):
-        return str(list(values))
-    inner = indent + "  "
-    return "".join(f"\n{indent}- {_format(value, inner, style)}" for value in values)
+        line = f"\n{indent}"
+        for value in values:
+            emit(f"{line}- ")
+            for piece in item_pieces(value) if isinstance(value, str) else (str(value),):
+                emit(piece.replace("\n", line))
+    elif type(first) in (int, float, bool):
+        _format_numbers(emit, values, style)
+    else:
+        inner = indent + "  "
+        for value in values:
+            emit(f"\n{indent}- ")
+            _format(emit, value, inner, style)
 
 
-def _format_message(message: Message, indent: str, style: _Style) -> str:
+def _format_numbers(emit: Emit, values: Any, style: _Style) -> None:
+    width = None if type(values[0]) is bool else style.width
+    before = "["
+    for start in range(0, len(values), _SLICE):
+        part = values[start : start + _SLICE]
+        if width is None:
+            shown = str(list(part))[1:-1]
+        else:
+            shown = ", ".join(_fixed(value, width) if type(value) in (int, float) else str(value) for value in part)
+        emit(before + shown)
+        before = ", "
+    emit("]")
+
+
+def _format_message(emit: Emit, message: Message, indent: str, style: _Style) -> None:
     cls = message_class(type(message))
     shown = None if style.field_filter is None else set(style.field_filter(message))
-    lines = []
+    if indent:
+        emit("\n")
+    before = indent
     for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
         if shown is None or name in shown:
             value = _field_value(getattr(message, name), slot_type, style)
             # Stock does not look into arrays of messages for strings to hide.
             inner = style if slot_type[-1] != "]" else style._replace(no_string=False, no_array=False)
-            lines.append(f"{indent}{name}: {_format(value, '  ' + indent, inner)}")
-    text = "\n".join(lines)
-    return "\n" + text if indent else text
+            emit(f"{before}{name}: ")
+            _format(emit, value, "  " + indent, inner)
+            before = "\n" + indent
 
 
 def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
@@ -123,5 +178,5 @@ def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
     if style.no_string and slot_type == "string[]":
         return f"<array type: string, length: {len(value)}>"
     if "uint8[" in slot_type and isinstance(value, (bytes, bytearray, str)):
-        return [ord(char) for char in value] if isinstance(value, str) else list(value)
+        return [ord(char) for char in value] if isinstance(value, str) else memoryview(value)  # shown as numbers
     return value

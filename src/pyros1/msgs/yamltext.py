@@ -8,8 +8,11 @@ where YAML 1.1 would read it back as a string, else quoted. https://yaml.org/spe
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 WIDTH = 80
+_PIECE = 9999
+"""Most characters of a piece of a text without a space."""
 _INDENT = "\n  "
 
 _ESCAPES = {
@@ -46,6 +49,7 @@ _NOT_A_STRING = re.compile(
 )
 _INDICATOR = re.compile(r"---|\.\.\.|[#,\[\]{}&*!|>'\"%@`]|[-?:](?:\s|\Z)|(?s:.)*(?::(?:\s|\Z)|\s#)")
 _ASCII_ONLY = re.compile(r"[\n\x20-\x7e]*\Z")
+_RUN = re.compile(r" +|\n+|[^ \n']{1,9999}|'")
 
 
 def double_quoted(text: str, column: int = 0) -> str:
@@ -55,69 +59,79 @@ def double_quoted(text: str, column: int = 0) -> str:
         text: any string.
         column: where the opening quote stands.
     """
-    out = ['"']
+    return "".join(quoted_pieces(text, column))
+
+
+def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
+    """Yield the same in pieces, none of them large; arguments as of `double_quoted`."""
+    yield '"'
     column += 1
     start = 0
     last = len(text) - 1
     for end, char in enumerate(text):
         if char in '"\\' or not " " <= char <= "~":
-            out.append(text[start:end])
             escape = _escape(char)
-            out.append(escape)
+            yield text[start:end] + escape
             column += end - start + len(escape)
             start = end + 1
+        elif end - start >= _PIECE:
+            yield text[start : end - 1]  # not to `end`, where a line would be folded
+            column += end - 1 - start
+            start = end - 1
         if 0 < end < last and (char == " " or start >= end) and column + end - start > WIDTH:
-            out.append(text[start:end] + "\\" + _INDENT)
+            yield text[start:end] + "\\" + _INDENT
             column = 2
             start = max(start, end)
             if text[start] == " ":
-                out.append("\\")
+                yield "\\"
                 column += 1
-    out.append(text[start:])
-    out.append('"')
-    return "".join(out)
+    yield text[start:]
+    yield '"'
 
 
 def block_sequence(values: list[object]) -> list[str]:
     """Return the lines of a block sequence of strings, without indentation; other values as ``str`` gives them."""
     lines: list[str] = []
     for value in values:
-        lines += ("- " + (_item(value) if isinstance(value, str) else str(value))).splitlines()
+        lines += ("- " + ("".join(item_pieces(value)) if isinstance(value, str) else str(value))).split("\n")
     return lines
 
 
-def _item(text: str) -> str:
-    """Return one element; it begins in column 2 and its further lines are indented to there."""
+def item_pieces(text: str) -> Iterator[str]:
+    """Yield one element of a block sequence in pieces, none of them large.
+
+    It begins in column 2, and its further lines are indented to there.
+    """
     if not text:
-        return "''"
+        return iter(("''",))
     if not _ASCII_ONLY.match(text) or re.search(r" \n|\n ", text):
-        return double_quoted(text, 2)
+        return quoted_pieces(text, 2)
     plain = "\n" not in text and text.strip() == text and not _INDICATOR.match(text) and not _NOT_A_STRING.match(text)
     return _folded(text, 2) if plain else _single_quoted(text)
 
 
-def _single_quoted(text: str) -> str:
-    return "'" + _folded(text, 3, quoted=True) + "'"
+def _single_quoted(text: str) -> Iterator[str]:
+    yield "'"
+    yield from _folded(text, 3, quoted=True)
+    yield "'"
 
 
-def _folded(text: str, column: int, *, quoted: bool = False) -> str:
+def _folded(text: str, column: int, *, quoted: bool = False) -> Iterator[str]:
     """Fold at single spaces behind column 80; in quotes, double each quote and write line breaks as YAML asks."""
-    out: list[str] = []
     position = 0
-    for match in re.finditer(r" +|\n+|[^ \n']+|'", text):
+    for match in _RUN.finditer(text):
         run = match[0]
         position = match.end()
         if run == " " and column > WIDTH and (not quoted or (match.start() != 0 and position != len(text))):
-            out.append(_INDENT)
+            yield _INDENT
             column = 2
         elif run[0] == "\n":
-            out.append("\n" + run + _INDENT[1:])
+            yield "\n" + run + _INDENT[1:]
             column = 2
         else:
             shown = "''" if quoted and run == "'" else run
-            out.append(shown)
+            yield shown
             column += len(shown)
-    return "".join(out)
 
 
 def _escape(char: str) -> str:

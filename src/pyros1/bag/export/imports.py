@@ -58,14 +58,17 @@ def import_bag(
         raise BagError(str(path), "the folder holds no metadata.yaml, so that it is no ROS 2 bag")
     if path.is_file() and path.suffix not in (".mcap", ".db3"):
         raise BagError(str(path), "this is neither a ROS 2 bag's folder nor an .mcap or .db3 file")
-    if path.is_file() and path.suffix == ".mcap":
-        from pyros1.bag.export.mcap_reader import McapReader  # noqa: PLC0415 - as below
+    from pyros1.bag.export.mcap_reader import McapReader  # noqa: PLC0415 - as below
 
+    if path.is_file() and path.suffix == ".mcap":
         with McapReader(path) as reader:
             if reader.profile != "ros2":
                 from pyros1.bag.export.from_mcap import import_ros1  # noqa: PLC0415 - as below
 
                 return import_ros1(reader, target, compression=compression, wanted=wanted, progress=progress)
+    for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path] if path.suffix == ".mcap" else []:
+        with McapReader(file) as reader:
+            reader.check()  # since rosbags believes all that it reads
     from pyros1.bag.export.from_ros2 import import_ros2  # noqa: PLC0415 - rosbags is slow to load, and not always needed
 
     return import_ros2(path, target, compression=compression, wanted=wanted, progress=progress)

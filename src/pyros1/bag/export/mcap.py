@@ -7,7 +7,7 @@ damaged, so each is checked against what is there before it is used.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from pyros1.bag.records import U32, U64, RecordError
@@ -74,6 +74,28 @@ class Channel(NamedTuple):
     metadata: Mapping[str, str]
 
 
+class ChunkIndex(NamedTuple):
+    """What the index says of a chunk.
+
+    Attributes:
+        start: earliest time in it, in nanoseconds.
+        end: latest time in it.
+        offset: of its record.
+        length: of its record.
+        compression: of its content.
+        stored: bytes of its content in the file.
+        size: bytes of its content.
+    """
+
+    start: int
+    end: int
+    offset: int
+    length: int
+    compression: str
+    stored: int
+    size: int
+
+
 class Cursor:
     """Takes fields out of a record, one after the other.
 
@@ -133,6 +155,54 @@ def parse_channel(content: Buffer) -> Channel:
     """Return the channel of a record."""
     cursor = Cursor(content)
     return Channel(cursor.number(U16), cursor.number(U16), cursor.text(), cursor.text(), cursor.mapping())
+
+
+def parse_chunk_index(content: Buffer) -> ChunkIndex:
+    """Return the chunk of an index record."""
+    cursor = Cursor(content)
+    start, end, offset, length = (cursor.number(U64) for _ in range(4))
+    cursor.block()
+    cursor.number(U64)
+    return ChunkIndex(start, end, offset, length, cursor.text(), cursor.number(U64), cursor.number(U64))
+
+
+def chunk_facts(content: Buffer, offset: int, size: int) -> ChunkIndex:
+    """Return what the index should say of a chunk.
+
+    Args:
+        content: of its record.
+        offset: of its record in the file.
+        size: of what is in it, in bytes.
+    """
+    cursor = Cursor(content)
+    start, end = cursor.number(U64), cursor.number(U64)
+    cursor.take(12)
+    return ChunkIndex(start, end, offset, HEAD.size + len(content), cursor.text(), cursor.number(U64), size)
+
+
+def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], limit: int) -> None:
+    """Raise RecordError if an index would mislead who reads by it.
+
+    Args:
+        index: what it says.
+        chunks: offset -> the chunk that is there.
+        limit: most bytes in chunks that overlap in time, since a reader has them all in memory.
+    """
+    changes = []
+    for said in index:
+        if chunks.get(said.offset) != said:
+            raise RecordError(f"the index tells wrong things of a chunk at byte {said.offset}")
+        changes += [(said.start, 0, said.size), (max(said.start, said.end), 1, -said.size)]
+    if len({said.offset for said in index}) < len(index):
+        raise RecordError("the index names a chunk twice")
+    together = 0
+    for _, _, change in sorted(changes):
+        together += change
+        if together > limit:
+            raise RecordError(
+                f"chunks of the same time hold {together} bytes together, and no more than {limit} are read: "
+                "--chunk-limit MB raises that limit, if the file can be trusted"
+            )
 
 
 def walk(content: Buffer) -> Iterator[tuple[int, memoryview]]:

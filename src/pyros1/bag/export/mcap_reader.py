@@ -20,15 +20,21 @@ from pyros1.bag.export.mcap import (
     MESSAGE,
     OP_CHANNEL,
     OP_CHUNK,
+    OP_CHUNK_INDEX,
     OP_DATA_END,
     OP_FOOTER,
     OP_HEADER,
     OP_MESSAGE,
+    OP_MESSAGE_INDEX,
     OP_SCHEMA,
     Channel,
+    ChunkIndex,
     Cursor,
     Schema,
+    check_index,
+    chunk_facts,
     parse_channel,
+    parse_chunk_index,
     parse_schema,
     walk,
 )
@@ -99,6 +105,36 @@ class McapReader:
             if found is not None:
                 yield found
 
+    def check(self) -> None:
+        """Read the chunks, and compare the index with them: other readers believe what it says, in any size.
+
+        Raises:
+            BagError: as `messages`; or the index does not fit to the chunks, or too many of these overlap in time.
+        """
+        chunks: dict[int, ChunkIndex] = {}
+        index: list[ChunkIndex] = []
+        summary: set[int] = set()  # where it may begin
+        while True:
+            offset = self.position
+            op, content = self._next()
+            try:
+                if op == OP_FOOTER:
+                    start = Cursor(content).number(U64)
+                    if self.position + len(MAGIC) != self._size or (start and start not in summary | {offset}):
+                        raise RecordError("the index is not where the end of the file says")
+                    check_index(index, chunks, self._limit)
+                    return
+                if op in (OP_CHUNK, OP_MESSAGE, OP_MESSAGE_INDEX):
+                    summary.clear()
+                else:
+                    summary.add(offset)
+                if op == OP_CHUNK:
+                    chunks[offset] = chunk_facts(content, offset, len(self._unpacked(content)))
+                elif op == OP_CHUNK_INDEX:
+                    index.append(parse_chunk_index(content))
+            except RecordError as error:
+                raise BagError(self.path, f"{error}{_HINT}", offset) from None
+
     def close(self) -> None:
         """Close the file."""
         self._file.close()
@@ -138,7 +174,7 @@ class McapReader:
             what = "there is no record" if op == 0 else "the record runs past the end of the file"
             raise BagError(self.path, f"{what}: the file is cut off or damaged{_HINT}", offset)
         self.position = following
-        if op not in (OP_HEADER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK):
+        if op not in (OP_HEADER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK, OP_CHUNK_INDEX, OP_FOOTER):
             self._file.seek(following)  # for example an attachment, which may be large
             return op, memoryview(b"")
         try:

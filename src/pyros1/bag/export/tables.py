@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import Any
 
 from pyros1.msgs import Message
+
+Emit = Callable[[str], object]
+
+_TOGETHER = 1000
+"""Values of a row that are joined at a time."""
 
 _BYTES = ("uint8", "char")
 _TIMES = ("time", "duration")
@@ -26,19 +32,18 @@ class Table:
         self._nostr, self._noarr = nostr, noarr
         self._slots: dict[type[Message], list[tuple[str, str, bool]]] = {}
 
-    def head(self, message: Message) -> str:
-        """Return the row of names."""
-        return f"%time,{','.join(self._names(message, 'field'))}\n"
+    def head(self, message: Message, emit: Emit) -> None:
+        """Give the row of names to a function, in pieces."""
+        emit_row(emit, "%time", self._names(message, "field"))
 
-    def row(self, message: Message, time: int) -> str:
-        """Return a message's row.
+    def row(self, message: Message, time: int, emit: Emit) -> None:
+        """Give a message's row to a function, in pieces.
 
         Args:
             time: in nanoseconds.
+            emit: the function.
         """
-        values: list[str] = []
-        self._values(message, values)
-        return f"{time},{','.join(values)}\n"
+        emit_row(emit, str(time), self._values(message))
 
     def _fields(self, cls: type[Message]) -> list[tuple[str, str, bool]]:
         """Name, type of the elements, and whether it is an array, of the fields that are shown."""
@@ -55,23 +60,35 @@ class Table:
     def _names(self, message: Message, prefix: str) -> Iterator[str]:
         for name, kind, array in self._fields(type(message)):
             value, path = getattr(message, name), f"{prefix}.{name}"
-            items = [(f"{path}{number}", item) for number, item in enumerate(value)] if array else [(path, value)]
-            for where, item in items:
+            items = value if array else (value,)
+            for number, item in enumerate(items):
+                where = f"{path}{number}" if array else path
                 if kind in type(message)._classes:
                     yield from self._names(item, where)
                 else:
                     yield where
 
-    def _values(self, message: Message, values: list[str]) -> None:
+    def _values(self, message: Message) -> Iterator[str]:
         for name, kind, array in self._fields(type(message)):
             value: Any = getattr(message, name)
             items = value if array else (value,)
             if kind in type(message)._classes:
                 for item in items:
-                    self._values(item, values)
+                    yield from self._values(item)
             elif kind == "bool":
-                values += ["1" if item else "0" for item in items]
+                yield from ("1" if item else "0" for item in items)
             elif kind in _TIMES:
-                values += [str(item.to_nsec()) for item in items]
+                yield from (str(item.to_nsec()) for item in items)
             else:
-                values += map(str, items)
+                yield from map(str, items)
+
+
+def emit_row(emit: Emit, first: str, others: Iterator[str]) -> None:
+    """Give a row of values to a function, in pieces of a thousand values."""
+    emit(f"{first},")
+    before = ""
+    while part := list(islice(others, _TOGETHER)):
+        emit(before)
+        emit(",".join(part) if len(part) > 1 else part[0])
+        before = ","
+    emit("\n")

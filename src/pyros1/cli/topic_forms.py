@@ -1,0 +1,136 @@
+"""The forms in which ``topic echo`` and ``bag export`` show messages: text, JSON, rows of values (L61, L62).
+
+A message may be large, and its text several times as large: it is written in pieces.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Iterator
+from optparse import Values
+from typing import Any
+
+from pyros1.bag.export.tables import emit_row
+from pyros1.cli.common import use_colour
+from pyros1.cli.pieces import Pieces, Write
+from pyros1.msgs import Message
+from pyros1.msgs.text import emit_message
+from pyros1.shown import json_text, lines
+from pyros1.timing import Time, TVal
+
+Show = Callable[[Message, Any, "str | None", Write], object]
+"""Writes a message's text: takes the message, the value to show, its type as `FieldPath.get` returns it, and where to
+write."""
+
+_CLEAR = "\033[2J\033[;H"
+_NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
+"""The name of a field at the beginning of a line."""
+
+
+class Text:
+    """Messages as YAML-like text, with ``---`` behind each (L61)."""
+
+    def __init__(self, options: Values, now: Callable[[], Time]) -> None:
+        self._prefix = _CLEAR if options.clear else ""
+        self._change = _coloured if use_colour(sys.stdout) else _plain
+        self._now = now if options.offset else None
+        self._settings: dict[str, Any] = {
+            "no_string": bool(options.nostr),
+            "no_array": bool(options.noarr),
+            "width": options.width,
+        }
+
+    def __call__(self, message: Message, value: Any, kind: str | None, write: Write) -> None:
+        if self._prefix:
+            write(self._prefix)
+        offset = self._now() if self._now else None
+        with Pieces(write, self._change()) as out:
+            emit_message(out.add, value, type_name=kind, time_offset=offset, **self._settings)
+            out.add("\n---\n")
+
+
+def _plain() -> Callable[[str], str]:
+    return lines
+
+
+def _coloured() -> Callable[[str], str]:
+    """What is done with the pieces of a message, which may end within lines."""
+    at_start = True
+
+    def change(text: str) -> str:
+        nonlocal at_start
+        begin = 0 if at_start else text.find("\n") + 1 or len(text)
+        at_start = text.endswith("\n")
+        return lines(text[:begin]) + _NAME.sub("\\1\033[36m\\2\033[0m:", lines(text[begin:]))
+
+    return change
+
+
+class Json:
+    """Messages as lines of JSON."""
+
+    def __init__(self, options: Values) -> None:
+        self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
+
+    def __call__(self, message: Message, value: Any, kind: str | None, write: Write, end: str = "\n") -> None:
+        from pyros1.msgs.json_form import emit_json  # noqa: PLC0415
+
+        with Pieces(write, json_text) as out:
+            emit_json(out.add, value, kind, shown=self._shown)
+            out.add(end)
+
+    def _shown(self, kind: str) -> bool:
+        return not (self._noarr and "[" in kind) and not (self._nostr and kind.partition("[")[0] == "string")
+
+
+class Plot:
+    """Messages as rows of comma-separated values, under a row of names (L62)."""
+
+    def __init__(self, options: Values, now: Callable[[], Time]) -> None:
+        self._now = now
+        self._offset = bool(options.offset)
+        self._recorded = bool(options.bag)  # then the time of recording counts
+        self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
+        self._header_done = False
+
+    def __call__(self, message: Message, value: Any, kind: str | None, write: Write) -> None:
+        now = self._now()
+        whole = not self._recorded and kind is None and getattr(message, "_has_header", False)
+        stamp = message.header.stamp if whole else now  # type: ignore[attr-defined] # _has_header says that it is there
+        ns = stamp.to_nsec() - (now.to_nsec() if self._offset and whole else 0)
+        with Pieces(write, lines) as out:
+            if not self._header_done:
+                self._header_done = True
+                emit_row(out.add, "%time", self._names(value, kind, "field"))
+            emit_row(out.add, str(ns), self._values(value, kind, now if self._offset else None))
+
+    def _shown(self, kind: str) -> bool:
+        return not (self._noarr and "[" in kind) and not (self._nostr and kind.partition("[")[0] == "string")
+
+    def _slots(self, message: Message) -> list[tuple[str, str]]:
+        shown = [(n, t) for n, t in zip(message.__slots__, message._slot_types, strict=True) if self._shown(t)]
+        return [(n, t) for n, t in shown if not isinstance(getattr(message, n), bytes)]  # as stock: no raw data in rows
+
+    def _names(self, value: Any, kind: str | None, prefix: str) -> Iterator[str]:
+        if isinstance(value, Message):
+            for name, slot_type in self._slots(value):
+                yield from self._names(getattr(value, name), slot_type, f"{prefix}.{name}")
+        elif isinstance(value, (list, tuple, bytes)):
+            for number, element in enumerate(value):
+                yield from self._names(element, None, f"{prefix}{number}")
+        else:
+            yield prefix
+
+    def _values(self, value: Any, kind: str | None, offset: Time | None) -> Iterator[str]:
+        if isinstance(value, Message):
+            for name, slot_type in self._slots(value):
+                yield from self._values(getattr(value, name), slot_type, offset)
+        elif isinstance(value, (list, tuple, bytes)):
+            for element in value:
+                yield from self._values(element, None, offset)
+        elif isinstance(value, TVal):
+            minus = offset.to_nsec() if offset is not None and isinstance(value, Time) else 0
+            yield str(value.to_nsec() - minus)
+        else:
+            yield str(int(value) if isinstance(value, bool) else value)
