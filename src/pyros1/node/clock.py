@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.errors import NodeShutdownError, TimeMovedBackwardsError
-from pyros1.node.bell import Bell, Event
+from pyros1.net.bell import Bell, Event
 from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.errors import NodeShutdownError, UnknownHostError
+from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
-from pyros1.node.bell import Event
 from pyros1.node.readers import Readers
 
 if TYPE_CHECKING:

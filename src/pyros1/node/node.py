@@ -14,6 +14,7 @@ from pyros1.errors import (
     NodeShutdownError,
 )
 from pyros1.msgs import Service, load_message
+from pyros1.net.bell import Event
 from pyros1.net.hosts import host_from_environment
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
@@ -21,7 +22,6 @@ from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import logging_api
-from pyros1.node.bell import Event
 from pyros1.node.callbacks import CallbackQueue
 from pyros1.node.checks import check_callback, check_name, check_queue_size, message_class, service_class
 from pyros1.node.clock import Clock, Rate, Timer, TimerEvent

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import NodeError, WaitTimeoutError
-from pyros1.node.bell import Event
+from pyros1.net.bell import Event
 from pyros1.node.publication import FAREWELL, Publication
 from pyros1.node.publisher import Publisher
 from pyros1.node.subscriber import Subscriber, array_view
