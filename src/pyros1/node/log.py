@@ -27,6 +27,7 @@ from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
 from pyros1.net.log_file import LogFile
 from pyros1.net.loop import LoopThread
 from pyros1.net.repeats import Repeats
+from pyros1.node.checks import check_seconds
 from pyros1.timing import Time
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
@@ -69,6 +70,8 @@ def level_from_name(name: str) -> int:
     Raises:
         ValueError: there is no such level.
     """
+    if not isinstance(name, str):
+        raise TypeError(f"a log level is a text such as 'info', not {name!r:.80}")
     upper = name.upper()
     upper = {"WARNING": "WARN", "CRITICAL": "FATAL"}.get(upper, upper)
     if upper not in LEVELS:
@@ -284,6 +287,8 @@ class Log:
 
     @level.setter
     def level(self, level: int) -> None:
+        if level not in NAMES:
+            raise ValueError(f"a log level is one of {', '.join(map(str, NAMES))}, not {level!r:.80}")
         self._sink.levels[self.name] = level
 
     def named(self, name: str) -> Log:
@@ -361,6 +366,8 @@ class Log:
         frame = sys._getframe(2)
         code, line = frame.f_code, frame.f_lineno
         if throttle is not None or once:
+            if throttle is not None:
+                check_seconds(throttle, "throttle")
             now = sink.now()[0].to_sec()
             if not self._due((code.co_filename, line), now, throttle, once):
                 return
