@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import os
 import signal
 import subprocess
 import sys
 import textwrap
+import threading
 from collections.abc import Callable, Coroutine, Iterator
 from typing import Any
 
@@ -138,6 +140,68 @@ def test_closing_a_stream_unsubscribes_and_ends_it(environ: dict[str, str]) -> N
 
     async def _all(stream: Any) -> list[Any]:
         return [message async for message in stream]
+
+    run(work)
+
+
+def test_a_wait_for_a_message_in_the_body_of_a_full_iteration(
+    environ: dict[str, str], make_node: Any, transport: str
+) -> None:
+    """The iteration, which waits for it, holds the publisher back; the wait is served all the same."""
+    publisher = make_node("talker").advertise("t", Float64, queue_size=None)  # waits for its subscribers
+    enough = threading.Event()
+
+    def talk() -> None:
+        for number in itertools.count():
+            publisher.publish(number)
+            if enough.is_set():
+                return
+
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            stream = await node.subscribe("t", Float64)
+            other = await node.subscribe("t", Float64)
+            assert await asyncio.to_thread(publisher.wait_for_subscribers, 1, 10)
+            talking = asyncio.ensure_future(asyncio.to_thread(talk))
+            got = []
+            try:
+                for _ in range(3):
+                    got.append((await stream.__anext__()).data)
+                    while stream.waiting < MOST_WAITING:
+                        await asyncio.sleep(0.001)
+                    waited = await node.wait_for_message("/t", Float64, timeout=10)
+                    assert waited.data > got[-1]
+            finally:
+                enough.set()
+                await other.aclose()
+            while stream.waiting or not talking.done():
+                if stream.waiting:
+                    got.append((await stream.__anext__()).data)
+                await asyncio.sleep(0)
+            assert got == list(range(len(got)))
+
+    run(work)
+
+
+def test_wrong_arguments_are_refused_at_once(environ: dict[str, str], make_node: Any) -> None:
+    async def work() -> None:
+        with pytest.raises(TypeError, match="has no callbacks="):
+            pyros1.aio.Node("n", callbacks="spin")
+        with pytest.raises(NodeShutdownError, match="async with"):
+            await pyros1.aio.Node("n").subscribe("t", Float64)
+        async with pyros1.aio.Node("n", argv=[], environ=environ) as node:
+            for wrong, text in (
+                (node.subscribe("t", Float64, queue_size="x"), "queue_size must be a whole number or None, not 'x'"),  # type: ignore[arg-type]
+                (node.subscribe(5, Float64), "subscribe: the name must be a str, not 5"),  # type: ignore[arg-type]
+                (node.wait_for_message("t", Float64, "x"), "timeout must be a number of seconds, not 'x'"),  # type: ignore[arg-type]
+                (node.wait_for_message(5, Float64), "wait_for_message: the name must be a str, not 5"),  # type: ignore[arg-type]
+                (node.advertise_service("s", "std_srvs/Trigger", 5), "handler must be a function, not 5"),  # type: ignore[arg-type]
+                (node.call(5), "call: the client must be what service"),  # type: ignore[arg-type]
+            ):
+                with pytest.raises(TypeError, match=text):
+                    await wrong
+            with pytest.raises(ValueError, match="queue_size must be at least 1, or None, not -1"):
+                await node.subscribe("t", Float64, queue_size=-1)
 
     run(work)
 

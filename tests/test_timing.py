@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -75,3 +76,15 @@ def test_duration_scaling() -> None:
 
 def test_pickle_keeps_values() -> None:
     assert pickle.loads(pickle.dumps(Time(5, 6))) == Time(5, 6)
+
+
+@pytest.mark.parametrize("kind", [Time, Duration])
+def test_what_is_no_number_is_named(kind: Any) -> None:
+    for make, text in (
+        (lambda: kind("5"), "secs must be a number, not '5'"),
+        (lambda: kind(None), "secs must be a number, not None"),
+        (lambda: kind(1, "x"), "nsecs must be a number, not 'x'"),
+        (lambda: kind.from_sec("5"), "seconds must be a number, not '5'"),
+    ):
+        with pytest.raises(TypeError, match=text):
+            make()

@@ -24,19 +24,78 @@ _prepare()  # before the imports that take time
 from typing import TYPE_CHECKING, Any  # noqa: E402
 
 if TYPE_CHECKING:
-    from pyros1.errors import Error
+    from pyros1.errors import (
+        ConnectionRefusedByPeerError,
+        DeadlineError,
+        DefinitionError,
+        DeserializationError,
+        Error,
+        InvalidNameError,
+        LaunchError,
+        MasterError,
+        MasterMethodError,
+        MasterUnreachableError,
+        MessageError,
+        NodeError,
+        NodeShutdownError,
+        PackageNotFoundError,
+        ParameterNotSetError,
+        ProtocolError,
+        SerializationError,
+        ServiceError,
+        ServiceUnavailableError,
+        TimeMovedBackwardsError,
+        TransportError,
+        UnknownHostError,
+        UnknownTypeError,
+        UnreachableError,
+        WaitTimeoutError,
+        XmlRpcFault,
+    )
     from pyros1.msgs import AnyMsg
     from pyros1.node import Node
     from pyros1.timing import Duration, Time
 
 __version__ = "0.1.0"
 
-__all__ = ["AnyMsg", "Duration", "Error", "Node", "Time", "__version__"]
+__all__ = [
+    "AnyMsg",
+    "ConnectionRefusedByPeerError",
+    "DeadlineError",
+    "DefinitionError",
+    "DeserializationError",
+    "Duration",
+    "Error",
+    "InvalidNameError",
+    "LaunchError",
+    "MasterError",
+    "MasterMethodError",
+    "MasterUnreachableError",
+    "MessageError",
+    "Node",
+    "NodeError",
+    "NodeShutdownError",
+    "PackageNotFoundError",
+    "ParameterNotSetError",
+    "ProtocolError",
+    "SerializationError",
+    "ServiceError",
+    "ServiceUnavailableError",
+    "Time",
+    "TimeMovedBackwardsError",
+    "TransportError",
+    "UnknownHostError",
+    "UnknownTypeError",
+    "UnreachableError",
+    "WaitTimeoutError",
+    "XmlRpcFault",
+    "__version__",
+]
 
 _HOMES = {
+    **dict.fromkeys(__all__, "pyros1.errors"),
     "AnyMsg": "pyros1.msgs",
     "Duration": "pyros1.timing",
-    "Error": "pyros1.errors",
     "Node": "pyros1.node",
     "Time": "pyros1.timing",
 }

@@ -27,16 +27,17 @@ from __future__ import annotations
 import asyncio
 import concurrent.futures
 import contextlib
-import threading
 from collections import deque
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterator
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
 from pyros1.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.msgs import Service
+from pyros1.net.bell import Bell
 from pyros1.node import Node as SyncNode
+from pyros1.node.checks import check_callback, check_name, check_queue_size, check_timeout
 from pyros1.node.publisher import Publisher
 from pyros1.node.service_client import ServiceClient
 from pyros1.node.service_server import ServiceServer
@@ -58,31 +59,41 @@ _INTERRUPTED = 130
 class Messages(Generic[_M]):
     """The messages of one topic, for ``async for``; made by ``Node.messages``. Ends when the node shuts down.
 
+    Has no lock: a signal handler that comes in the middle of an iteration may wait for the thread that receives.
+
     Args:
         loop: the asyncio loop that iterates.
         limit: most messages that wait; older ones are dropped. None drops nothing: publishers are held back.
+        wanted: tells whether somebody else in the node waits for a message of the topic; nothing is held back then.
     """
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, limit: int | None) -> None:
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, limit: int | None, wanted: Callable[[], bool] = lambda: False
+    ) -> None:
         self._loop = loop
         self._holds_back = limit is None
+        self._wanted = wanted
         self._waiting: deque[_M] = deque(maxlen=limit)
         self._ready = asyncio.Event()
         self._told = False  # the loop will look
         self._ended = False
-        self._changed = threading.Condition()
+        self._room = Bell()
         self._subscriber: Subscriber[_M] | None = None
 
     def _push(self, message: _M) -> None:
         """Take a message, in the reader thread, which waits while there are too many."""
-        with self._changed:
-            while self._holds_back and len(self._waiting) >= MOST_WAITING and not self._ended:
-                self._changed.wait(0.5)
-            self._waiting.append(message)
-            if self._told:
-                return
+        while self._holds_back and not self._takes_more():
+            self._room.wait(self._takes_more, 0.5)
+        self._waiting.append(message)
+        if not self._told:
             self._told = True
-        self._tell()
+            self._tell()
+
+    def _takes_more(self) -> bool:
+        return len(self._waiting) < MOST_WAITING or self._ended or self._wanted()
+
+    def _look_again(self) -> None:
+        self._room.ring()
 
     def _tell(self) -> None:
         try:
@@ -97,9 +108,8 @@ class Messages(Generic[_M]):
 
     def end(self) -> None:
         """End the iteration. Any thread."""
-        with self._changed:
-            self._ended = True
-            self._changed.notify_all()
+        self._ended = True
+        self._room.ring()
         self._tell()
 
     def __aiter__(self) -> AsyncIterator[_M]:
@@ -107,13 +117,15 @@ class Messages(Generic[_M]):
 
     async def __anext__(self) -> _M:
         while True:
-            with self._changed:
-                if self._waiting:
-                    if len(self._waiting) == MOST_WAITING // 2:
-                        self._changed.notify()
-                    return self._waiting.popleft()
-                self._told = False
-                self._ready.clear()
+            if self._waiting:
+                message = self._waiting.popleft()
+                if len(self._waiting) == MOST_WAITING // 2:
+                    self._room.ring()
+                return message
+            self._told = False
+            self._ready.clear()
+            if self._waiting:  # put there by somebody who still believed that the loop looks
+                continue
             if self._ended:
                 raise StopAsyncIteration
             await self._ready.wait()
@@ -183,6 +195,8 @@ class Node:
     """
 
     def __init__(self, name: str, *, handle_signals: bool = True, **options: Any) -> None:
+        if "callbacks" in options:
+            raise TypeError("pyros1.aio.Node has no callbacks=: messages are for async for")
         self._make: Callable[[], SyncNode] = lambda: _Node(self._begins, name, handle_signals=False, **options)
         self._signals = _Signals(self._on_signal) if handle_signals else None
         self._ends: asyncio.TimerHandle | None = None  # cancels the body
@@ -191,6 +205,7 @@ class Node:
         self._node: SyncNode | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._streams: WeakSet[Messages[Any]] = WeakSet()
+        self._waits: deque[tuple[str, Messages[Any]]] = deque()  # topics of which somebody waits for one message
 
     async def __aenter__(self) -> Node:
         self._loop = asyncio.get_running_loop()
@@ -300,11 +315,14 @@ class Node:
 
         Args:
             queue_size: messages that may wait for the iteration; older ones are dropped. None drops nothing: publishers
-                are held back while some wait, and so is all else in this node that takes messages of the topic: who
-                waits for one of them in the body of the iteration, should give a size.
+                are held back while some wait, and so are other subscriptions of the topic in this node, but for
+                `wait_for_message`.
         """
+        check_name(topic, "subscribe(topic, type)")
+        check_queue_size(queue_size, 1)
+        name = self.sync.resolve(topic)
         assert self._loop is not None
-        stream: Messages[_M] = Messages(self._loop, queue_size)
+        stream: Messages[_M] = Messages(self._loop, queue_size, lambda: self._waited_for(name))
         self._streams.add(stream)
         stream._subscriber = await asyncio.to_thread(
             lambda: self.sync.subscribe(topic, type, stream._push, queue_size=queue_size, tcp_nodelay=tcp_nodelay)
@@ -318,20 +336,42 @@ class Node:
                 yield message
 
     async def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
-        """Wait for one message.
+        """Wait for one message that comes from now on.
+
+        An iteration over the same topic, which may wait for this call, goes on to receive meanwhile, so that more than
+        usual may wait for it.
 
         Raises:
             WaitTimeoutError: none came within ``timeout`` seconds.
             NodeShutdownError: the node is shutting down.
         """
+        check_name(topic, "wait_for_message(topic, type)")
+        check_timeout(timeout)
+        name = self.sync.resolve(topic)
 
         async def first() -> _M:
             async with await self.subscribe(topic, type, queue_size=1) as stream:
-                async for message in stream:
-                    return message
+                with self._waiting_for(name, stream):
+                    async for message in stream:
+                        return message
             raise NodeShutdownError(f"{self.name} is shutting down")
 
         return await _within(first(), timeout, f"timeout exceeded while waiting for message on topic {topic}")
+
+    @contextlib.contextmanager
+    def _waiting_for(self, topic: str, stream: Messages[Any]) -> Iterator[None]:
+        """Let no iteration hold messages of a topic back until this stream has one."""
+        wait = (topic, stream)
+        self._waits.append(wait)
+        for other in self._streams:
+            other._look_again()
+        try:
+            yield
+        finally:
+            self._waits.remove(wait)
+
+    def _waited_for(self, topic: str) -> bool:
+        return any(topic == name and not stream.waiting for name, stream in list(self._waits))
 
     async def wait_for_service(self, name: str, timeout: float | None = None) -> None:
         """Wait until a service is provided; see :meth:`pyros1.Node.wait_for_service`."""
@@ -339,6 +379,8 @@ class Node:
 
     async def call(self, client: ServiceClient, *args: Any, **fields: Any) -> Any:
         """Call a service with a client that `service` returned, in a worker thread."""
+        if not isinstance(client, ServiceClient):
+            raise TypeError(f"call: the client must be what service(name, type) returns, not {client!r:.80}")
         return await asyncio.to_thread(lambda: client(*args, **fields))
 
     def service(self, name: str, type: type[Service] | str, *, persistent: bool = False) -> ServiceClient:
@@ -354,6 +396,7 @@ class Node:
             handler: a coroutine function, run on the asyncio loop, or a function, run there too; returns what a handler
                 of :meth:`pyros1.Node.advertise_service` returns.
         """
+        check_callback(handler, "advertise_service(name, type, handler)", "handler", type)
         loop = self._loop
         assert loop is not None
 

@@ -12,6 +12,12 @@ _NS = 1_000_000_000
 _T = TypeVar("_T", bound="TVal")
 
 
+def _whole(given: Any, what: str) -> int:
+    if isinstance(given, str) or not hasattr(type(given), "__int__"):
+        raise TypeError(f"{what} must be a number, not {given!r:.80}")
+    return int(given)
+
+
 class TVal:
     """What Time and Duration share: seconds and nanoseconds.
 
@@ -35,7 +41,9 @@ class TVal:
                     raise ValueError("if secs is a float, nsecs must not be given")
                 total = round(secs * 1e9) if abs(secs) < 1e6 else int(secs) * _NS + round((secs - int(secs)) * 1e9)
                 secs, nsecs = divmod(total, _NS)
-            secs = int(secs)
+            secs = _whole(secs, "secs")
+        if nsecs.__class__ is not int:
+            nsecs = _whole(nsecs, "nsecs")
         if not 0 <= nsecs < _NS:
             carry, nsecs = divmod(int(nsecs), _NS)
             secs += carry
@@ -45,6 +53,8 @@ class TVal:
     @classmethod
     def from_sec(cls: type[_T], seconds: float) -> _T:
         """Make a value from seconds as a float."""
+        if not hasattr(type(seconds), "__float__"):
+            raise TypeError(f"seconds must be a number, not {seconds!r:.80}")
         return cls(float(seconds))
 
     from_seconds = from_sec

@@ -274,7 +274,7 @@ def test_g21_nested_fields_by_path() -> None:
     inner = cls._classes["p/A"]
     bad: Any = inner()
     bad.b.v = "x"
-    with pytest.raises(SerializationError, match=r"^field a\[\]\.b\.v must be an integer type$"):
+    with pytest.raises(SerializationError, match=r"^field a\[\]\.b\.v must be an integer type, not str 'x'$"):
         cls._encode(cls([inner(), bad]))
 
 

@@ -9,9 +9,13 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import UnknownTypeError
+import pyros1
+from pyros1 import errors
+from pyros1.errors import InvalidNameError, SerializationError, UnknownTypeError
 from pyros1.msgs import load_message, load_service
+from pyros1.timing import Duration
 
+Float64: Any = load_message("std_msgs/Float64")
 String: Any = load_message("std_msgs/String")
 Empty: Any = load_service("std_srvs/Empty")
 
@@ -54,8 +58,99 @@ MISTAKES: dict[str, tuple[Callable[[Any], Any], str]] = {
     "provide type": (lambda n: n.advertise_service("s", String, listen), "[std_msgs/String] is a message"),
     "call": (lambda n: n.service("s", String), "service: the type must be a service type"),
     "timer": (lambda n: n.timer(1, None), "timer: callback must be a function, not None"),
+    "timer's period": (lambda n: n.timer("x", listen), "a timer's period must be a number of s, not 'x'"),
+    "a duration": (lambda n: n.timer(Duration(1), listen), "; its to_sec() is one"),
+    "rate": (lambda n: n.rate("x"), "a rate must be a number of Hz, not 'x'"),
+    "sleep": (lambda n: n.sleep(None), "sleep: seconds must be a number of seconds, not None"),
+    "spin_once": (lambda n: n.spin_once("x"), "timeout must be a number of seconds, not 'x'"),
+    "timeout of a wait": (lambda n: n.wait_for_service("s", "x"), "timeout must be a number of seconds, not 'x'"),
+    "timeout of a message": (lambda n: n.wait_for_message("t", String, "x"), "timeout must be a number of"),
+    "name of a wait": (lambda n: n.wait_for_service(None), "wait_for_service: the name must be a str, not None"),
+    "resolve": (lambda n: n.resolve(5), "the name must be a str, not 5"),
+    "parameter": (lambda n: n.params[5], "the name must be a str, not 5"),
+    "search": (lambda n: n.params.search(5), "search: the name must be a str, not 5"),
+    "headers": (lambda n: n.advertise("t", String, headers={"a": 5}), "headers must have texts as names and values"),
+    "no headers": (lambda n: n.service("s", Empty, headers="x"), "headers must be a dict of texts"),
+    "raw type": (lambda n: n.advertise("t", String, raw_type="x"), "raw_type must be a TopicType"),
+    "size": (lambda n: n.subscribe("t", String, listen, max_datagram_size="x"), "max_datagram_size must be a whole"),
+    "request": (lambda n: n.service("s", Empty).call(5), "service [/s]: the request must be a EmptyRequest, not 5"),
+    "timeout of a call": (
+        lambda n: n.service("s", Empty).call(Empty._request_class(), "x"),
+        "timeout must be a number",
+    ),
+    "throttle": (lambda n: n.log.info("x", throttle="x"), "throttle must be a number of seconds, not 'x'"),
     "hook": (lambda n: n.on_shutdown(5), "on_shutdown: hook must be a function, not 5"),
 }
+
+
+NODES: dict[str, tuple[dict[str, Any], str]] = {
+    "name": ({"name": 5}, "Node: name must be a str, not 5"),
+    "namespace": ({"namespace": 5}, "Node: namespace must be a str, not 5"),
+    "argv": ({"argv": "_x:=1"}, "argv must be a list of texts, such as"),
+    "argument": ({"argv": [1]}, "argv must hold texts only, not 1"),
+    "uri": ({"master_uri": 11311}, "Node: master_uri must be a str, not 11311"),
+    "environ": ({"environ": []}, "Node: environ must be a dict of environment variables, not []"),
+    "patience": ({"wait_for_master": "x"}, "Node: wait_for_master must be a number of seconds, not 'x'"),
+    "level": ({"log_level": 1}, "a log level is a text such as 'info', not 1"),
+}
+
+
+@pytest.mark.parametrize("mistake", NODES)
+def test_a_node_that_cannot_be_made_says_which_argument(make_node: Any, mistake: str) -> None:
+    options, text = NODES[mistake]
+    with pytest.raises(TypeError, match=re.escape(text)):
+        make_node(**{"name": "n", **options})
+
+
+def test_wrong_messages_are_named_with_what_was_given(make_node: Any, transport: str) -> None:
+    node = make_node("n", rosout=False)
+    publisher = node.advertise("t", Float64)
+    with pytest.raises(TypeError, match=re.escape("publish() on /t: Float64 is a class: give a message, Float64(...)")):
+        publisher.publish(Float64)  # whether or not somebody listens
+    subscriber = make_node("listener", rosout=False).subscribe("t", Float64, listen)
+    assert publisher.wait_for_subscribers(timeout=10)
+    with pytest.raises(SerializationError, match="/t: field data must be float type, not str 'x'"):
+        publisher.publish(Float64("x"))
+    for wait in (publisher.wait_for_subscribers, subscriber.wait_for_publishers):
+        with pytest.raises(TypeError, match="count must be a whole number, not 'x'"):
+            wait("x")
+        with pytest.raises(TypeError, match="timeout must be a number of seconds, not 'x'"):
+            wait(2, "x")
+    with pytest.raises(TypeError, match="takes an AnyMsg or its bytes, not 5"):
+        node.advertise("any", pyros1.AnyMsg).publish(5)
+
+
+def test_numbers_that_are_none(make_node: Any) -> None:
+    node = make_node("n", rosout=False)
+    for period in (0, -1, float("inf"), 1e300, float("nan")):
+        with pytest.raises(ValueError, match=r"a timer's period must be above 0 and at most 1e\+09 s, not"):
+            node.timer(period, listen)
+    with pytest.raises(ValueError, match="seconds must be a number of seconds, not nan"):
+        node.sleep(float("nan"))
+    with pytest.raises(ValueError, match="a log level is one of 1, 2, 4, 8, 16, not 'debug'"):
+        node.log.level = "debug"
+
+
+class Array:
+    """Has `__index__`, as numpy's arrays, and refuses."""
+
+    def __index__(self) -> int:
+        raise TypeError("only integer scalar arrays can be converted to a scalar index")
+
+
+def test_parameters_that_cannot_be_sent_are_named(make_node: Any) -> None:
+    node = make_node("n", rosout=False)
+    for value in (object(), None, {1: 2}, [{1, 2}], Array()):
+        with pytest.raises(SerializationError, match=r"parameter \[/x\]: .*\. A parameter is a bool, number"):
+            node.params["x"] = value
+    with pytest.raises(InvalidNameError, match="subscribe: the name is empty"):
+        node.subscribe("", String, listen)
+
+
+@pytest.mark.parametrize("name", [name for name, value in vars(errors).items() if isinstance(value, type)])
+def test_every_error_can_be_imported_from_pyros1(name: str) -> None:
+    assert name in pyros1.__all__
+    assert getattr(pyros1, name) is getattr(errors, name)
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)

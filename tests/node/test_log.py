@@ -329,7 +329,7 @@ def test_a_forked_process_may_log_whatever_other_threads_were_doing(tmp_path: Pa
     held, go_on = threading.Event(), threading.Event()
 
     def hold() -> None:
-        with sink._lock, sink.repeats._lock, sink._terminal_thread._changed, sink._file_thread._changed:
+        with sink._lock, sink.repeats._lock:
             held.set()
             go_on.wait(20)
 

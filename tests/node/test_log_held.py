@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from pyros1.errors import ServiceError
 from pyros1.launch.core import Core
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.master_client import MasterClient
@@ -54,6 +55,45 @@ def test_a_held_terminal_makes_no_node_deaf(
     assert [line.split("connection of ")[1].split(" ")[0] for line in stream.text.splitlines()] == [
         f"/peer{number}" for number in range(5)
     ]
+
+
+def test_what_pyros1_says_of_callbacks_waits_for_no_terminal(
+    make_node: Any, collect: Any, transport: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The traceback of a callback, which logs nothing itself, keeps no thread of the node from the next one."""
+    node, got, stream = make_node("listener"), collect(), HeldStream()
+
+    def fail(request: Any) -> None:
+        got(request)
+        raise ValueError("on purpose")
+
+    node.subscribe("t", "std_msgs/Float64", fail)
+    node.advertise_service("s", "std_srvs/Trigger", fail)
+    timer_calls = collect()
+    publisher, client = make_node("talker").advertise("t", "std_msgs/Float64"), node.service("s", "std_srvs/Trigger")
+    assert publisher.wait_for_subscribers(timeout=10)
+    with monkeypatch.context() as patch:
+        patch.setattr("sys.stderr", stream)
+        node.timer(0.001, lambda event: fail(timer_calls(event)))
+        for number in range(3):
+            publisher.publish(number)
+            with pytest.raises(ServiceError, match="on purpose"):
+                client()
+        got.until(lambda items: sum(hasattr(item, "data") for item in items) == 3)
+        timer_calls.wait(3)
+        node.subscribe("other", "std_msgs/Float64", got)
+        stream.go_on.set()
+        node.shutdown()
+    assert stream.text.count("bad callback of /t") == stream.text.count("error processing a request of /s") == 3
+
+
+def test_what_pyros1_says_comes_before_what_the_program_says_next(make_node: Any, capsys: Any) -> None:
+    node = make_node("n", rosout=False)
+    for number in range(20):
+        node._on_loop_error(ValueError(f"theirs {number}"))
+        node.log.error("ours %d", number)
+    said = [line for line in capsys.readouterr().err.splitlines() if "ours" in line or "theirs" in line]
+    assert ["ours" in line for line in said] == [False, True] * 20
 
 
 def test_a_held_log_file_makes_no_node_deaf(make_node: Any, raw_peer: Any, call_node: Any, tmp_path: Path) -> None:

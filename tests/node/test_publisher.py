@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+import sys
 import threading
+from collections.abc import Callable
 from math import inf
 from typing import Any
 
 import pytest
+from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64
 
@@ -267,3 +271,55 @@ def test_whoever_has_the_greeting_gets_what_is_published_next(
     publisher.publish(1.0)
     assert peer.frame() == Float64._encode(Float64(1.0))
     assert known == [True, True]
+
+
+class InterruptedAt:
+    """Calls a handler at one of the moments where Python may run those of signals: a call, or the return of one.
+
+    Args:
+        moment: its number, from 0.
+    """
+
+    def __init__(self, moment: int, handler: Callable[[], object]) -> None:
+        self._left = moment
+        self._handler = handler
+        self.where: str | None = None
+
+    def __call__(self, frame: Any, event: str, what: Any) -> None:
+        if event == "c_call" or self.where is not None or "/pyros1/" not in frame.f_code.co_filename:
+            return
+        self._left -= 1
+        if self._left < 0:
+            self.where = f"{frame.f_code.co_name}:{event}"
+            self._handler()
+
+
+@pytest.mark.parametrize("queue_size", [None, 0, 100])
+@pytest.mark.parametrize("message_class", [Point, PointStamped])
+def test_what_a_signal_handler_publishes_comes_after_what_it_has_interrupted(
+    make_node: Any, collect: Any, transport: str, message_class: Any, queue_size: int | None
+) -> None:
+    """A robot that a handler stops must not be set going again by the publish() that was under way."""
+    node, got = make_node("talker", rosout=False), collect()
+    make_node("listener", rosout=False).subscribe("t", message_class, got)
+    publisher = node.advertise("t", message_class, queue_size=queue_size)
+    assert publisher.wait_for_subscribers(timeout=10)
+    stop, going = message_class(), message_class()
+    getattr(going, "point", going).x = 1.0
+    ends: list[tuple[str, float]] = []
+    for moment in itertools.count():
+        interruption = InterruptedAt(moment, lambda: publisher.publish(stop))
+        sys.setprofile(interruption)
+        try:
+            publisher.publish(going)
+        finally:
+            sys.setprofile(None)
+        if interruption.where is None:
+            break
+        last = got.wait(2 * (moment + 1))[-1]
+        ends.append((interruption.where, getattr(last, "point", last).x))
+    got.wait(2 * moment + 1)
+    # What comes before the message has its turn is like what comes before the call of publish().
+    before = [where.partition(":")[0] for where, _ in itertools.takewhile(lambda end: end[1], ends)]
+    assert set(before) <= {"publish", "_publish", "_publish_numbered"} and len(before) < len(ends) / 2, ends
+    assert not any(x for _, x in ends[len(before) :]), ends

@@ -165,6 +165,34 @@ def test_subscriber_and_publisher_find_each_other_again(make_node: Any, late_mas
     assert got.data == [1, 2]
 
 
+def test_a_full_pipe_does_not_keep_a_node_from_registering(
+    make_node: Any, late_master: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the registrar says of a master that was restarted need not be read by anybody."""
+    held = threading.Event()
+
+    class Full(Output):
+        def write(self, text: str) -> None:
+            assert held.wait(20), "written while it is full"
+            super().write(text)
+
+    late_master()
+    got, out = collect(), Full()
+    listener = make_node("listener", rosout=False)
+    listener.subscribe("t", Float64, got)
+    with monkeypatch.context() as patch:
+        patch.setattr("sys.stdout", out)
+        late_master()
+        publisher = make_node("talker", rosout=False).advertise("t", Float64)
+        assert publisher.wait_for_subscribers(timeout=10)
+        listener.subscribe("later", Float64, got)
+        publisher.publish(1)
+        got.wait()
+        held.set()
+        listener.shutdown()
+    assert "the master was restarted" in out.text
+
+
 def test_registering_waits_while_the_master_is_away(
     make_node: Any, late_master: Any, watch_log: Any, in_thread: Any
 ) -> None:

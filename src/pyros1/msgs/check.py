@@ -66,7 +66,7 @@ def _check_field(cls: type[Message], slot_type: str, value: Any, name: str) -> N
             raise SerializationError(f"field {name} has {len(value)} bytes, {slot_type} takes {length}")
         return
     elif not isinstance(value, (list, tuple, bytes)) and not hasattr(value, "__len__"):
-        raise SerializationError(f"field {name} must be a list or tuple type")
+        raise SerializationError(f"field {name} must be a list or tuple type, not {_show(value)}")
     if length >= 0 and len(value) != length:
         raise SerializationError(f"field {name} has {len(value)} elements, {slot_type} takes {length}")
     for element in value:
@@ -79,17 +79,17 @@ def _check_single(cls: type[Message], base: str, value: Any, name: str) -> None:
         _check_other(cls, base, value, name)
     elif base == "bool":
         if value not in (0, 1):
-            raise SerializationError(f"field {name} is not a bool")
+            raise SerializationError(f"field {name} is not a bool, but {_show(value)}")
     elif code in "fd":
         try:
             struct.pack("<" + code, float(value) if isinstance(value, int) else value)
         except OverflowError:
             raise SerializationError(f"field {name} exceeds specified width [{base}]") from None
         except (struct.error, TypeError, ValueError):
-            raise SerializationError(f"field {name} must be float type") from None
+            raise SerializationError(f"field {name} must be float type, not {_show(value)}") from None
     elif not hasattr(value, "__index__"):
         kind = "an integer" if code.islower() else "unsigned integer"
-        raise SerializationError(f"field {name} must be {kind} type")
+        raise SerializationError(f"field {name} must be {kind} type, not {_show(value)}")
     else:
         try:
             struct.pack("<" + code, value)
@@ -100,7 +100,7 @@ def _check_single(cls: type[Message], base: str, value: Any, name: str) -> None:
 def _check_other(cls: type[Message], base: str, value: Any, name: str) -> None:
     if base == "string":
         if not isinstance(value, str):
-            raise SerializationError(f"field {name} must be of type bytes or an ascii string")
+            raise SerializationError(f"field {name} must be of type bytes or an ascii string, not {_show(value)}")
         try:
             value.encode()
         except UnicodeEncodeError as error:

@@ -7,9 +7,12 @@ import os
 import select
 import sys
 import threading
+from collections import deque
 from collections.abc import Callable
 from time import monotonic
 from typing import Any
+
+from pyros1.net.bell import Bell, Event
 
 MOST_WAITING = 1 << 20
 """Characters that wait at most; beyond that, lines are lost and counted."""
@@ -17,6 +20,8 @@ GATHER = 0.02
 """Seconds between two writes, so that a busy loop wakes the thread rarely."""
 IDLE = 0.5
 """Seconds without lines after which the thread ends."""
+PATIENCE = 0.1
+"""Seconds for which those wait who want their lines written before they go on."""
 _STEP = 0.05
 _PIECE = 4096  # what a pipe takes whole when it says that there is room
 
@@ -26,7 +31,7 @@ GiveUp = Callable[[], bool]
 
 
 class Background:
-    """Writes in a thread, which exists while there is something to write.
+    """Writes in a thread, which exists while there is something to write. No locks: for signal handlers, too.
 
     Args:
         name: the thread's.
@@ -36,51 +41,92 @@ class Background:
     def __init__(self, name: str, put: Callable[[list[Item], GiveUp], None]) -> None:
         self._name = name
         self._put = put
-        self._items: list[Item] = []
-        self._size = 0
+        self._items: deque[Item] = deque()
+        self._size = 0  # about: several threads count, and each taking begins anew
         self._lost = 0
-        self._changed = threading.Condition()  # held for a few instructions only, never while something is written
-        self._thread: threading.Thread | None = None
-        self._closing = threading.Event()
+        self._flushes: deque[Event] = deque()  # set when what was given before them is written
+        self._late = False  # it was not written in time, and is not yet
+        self._free = [True]  # holds something while there is no thread, see node/lane.py
+        self._thread: threading.Thread | None = None  # the last one
+        self._more = Bell()
+        self._hurry = Bell()
+        self._ended = Bell()
+        self._closing = Event()
         self._deadline = 0.0
 
     def write(self, where: str, text: str) -> None:
         """Write a text soon, after what was given before. Any thread; never waits."""
-        with self._changed:
-            if self._size + len(text) > MOST_WAITING:
-                self._lost += 1
-                return
-            self._items.append((where, text))
-            self._size += len(text)
-            if self._thread is not None:
-                self._changed.notify()
-                return
-            thread = threading.Thread(target=self._run, name=self._name, daemon=True)
-            try:
-                thread.start()  # with the lock: who closes must not find a thread that cannot be joined yet
-            except RuntimeError:
-                return  # no more threads, or the interpreter ends: `close` writes it
-            self._thread = thread
+        if self._size + len(text) > MOST_WAITING:
+            self._lost += 1
+            return
+        self._size += len(text)
+        self._items.append((where, text))
+        self._begin()
+
+    def flush(self, timeout: float = PATIENCE) -> None:
+        """Wait a moment until what was given is written; not at all while that was too short and nothing has changed.
+
+        Args:
+            timeout: most seconds to wait.
+        """
+        if self._late or not (self._items or not self._free):
+            return
+        done = Event()
+        self._flushes.append(done)
+        self._begin()
+        self._hurry.ring()
+        if not done.wait(timeout):
+            self._late = True
+
+    def _begin(self) -> None:
+        """See that there is a thread that takes what was given."""
+        try:
+            del self._free[0]
+        except IndexError:
+            self._more.ring()
+            return
+        thread: threading.Thread | None = None
+        try:
+            self._thread = thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+            thread.start()
+        except RuntimeError:  # no more threads, or the interpreter ends: `close` writes it
+            self._thread = None
+            self._free.append(True)
+        except BaseException:  # of a signal handler
+            if thread is None or thread.ident is None:
+                self._thread = None
+                self._free.append(True)
+            raise
 
     def close(self, timeout: float = 1.0) -> None:
         """Write what is left, for at most ``timeout`` seconds. What comes later is tried once."""
-        with self._changed:
-            self._deadline = monotonic() + timeout
-            self._closing.set()
-            self._changed.notify()
-            thread = self._thread
-        if thread is not None and thread is not threading.current_thread():
-            thread.join(timeout + 2 * _STEP)
-        with self._changed:
-            left = self._take() if self._thread is None else []
+        self._deadline = monotonic() + timeout
+        self._closing.set()
+        self._more.ring()
+        self._hurry.ring()
+        thread = self._thread
+        if thread is not threading.current_thread():
+            self._wait_for_end(timeout + 2 * _STEP)
+            if thread is not None and self._free:
+                thread.join(_STEP)  # it has nothing left to do
+        left = self._take() if self._free else []
         if left:
             self._put(left, self._given_up)
+
+    def _wait_for_end(self, timeout: float) -> None:
+        until = monotonic() + timeout
+        while not self._free and (left := until - monotonic()) > 0:
+            self._ended.wait(lambda: self._free, left)
 
     def _given_up(self) -> bool:
         return self._closing.is_set() and monotonic() > self._deadline
 
     def _take(self) -> list[Item]:
-        items, self._items, self._size = self._items, [], 0
+        items: list[Item] = []
+        with contextlib.suppress(IndexError):
+            while True:
+                items.append(self._items.popleft())
+        self._size = 0
         if self._lost and items:
             items.append((items[-1][0], f"... {self._lost} lines were lost here: they were not taken in time\n"))
             self._lost = 0
@@ -88,16 +134,32 @@ class Background:
 
     def _run(self) -> None:
         while True:
-            with self._changed:
-                if not self._items and not self._closing.is_set():
-                    self._changed.wait(IDLE)
-                items = self._take()
-                if not items:
-                    self._thread = None
-                    return
-            with contextlib.suppress(Exception):  # there is no place left to say it
-                self._put(items, self._given_up)
-            self._closing.wait(GATHER)
+            if not self._items and not self._closing.is_set():
+                self._more.wait(lambda: self._items or self._flushes or self._closing.is_set(), IDLE)
+            flushes = [self._flushes.popleft() for _ in range(len(self._flushes))]  # before the texts that they mean
+            items = self._take()
+            if items:
+                with contextlib.suppress(Exception):  # there is no place left to say it
+                    self._put(items, self._given_up)
+                self._late = False
+            for done in flushes:
+                done.set()
+            if items:
+                self._hurry.wait(lambda: self._flushes or self._closing.is_set(), GATHER)
+            elif not flushes and self._end():
+                return
+
+    def _end(self) -> bool:
+        """Let go; return False if something has come meanwhile and nobody else took it."""
+        self._free.append(True)
+        if self._items or self._flushes:
+            try:
+                del self._free[0]
+            except IndexError:
+                return True  # another thread was started for it
+            return False
+        self._ended.ring()
+        return True
 
 
 def write_to_terminal(items: list[Item], give_up: GiveUp) -> None:

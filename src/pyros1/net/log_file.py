@@ -11,13 +11,13 @@ class LogFile:
     """Opened, with its folder, at the first line. To be used by one thread at a time.
 
     Args:
-        path: the file. Older parts are called ``<path>.1``, ``<path>.2`` and so on.
+        path: the file; nothing is written if it is empty. Older parts are called ``<path>.1``, ``<path>.2`` and so on.
         most: bytes of one part.
         parts: older parts to keep.
     """
 
     def __init__(self, path: str, most: int, parts: int) -> None:
-        self._path: str | None = path
+        self._path = path or None
         self._most = most
         self._parts = parts
         self._file: TextIO | None = None
@@ -36,7 +36,11 @@ class LogFile:
                 self._rotate(self._file, self._path)
         except OSError as error:
             path, self._path = self._path, None
-            sys.stderr.write(f"WARNING: cannot write {path}: {error.strerror}; going on without it\n")
+            sys.stderr.write(f"WARNING: cannot write the log file {path}: {error.strerror}; going on without it\n")
+
+    def again(self) -> LogFile:
+        """Return another one that goes on with the same file, for a forked process."""
+        return LogFile(self._path or "", self._most, self._parts)
 
     def _rotate(self, file: TextIO, path: str) -> None:
         file.close()

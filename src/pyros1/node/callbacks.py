@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from pyros1.node.bell import Bell
+from pyros1.net.bell import Bell
 
 
 class CallbackQueue:

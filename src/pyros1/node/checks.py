@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from math import inf
 from types import ModuleType
 from typing import Any
 
+from pyros1.errors import InvalidNameError
 from pyros1.msgs import AnyMsg, Message, Service, load_message, load_service
+from pyros1.wire.handshake import TopicType
 
 _EXAMPLE = {
     "message": 'pyros1.msgs.std_msgs.msg.String, or a type\'s name, such as "std_msgs/String"',
@@ -59,9 +63,94 @@ def check_callback(given: Any, call: str, what: str, type_: Any = "") -> None:
 
 
 def check_name(given: Any, call: str) -> None:
-    """Raise TypeError if a name is no text."""
+    """Raise TypeError if a name is no text, InvalidNameError if it is empty."""
     if not isinstance(given, str):
         raise TypeError(f"{_name(call)}: the name must be a str, not {_described(given)}: the order is {call}")
+    if not given:
+        raise InvalidNameError(f"{_name(call)}: the name is empty: the order is {call}")
+
+
+def check_text(given: Any, what: str, none: bool = False) -> None:
+    """Raise TypeError if something that is called ``what`` is no str, nor None where ``none`` allows it."""
+    if not isinstance(given, str) and not (none and given is None):
+        raise TypeError(f"{what} must be a str, not {_described(given)}")
+
+
+def check_seconds(given: Any, what: str) -> None:
+    """Make sure that something that is called ``what`` is a number of seconds.
+
+    Raises:
+        TypeError: it is none; a Duration neither.
+        ValueError: it is "not a number".
+    """
+    if not _is_number(given):
+        hint = "; its to_sec() is one" if hasattr(given, "to_sec") else ""
+        raise TypeError(f"{what} must be a number of seconds, not {_described(given)}{hint}")
+    if given != given:  # noqa: PLR0124 - so is nan
+        raise ValueError(f"{what} must be a number of seconds, not nan")
+
+
+def check_timeout(given: Any) -> None:
+    """The same for a timeout, which may be None."""
+    if given is not None:
+        check_seconds(given, "timeout")
+
+
+def check_raw_type(given: Any) -> None:
+    """Raise TypeError if it is not what a topic of AnyMsg says of its type, nor None."""
+    if given is not None and not isinstance(given, TopicType):
+        raise TypeError(f"raw_type must be a TopicType(name, md5sum, definition), not {_described(given)}")
+
+
+def check_positive(given: Any, what: str, unit: str, most: float = inf) -> None:
+    """Make sure that something that is called ``what`` is a number above 0, and not above ``most``.
+
+    Raises:
+        TypeError: it is no number.
+        ValueError: it is not within these bounds.
+    """
+    if not _is_number(given):
+        hint = "; its to_sec() is one" if hasattr(given, "to_sec") else ""
+        raise TypeError(f"{what} must be a number of {unit}, not {_described(given)}{hint}")
+    if not 0 < given <= most:
+        bounds = "above 0" if most == inf else f"above 0 and at most {most:g}"
+        raise ValueError(f"{what} must be {bounds} {unit}, not {given}")
+
+
+def check_headers(given: Any) -> None:
+    """Raise TypeError if it is not a mapping of str to str (further fields of a connection header), nor None."""
+    if given is None:
+        return
+    if not isinstance(given, Mapping):
+        raise TypeError(f'headers must be a dict of texts, such as {{"key": "value"}}, not {_described(given)}')
+    for key, value in given.items():
+        if not isinstance(key, str) or not isinstance(value, str):
+            raise TypeError(f"headers must have texts as names and values, not {key!r:.40}: {value!r:.40}")
+
+
+def check_node(name: Any, namespace: Any, argv: Any, master_uri: Any, environ: Any, wait_for_master: Any) -> None:
+    """Raise TypeError if one of the arguments of `Node` is not of its kind."""
+    check_text(name, "Node: name")
+    check_text(namespace, "Node: namespace", none=True)
+    check_text(master_uri, "Node: master_uri", none=True)
+    if argv is not None:
+        _check_arguments(argv)
+    if environ is not None and not isinstance(environ, Mapping):
+        raise TypeError(f"Node: environ must be a dict of environment variables, not {_described(environ)}")
+    if wait_for_master is not None:
+        check_seconds(wait_for_master, "Node: wait_for_master")
+
+
+def _check_arguments(given: Any) -> None:
+    if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
+        raise TypeError(f'argv must be a list of texts, such as ["_rate:=10"], not {_described(given)}')
+    for word in given:
+        if not isinstance(word, str):
+            raise TypeError(f"argv must hold texts only, not {_described(word)}")
+
+
+def _is_number(given: Any) -> bool:
+    return hasattr(type(given), "__float__")
 
 
 def check_queue_size(given: Any, least: int) -> None:

@@ -8,13 +8,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.errors import NodeShutdownError, TimeMovedBackwardsError
-from pyros1.node.bell import Bell, Event
+from pyros1.net.bell import Bell, Event
+from pyros1.node.checks import check_positive
 from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
     from pyros1.node.callbacks import CallbackQueue
     from pyros1.node.log import Log
 
+LONGEST_PERIOD = 1e9
+"""Of a timer, in seconds."""
 _STEP = 0.3
 """Longest wait for a tick of simulated time, in seconds, before looking whether the node is shutting down."""
 
@@ -109,8 +112,7 @@ class Rate:
     """
 
     def __init__(self, clock: Clock, frequency: float) -> None:
-        if not frequency > 0:
-            raise ValueError(f"a rate must be above 0 Hz, not {frequency}")
+        check_positive(frequency, "a rate", "Hz")
         self.period = 1.0 / frequency
         self._clock = clock
         self._next = self._time() + self.period
@@ -192,8 +194,7 @@ class Timer:
         callbacks: CallbackQueue | None,
         log: Log,
     ) -> None:
-        if not period > 0:
-            raise ValueError(f"a timer's period must be above 0 s, not {period}")
+        check_positive(period, "a timer's period", "s", LONGEST_PERIOD)
         self._clock = clock
         self._period = period
         self._callback = callback

@@ -9,8 +9,9 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.errors import NodeShutdownError, UnknownHostError
+from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
-from pyros1.node.bell import Event
+from pyros1.node.checks import check_timeout
 from pyros1.node.readers import Readers
 
 if TYPE_CHECKING:
@@ -138,6 +139,9 @@ def wait_for_links(topic: Linked, count: int, timeout: float | None) -> bool:
     Returns:
         Whether it has.
     """
+    if not isinstance(count, int):
+        raise TypeError(f"count must be a whole number, not {count!r:.80}")
+    check_timeout(timeout)
     changed = Event()
     stopping = topic.context.stopping
     until = None if timeout is None else monotonic() + timeout

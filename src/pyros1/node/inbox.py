@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from pyros1.node.bell import Bell
+from pyros1.net.bell import Bell
 
 S = TypeVar("S")
 T = TypeVar("T")

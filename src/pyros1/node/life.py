@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.interrupts import die
-from pyros1.node.bell import Event
+from pyros1.net.bell import Event
 from pyros1.node.signals import SignalHandlers
 
 if TYPE_CHECKING:

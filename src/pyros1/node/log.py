@@ -1,8 +1,9 @@
 """A node's log: to the terminal in rosconsole's format, to its log file and to /rosout.
 
-What a thread of the program logs is written before the call returns, and so is on the screen if the program crashes in
-the next line. A loop's thread must not wait for a terminal that is held or a full pipe: its lines go through threads of
-their own, in their order.
+What the program logs is written before the call returns, and so is on the screen if the program crashes in the next
+line. What pyros1 itself says in a node is written by threads of their own: a terminal that is held, a full pipe or a
+disk must not keep it from registering, receiving and serving. All but the loop wait a moment until it is written, so
+that in everyday life one order is seen.
 
 Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT).
 Not built on the `logging` module: importing that costs as much as the rest of a small node, and has other levels.
@@ -18,13 +19,15 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from types import CodeType
+from types import CodeType, FrameType
 from typing import NamedTuple, TextIO
 
 from pyros1 import shown
 from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
+from pyros1.net.log_file import LogFile
 from pyros1.net.loop import LoopThread
 from pyros1.net.repeats import Repeats
+from pyros1.node.checks import check_seconds
 from pyros1.timing import Time
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
@@ -67,6 +70,8 @@ def level_from_name(name: str) -> int:
     Raises:
         ValueError: there is no such level.
     """
+    if not isinstance(name, str):
+        raise TypeError(f"a log level is a text such as 'info', not {name!r:.80}")
     upper = name.upper()
     upper = {"WARNING": "WARN", "CRITICAL": "FATAL"}.get(upper, upper)
     if upper not in LEVELS:
@@ -84,7 +89,7 @@ class _Inside(threading.local):
 
     def __init__(self) -> None:
         self.writing = False
-        self.waiting: deque[tuple[Record, bool, bool]] = deque()
+        self.waiting: deque[tuple[Record, bool, bool, bool]] = deque()
 
 
 class LogSink:
@@ -114,10 +119,9 @@ class LogSink:
         self.publish: Callable[[Record], None] | None = None
         self._later = later or (lambda *_: None)
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
-        self._path = file_path
-        self._file: TextIO | None = None
+        self._file = LogFile(file_path, MAX_FILE_SIZE, 1) if file_path else None
         self._inside = _Inside()
-        self._left: TextIO | None = None  # the file of the process that has forked this one
+        self._left: LogFile | None = None  # that of the process that has forked this one
         self._make_locks()
 
     def _make_locks(self) -> None:
@@ -131,22 +135,26 @@ class LogSink:
         """Log on in a process that was forked, whose locks may be held by threads that it does not have."""
         if os.getpid() != self._pid:
             if self._file is not None:
-                self._left, self._file = self._file, None  # it has a lock, too, which closing it would wait for
+                self._left, self._file = (
+                    self._file,
+                    self._file.again(),
+                )  # it has a lock, too, which closing would wait for
             self._make_locks()
 
-    def emit(self, record: Record, simulated: bool, to_terminal: bool = True) -> None:
+    def emit(self, record: Record, simulated: bool, to_terminal: bool = True, by_program: bool = True) -> None:
         """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node.
 
         Args:
             record: what was logged.
             simulated: whether its stamp is simulated time.
             to_terminal: False leaves the terminal out.
+            by_program: the program says it, not pyros1: it waits until it is written.
 
         A signal handler may log while its thread is in here: that record is written when this goes on.
         """
         self.settle()
         inside = self._inside
-        inside.waiting.append((record, simulated, to_terminal))
+        inside.waiting.append((record, simulated, to_terminal, by_program))
         if inside.writing:
             return
         for _ in range(_MOST_WAITING):  # no more: writing must not go on for ever because writing makes records
@@ -158,11 +166,14 @@ class LogSink:
             finally:
                 inside.writing = False  # and then is looked again: a handler may have seen it still true
 
-    def _write(self, record: Record, simulated: bool, to_terminal: bool) -> None:
-        may_wait = not isinstance(threading.current_thread(), LoopThread)
+    def _write(self, record: Record, simulated: bool, to_terminal: bool, by_program: bool) -> None:
+        on_loop = isinstance(threading.current_thread(), LoopThread)
+        may_wait = by_program and not on_loop
+        if may_wait:
+            self._flush()  # what pyros1 has said before comes first
         if to_terminal:
             self._write_to_terminal(record, simulated, may_wait)
-        if self._path is not None:
+        if self._file is not None:
             line = self._file_line(record)
             if may_wait:
                 self._write_file(line)
@@ -172,12 +183,15 @@ class LogSink:
             try:
                 self.publish(record)
             except Exception as error:  # noqa: BLE001 - such as that no more files can be opened
-                text = shown.lines(f"WARNING: cannot publish what was logged: {error}\n")
-                if not may_wait:
-                    self._terminal_thread.write("stderr", text)
-                    return
-                with contextlib.suppress(OSError, ValueError, AttributeError):
-                    sys.stderr.write(text)
+                self._terminal_thread.write(
+                    "stderr", shown.lines(f"WARNING: cannot publish what was logged: {error}\n")
+                )
+        if not on_loop:
+            self._flush()
+
+    def _flush(self) -> None:
+        self._terminal_thread.flush()
+        self._file_thread.flush()
 
     def _write_to_terminal(self, record: Record, simulated: bool, may_wait: bool) -> None:
         where = "stdout" if record.level <= INFO else "stderr"
@@ -224,23 +238,10 @@ class LogSink:
     def _write_items(self, items: list[Item], _give_up: GiveUp) -> None:
         self._write_file("".join(text for _, text in items))
 
-    def _write_file(self, line: str) -> None:
+    def _write_file(self, text: str) -> None:
         with self._lock:
-            if self._path is None:
-                return
-            try:
-                if self._file is None:
-                    os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
-                    self._file = open(self._path, "a", encoding="utf-8", errors="replace")  # noqa: SIM115 - stays open
-                self._file.write(line)
-                self._file.flush()
-                if self._file.seekable() and self._file.tell() > MAX_FILE_SIZE:
-                    self._file.close()
-                    self._file = None
-                    os.replace(self._path, self._path + ".1")
-            except OSError as error:
-                path, self._path = self._path, None
-                sys.stderr.write(f"WARNING: cannot write the log file {path}: {error.strerror}; going on without it\n")
+            if self._file is not None:
+                self._file.write(text)
 
     def close(self) -> None:
         """Write what is left, for at most a second or two, and close the log file."""
@@ -255,7 +256,6 @@ class LogSink:
             if self._file is not None:
                 self._file.close()
                 self._file = None
-            self._path = None
         finally:
             self._lock.release()
 
@@ -287,6 +287,8 @@ class Log:
 
     @level.setter
     def level(self, level: int) -> None:
+        if level not in NAMES:
+            raise ValueError(f"a log level is one of {', '.join(map(str, NAMES))}, not {level!r:.80}")
         self._sink.levels[self.name] = level
 
     def named(self, name: str) -> Log:
@@ -305,7 +307,7 @@ class Log:
         """Log what a user may like to know to the log file and /rosout only: the program shows it in its own way."""
         if self.level <= INFO:
             frame = sys._getframe(1)
-            self._emit(INFO, str(text), frame.f_code, frame.f_lineno, to_terminal=False)
+            self._emit(INFO, str(text), frame.f_code, frame.f_lineno, _by_program(frame), to_terminal=False)
 
     def warn(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
         """Log what may be wrong."""
@@ -352,7 +354,7 @@ class Log:
         code, line = frame.f_code, frame.f_lineno
 
         def emit(message: str) -> None:
-            self._emit(level, message, code, line)
+            self._emit(level, message, code, line, False)
 
         sink.settle()
         sink.repeats.say((code.co_filename, line), text % tuple(map(shown.one_line, args)) if args else text, emit)
@@ -364,16 +366,20 @@ class Log:
         frame = sys._getframe(2)
         code, line = frame.f_code, frame.f_lineno
         if throttle is not None or once:
+            if throttle is not None:
+                check_seconds(throttle, "throttle")
             now = sink.now()[0].to_sec()
             if not self._due((code.co_filename, line), now, throttle, once):
                 return
-        self._emit(level, _filled(text, args), code, line)
+        self._emit(level, _filled(text, args), code, line, _by_program(frame))
 
-    def _emit(self, level: int, message: str, code: CodeType, line: int, to_terminal: bool = True) -> None:
+    def _emit(
+        self, level: int, message: str, code: CodeType, line: int, by_program: bool, to_terminal: bool = True
+    ) -> None:
         stamp, simulated = self._sink.now()
         file = os.path.basename(code.co_filename)
         record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp)
-        self._sink.emit(record, simulated, to_terminal)
+        self._sink.emit(record, simulated, to_terminal, by_program)
 
     def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
         seen = self._sink.seen
@@ -384,6 +390,10 @@ class Log:
             seen.clear()
         seen[site] = now
         return True
+
+
+def _by_program(frame: FrameType) -> bool:
+    return not str(frame.f_globals.get("__name__")).startswith("pyros1.")
 
 
 def _filled(text: object, args: tuple[object, ...]) -> str:

@@ -9,21 +9,17 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1 import names, shown
-from pyros1.errors import (
-    MasterMethodError,
-    NodeShutdownError,
-)
+from pyros1.errors import MasterMethodError, NodeShutdownError
 from pyros1.msgs import Service, load_message
+from pyros1.net.bell import Event
 from pyros1.net.hosts import host_from_environment
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import XmlRpcServer
-from pyros1.node import logging_api
-from pyros1.node.bell import Event
+from pyros1.node import checks, logging_api
 from pyros1.node.callbacks import CallbackQueue
-from pyros1.node.checks import check_callback, check_name, check_queue_size, message_class, service_class
 from pyros1.node.clock import Clock, Rate, Timer, TimerEvent
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
@@ -92,6 +88,7 @@ class Node:
         rosout: bool = True,
         wait_for_master: float | None = None,
     ) -> None:
+        checks.check_node(name, namespace, argv, master_uri, environ, wait_for_master)
         if callbacks not in ("inline", "spin"):
             raise ValueError(f'callbacks must be "inline" or "spin", not {callbacks!r}')
         self.environ = environ = os.environ if environ is None else environ
@@ -196,6 +193,7 @@ class Node:
         Raises:
             InvalidNameError: it is not a legal name.
         """
+        checks.check_text(name, "the name")
         return names.resolve_name(name, self.name, self._remappings)
 
     # Topics -----------------------------------------------------------------------------------------------------------
@@ -225,9 +223,11 @@ class Node:
             NodeError: this node publishes the topic with another type already.
             TypeError: an argument is not what it should be.
         """
-        check_name(topic, "advertise(topic, type)")
-        check_queue_size(queue_size, 0)
-        cls = message_class(type, "advertise")
+        checks.check_name(topic, "advertise(topic, type)")
+        checks.check_queue_size(queue_size, 0)
+        checks.check_headers(headers)
+        cls = checks.message_class(type, "advertise")
+        checks.check_raw_type(raw_type)
         wire_type = raw_type or topic_type(cls)
         return self._topics.advertise(self.resolve(topic), cls, wire_type, queue_size, latch, headers or {})
 
@@ -266,12 +266,12 @@ class Node:
             ImportError: "numpy" is asked for and not installed.
             TypeError: an argument is not what it should be.
         """
-        check_name(topic, _SUBSCRIBE)
-        check_callback(callback, _SUBSCRIBE, "callback", type)
-        check_queue_size(queue_size, 1)
-        cls = message_class(type, "subscribe")
-        wanted = (transports,) if isinstance(transports, str) else tuple(transports)
-        hints = Hints(tcp_nodelay, wanted, max_datagram_size)
+        checks.check_name(topic, _SUBSCRIBE)
+        checks.check_callback(callback, _SUBSCRIBE, "callback", type)
+        checks.check_queue_size(queue_size, 1)
+        cls = checks.message_class(type, "subscribe")
+        wanted = (transports,) if isinstance(transports, str) or not isinstance(transports, Sequence) else transports
+        hints = Hints(tcp_nodelay, tuple(wanted), max_datagram_size)
         hints.check()
         return self._topics.subscribe(self.resolve(topic), cls, callback, queue_size, hints, arrays=arrays)
 
@@ -285,8 +285,8 @@ class Node:
             WaitTimeoutError: none came in time.
             NodeShutdownError: the node is shutting down.
         """
-        check_name(topic, "wait_for_message(topic, type)")
-        cls = message_class(type, "wait_for_message")
+        checks.check_name(topic, "wait_for_message(topic, type)")
+        cls = checks.message_class(type, "wait_for_message")
         message: _M = self._topics.wait_for_message(self.resolve(topic), cls, timeout)
         return message
 
@@ -304,9 +304,9 @@ class Node:
         Raises:
             NodeError: this node provides the service already.
         """
-        check_name(name, _PROVIDE)
-        check_callback(handler, _PROVIDE, "handler", type)
-        return self._services.advertise(self.resolve(name), service_class(type, "advertise_service"), handler)
+        checks.check_name(name, _PROVIDE)
+        checks.check_callback(handler, _PROVIDE, "handler", type)
+        return self._services.advertise(self.resolve(name), checks.service_class(type, "advertise_service"), handler)
 
     def _service_uri(self) -> str:
         host = f"[{self._host}]" if ":" in self._host else self._host
@@ -329,8 +329,9 @@ class Node:
                 connection the next call makes a new one.
             headers: further fields for the connection header.
         """
-        check_name(name, "service(name, type)")
-        cls = service_class(type, "service")
+        checks.check_name(name, "service(name, type)")
+        checks.check_headers(headers)
+        cls = checks.service_class(type, "service")
         return ServiceClient(self._context, self.master, self.resolve(name), cls, persistent, headers or {})
 
     def wait_for_service(self, name: str, timeout: float | None = None) -> None:
@@ -343,6 +344,7 @@ class Node:
             WaitTimeoutError: it did not appear in time.
             NodeShutdownError: the node is shutting down.
         """
+        checks.check_name(name, "wait_for_service(name, timeout)")
         wait_for_service(self._context, self.master, self.resolve(name), timeout)
 
     # Time -------------------------------------------------------------------------------------------------------------
@@ -357,6 +359,7 @@ class Node:
         Raises:
             TimeMovedBackwardsError: simulated time jumped back meanwhile.
         """
+        checks.check_seconds(seconds, "sleep: seconds")
         return self._clock.sleep(seconds)
 
     def rate(self, frequency: float) -> Rate:
@@ -365,7 +368,7 @@ class Node:
 
     def timer(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool = False) -> Timer:
         """Call a function every ``period`` seconds, or only once, with a TimerEvent."""
-        check_callback(callback, "timer(period, callback)", "callback")
+        checks.check_callback(callback, "timer(period, callback)", "callback")
         self._context.check_running()
         timer = Timer(self._clock, period, callback, oneshot, self._callbacks, self.log)
         self._timers = [*(other for other in self._timers if other.alive), timer]
@@ -394,6 +397,7 @@ class Node:
         Returns:
             How many were run; 0 in a node with inline callbacks.
         """
+        checks.check_seconds(timeout, "timeout")
         if self._callbacks is None:
             return 0
         self._callbacks.wait(timeout)
@@ -401,7 +405,7 @@ class Node:
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
         """Call ``hook`` when the node begins to shut down; publishing still works then."""
-        check_callback(hook, "on_shutdown(hook)", "hook")
+        checks.check_callback(hook, "on_shutdown(hook)", "hook")
         self._life.on_shutdown(hook)
 
     def shutdown(self, reason: str = "") -> None:

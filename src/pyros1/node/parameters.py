@@ -6,7 +6,8 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import MasterMethodError, ParameterNotSetError
+from pyros1.errors import MasterMethodError, ParameterNotSetError, SerializationError
+from pyros1.node.checks import check_name
 from pyros1.node.copies import MISSING, Copies
 from pyros1.node.lane import Lane
 
@@ -62,10 +63,19 @@ class Parameters:
             return default
 
     def __setitem__(self, name: str, value: Any) -> None:
-        """Set a parameter; a dict replaces the whole namespace of that name."""
+        """Set a parameter; a dict replaces the whole namespace of that name.
+
+        Raises:
+            SerializationError: it cannot be a parameter: it must be a bool, a number, text, bytes, a list or a dict.
+        """
         key = self._resolve(name)
         before = self._copies.versions()
-        self._master.set_param(key, value)
+        try:
+            self._master.set_param(key, value)
+        except SerializationError as error:
+            raise SerializationError(
+                f"parameter [{key}]: {error}. A parameter is a bool, number, text, bytes, list or dict of them"
+            ) from None
         self._lane.do(self._copies.set_by_us, key, value, before)  # the master tells everybody but us (M54)
 
     def set(self, name: str, value: Any) -> None:
@@ -90,6 +100,7 @@ class Parameters:
 
         A remapping of exactly this name is followed (P22).
         """
+        check_name(name, "search(name)")
         return self._master.search_param(self._remappings.get(name, name))
 
     def names(self) -> list[str]:

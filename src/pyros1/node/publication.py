@@ -113,28 +113,27 @@ class Publication:
     def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much as ten lines
         if not (self.links or self.latch):
             return
-        me, lane, copy = get_ident(), self._lane, None
-        if self._local or self.latch or message.__class__ is not self.message_class:
-            frame, copy = self._prepare(message)
-        else:
-            try:
-                frame = self._encode(message)
-            except SerializationError:
-                frame, copy = self._prepare(message)  # says the topic's name, too
+        me, lane = get_ident(), self._lane
         if not lane.free:
             lane.linger()
         try:
             del lane.free[0]
         except IndexError:
-            lane.leave(self._send, *_safe(frame, copy))
+            lane.leave(self._send, *_safe(*self._prepare(message)))
         else:
+            # Encoded in here, so that what a signal handler publishes meanwhile comes after this message: a robot that
+            # it stops must not be set going again by what was under way.
             lane.worker = me
             try:
                 if lane.jobs and not lane.catch_up():  # some of them may be this thread's: this one comes after them
-                    lane.jobs.append((self._send, _safe(frame, copy)))
-                elif frame is None or self._local or self.latch:
-                    self._send(frame, copy)
+                    lane.jobs.append((self._send, _safe(*self._prepare(message))))
+                elif self._local or self.latch or message.__class__ is not self.message_class:
+                    self._send(*self._prepare(message))
                 else:
+                    try:
+                        frame = self._encode(message)
+                    except SerializationError as error:
+                        raise self._named(error) from None
                     for link in self._remote:
                         link.send(frame)
             except BaseException:
@@ -184,7 +183,10 @@ class Publication:
                 return None, copy
             return self._encode(message) if cls is self.message_class else cls._encode_frame(message), copy
         except SerializationError as error:
-            raise SerializationError(f"{self.topic}: {error}") from None
+            raise self._named(error) from None
+
+    def _named(self, error: SerializationError) -> SerializationError:
+        return SerializationError(f"{self.topic}: {error}")
 
     def _send(self, frame: Frame | None, copy: Any, source: object = None) -> None:
         """Give a message to all links and keep it, if latched. In the lane.

@@ -38,7 +38,9 @@ class Publisher(Generic[_M]):
     def publish(self, *args: Any, **fields: Any) -> None:
         """Publish a message. Returns at once; a slow subscriber loses the oldest messages beyond ``queue_size``.
 
-        Any thread; a signal handler, too: if it has interrupted `publish` on that topic, its message comes next.
+        Any thread; a signal handler, too: if it has interrupted `publish` on that topic, its message comes next. But one
+        that comes just before `publish` has begun is followed by that message, as by all that the program still
+        publishes.
 
         Args:
             args: one message, or the values of all its fields in order.
@@ -48,7 +50,7 @@ class Publisher(Generic[_M]):
             SerializationError: the message is of another type; or a value does not fit its field, which is noticed only
                 when somebody listens, or the topic is latched.
             NodeError: the publisher was unregistered.
-            TypeError: wrong number of values, or positional and named ones mixed.
+            TypeError: wrong number of values, or positional and named ones mixed; or a class is given.
             AttributeError: no field of that name.
         """
         if self._unregister is None:
@@ -61,9 +63,14 @@ class Publisher(Generic[_M]):
                 else:
                     self._publication.publish(message)
                 return
-            if hasattr(message, "_md5sum") and not isinstance(message, type):
+            if isinstance(message, type) and hasattr(message, "_md5sum"):
+                name = message.__name__
+                raise TypeError(f"publish() on {self.name}: {name} is a class: give a message, {name}(...)")
+            if hasattr(message, "_md5sum"):
                 self._publish_other(message)
                 return
+            if self._raw and not isinstance(message, (bytes, bytearray, memoryview)):
+                raise TypeError(f"publish() on {self.name} takes an AnyMsg or its bytes, not {message!r:.80}")
         self._publication.publish(self.type(*args, **fields))
 
     def _publish_other(self, message: Any) -> None:

@@ -21,8 +21,8 @@ from pyros1.errors import (
     NodeShutdownError,
     UnknownHostError,
 )
+from pyros1.net.bell import Bell, Event
 from pyros1.net.master_client import MasterClient
-from pyros1.node.bell import Bell, Event
 from pyros1.node.log import WARN
 
 if TYPE_CHECKING:

@@ -17,6 +17,7 @@ from pyros1.errors import (
     MessageError,
     NodeShutdownError,
     ProtocolError,
+    SerializationError,
     ServiceError,
     ServiceUnavailableError,
     UnknownHostError,
@@ -25,6 +26,7 @@ from pyros1.errors import (
 from pyros1.msgs import Message, Service
 from pyros1.net.hosts import parse_uri
 from pyros1.net.timeouts import WaitOver, bound_waits
+from pyros1.node.checks import check_timeout
 from pyros1.node.service_server import service_type
 from pyros1.shown import one_line
 from pyros1.wire.handshake import check_service_answer, service_client_header
@@ -33,8 +35,9 @@ from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
+    from pyros1.node.checks import check_timeout
     from pyros1.node.context import Context
-    from pyros1.node.service_server import ServiceServer
+from pyros1.node.service_server import ServiceServer
 
 CONNECT_TIMEOUT = 10.0
 PROBE_TIMEOUT = 5.0
@@ -186,9 +189,16 @@ class ServiceClient:
             SerializationError: a value in the request does not fit its field.
             NodeShutdownError: the node is shutting down.
         """
+        if not isinstance(request, Message):
+            wanted = self.type._request_class.__name__
+            raise TypeError(f"service [{self.name}]: the request must be a {wanted}, not {request!r:.80}")
+        check_timeout(timeout)
         if request._md5sum != self.type._request_class._md5sum:
             raise MessageError(f"service [{self.name}] takes {self.type._request_class._type}, not {request._type}")
-        frame = request.__class__._encode_frame(request)
+        try:
+            frame = request.__class__._encode_frame(request)
+        except SerializationError as error:
+            raise SerializationError(f"service [{self.name}]: {error}") from None
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         deadline = None if timeout is None else monotonic() + timeout
         if self._own() is not None:
@@ -342,6 +352,7 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
         ServiceError: the master cannot be asked for services.
         NodeShutdownError: the node is shutting down.
     """
+    check_timeout(timeout)
     start = monotonic()
     said = start
     while True:

@@ -43,6 +43,8 @@ class Hints(NamedTuple):
 
     def check(self) -> None:
         """Raise ValueError for a transport or size that there is not."""
+        if not isinstance(self.max_datagram_size, int):
+            raise TypeError(f"max_datagram_size must be a whole number of bytes, not {self.max_datagram_size!r:.80}")
         if self.transports == ("tcp",):
             return
         from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE  # noqa: PLC0415 - few nodes need it

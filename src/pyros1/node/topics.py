@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import NodeError, WaitTimeoutError
-from pyros1.node.bell import Event
+from pyros1.net.bell import Event
+from pyros1.node.checks import check_timeout
 from pyros1.node.publication import FAREWELL, Publication
 from pyros1.node.publisher import Publisher
 from pyros1.node.subscriber import Subscriber, array_view
@@ -162,6 +163,7 @@ class Topics:
 
     def wait_for_message(self, name: str, message_class: Any, timeout: float | None) -> Any:
         """Wait for one message; see ``Node.wait_for_message``."""
+        check_timeout(timeout)
         got: list[Any] = []
         came = Event()
 

@@ -154,7 +154,10 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one retur
     if isinstance(value, dict):
         return _write_struct(value, depth)
     if hasattr(value, "__index__"):
-        number = int(value.__index__())
+        try:
+            number = int(value.__index__())
+        except TypeError:  # an array of numbers
+            raise SerializationError(f"a {type(value).__name__} cannot be sent by XML-RPC: make it a list") from None
         if not _MIN_INT <= number <= _MAX_INT:
             raise SerializationError(f"the integer {number} does not fit into the 32 bits that XML-RPC has for it")
         return _write(number, depth)
