@@ -110,7 +110,7 @@ class Place:
     def run(self, who: str, *words: str, ready: Callable[[], Any] = lambda: False) -> Done:
         """Run a launcher until it ends, or until *ready*, and Ctrl-C."""
         with self.start(who, *words) as launcher:
-            until(lambda: launcher.poll() is not None or ready() and self.settled(who), "it has ended or is ready")
+            until(lambda: launcher.poll() is not None or (ready() and self.settled(who)), "it has ended or is ready")
             if launcher.poll() is None:
                 launcher.send_signal(signal.SIGINT)
             try:
