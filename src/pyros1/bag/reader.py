@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import heapq
 import os
-import struct
 from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Callable, Collection, Iterator
@@ -14,31 +13,20 @@ from typing import NamedTuple
 from pyros1.bag.codecs import check_size, decompress
 from pyros1.bag.contents import Messages, read_content
 from pyros1.bag.errors import BagError, UnindexedError
-from pyros1.bag.files import BagFile, Chunk, ChunkHeader, Counts
+from pyros1.bag.files import BagFile, Chunk, ChunkHeader
+from pyros1.bag.index import ENTRY, check_old, entry_places, read_index
 from pyros1.bag.old import OldConnections, read_old
 from pyros1.bag.records import (
     MAX_TIME,
     NS,
-    OP_CHUNK_INFO,
-    OP_INDEX,
-    RECORD_OVERHEAD,
     Connection,
     LimitError,
     RecordError,
-    op_of,
-    time_of,
-    u32,
-    u64,
 )
 from pyros1.bag.scanner import Damage, Scanner
 
-_ENTRY = struct.Struct("<III")
-
 MAX_OPEN = 256 << 20
 """Most bytes of chunks that are kept at a time for chunks that overlap in time."""
-
-
-_NOT_CLOSED = "the bag was not closed, so that it has no index; `pyros1 bag reindex` makes one"
 
 
 class RawMessage(NamedTuple):
@@ -98,10 +86,11 @@ class BagReader:
             if self.file.version == 102:
                 self._scan(progress)
                 if not unindexed:
-                    self._check_old()
+                    check_old(self.file, self.damages)
                 return
             try:
-                self._read_index()
+                self.connections, self.chunks = read_index(self.file)
+                self._positions = sorted(chunk.pos for chunk in self.chunks)
             except UnindexedError:
                 if not unindexed:
                     raise
@@ -207,38 +196,14 @@ class BagReader:
             BagError: a chunk cannot be read.
         """
         for chunk in self.chunks:
-            places = None if self.scanned else self._index_places(chunk)
+            places = None if self.scanned else entry_places(self.file, chunk, self.header(chunk))
             if places is None:
                 found = self.content(chunk)[1]
                 yield from zip(found.conns, found.times, strict=True)
                 continue
             for conn, start, size in places:
-                for secs, nsecs, _ in _ENTRY.iter_unpack(self.file.read(start, size)):
+                for secs, nsecs, _ in ENTRY.iter_unpack(self.file.read(start, size)):
                     yield conn, secs * NS + nsecs
-
-    def _index_places(self, chunk: Chunk) -> list[tuple[int, int, int]] | None:
-        """Where the entries of the index records behind a chunk are: connection, offset in the file, bytes.
-
-        None if they are not what chunk info and content can have.
-        """
-        header = self.header(chunk)
-        position = header.data + header.stored
-        places: list[tuple[int, int, int]] = []
-        counts = dict(chunk.counts)
-        if sum(counts.values()) * RECORD_OVERHEAD > min(header.size, self.file.limit):
-            return None
-        try:
-            for _ in counts:
-                fields, start, _ = self.file.record(position)
-                conn, count = u32(fields, "conn"), u32(fields, "count")
-                size = _ENTRY.size * count
-                if op_of(fields) != OP_INDEX or count != counts.get(conn) or start + size > self.file.size:
-                    return None
-                places.append((conn, start, size))
-                position = start + size
-        except RecordError:
-            return None
-        return places
 
     def headers(self) -> Iterator[ChunkHeader]:
         """Yield the headers of all chunks; of many in a moment, since the system is told before what will be read.
@@ -318,48 +283,6 @@ class BagReader:
     def _damaged(self, chunk: Chunk, reason: str) -> BagError:
         return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves what can be read", chunk.pos)
 
-    # The index -----------------------------------------------------------------------------------------------------
-
-    def _read_index(self) -> None:
-        file = self.file
-        if file.index_pos == 0:
-            raise UnindexedError(self.path, _NOT_CLOSED)
-        position = file.index_pos
-        try:
-            if position >= file.size and u32(file.header, "conn_count") + u32(file.header, "chunk_count"):
-                raise RecordError(f"the file has {file.size} bytes, and its index should be at {position}")
-            for connection, position in file.end_connections():  # noqa: B007 - the last one counts
-                self.connections[connection.id] = connection
-            for _ in range(u32(file.header, "chunk_count")):
-                position = self._read_chunk_info(position)
-            self._positions = sorted({chunk.pos for chunk in self.chunks})
-            if len(self._positions) < len(self.chunks):
-                raise RecordError("it names a chunk twice")
-        except RecordError as error:
-            what = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
-            raise UnindexedError(self.path, f"{what} ({error}); `pyros1 bag reindex` makes a new index") from None
-
-    def _check_old(self) -> None:
-        """Raise UnindexedError if a 1.2 bag is not whole."""
-        if self.file.header and self.file.index_pos == 0:
-            raise UnindexedError(self.path, _NOT_CLOSED)
-        if self.file.index_pos > self.file.size:
-            raise UnindexedError(self.path, "the file is cut off; `pyros1 bag reindex` saves what can be read")
-        for damage in self.damages:
-            raise UnindexedError(
-                self.path, f"{damage.reason}; `pyros1 bag reindex` saves what can be read", damage.offset
-            )
-
-    def _read_chunk_info(self, position: int) -> int:
-        fields, start, length = self.file.record(position)
-        if op_of(fields) != OP_CHUNK_INFO:
-            raise RecordError("another record was expected")
-        data = self.file.read(start, length)
-        if len(data) != length:
-            raise RecordError("the record is cut off")
-        self.chunks.append(_chunk_info(fields, data))
-        return start + length
-
     def _scan(self, progress: Callable[[int], object] | None) -> None:
         self.chunks, self.connections, self._positions = [], {}, []
         scanner = Scanner(self.file, progress)
@@ -408,13 +331,3 @@ class _Contents:
 
 def _size(held: tuple[bytes, Messages]) -> int:
     return len(held[0]) + Messages.SIZE * len(held[1])
-
-
-def _chunk_info(fields: dict[str, bytes], data: bytes) -> Chunk:
-    count = u32(fields, "count")
-    if u32(fields, "ver") != 1 or len(data) != 8 * count:
-        raise RecordError("the chunk info is malformed")
-    start, end = time_of(fields, "start_time"), time_of(fields, "end_time")
-    if count and start > end:
-        raise RecordError("a chunk would end before it begins")
-    return Chunk(u64(fields, "chunk_pos"), start, end, Counts(data))
