@@ -28,12 +28,14 @@ class Pieces:
 
     def add(self, text: str) -> None:
         """Take a text."""
-        for start in range(0, len(text), _SIZE):
-            part = text[start : start + _SIZE]
-            self._parts.append(part)
-            self._size += len(part)
-            if self._size >= _SIZE:
-                self._flush()
+        if len(text) > _SIZE:
+            for start in range(0, len(text), _SIZE):
+                self.add(text[start : start + _SIZE])
+            return
+        self._parts.append(text)
+        self._size += len(text)
+        if self._size >= _SIZE:
+            self._flush()
 
     def _flush(self, *, last: bool = False) -> None:
         text = "".join(self._parts)

@@ -11,7 +11,6 @@ import binascii
 import json
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from pyros1.errors import MessageError
@@ -25,7 +24,7 @@ _BYTES = ("uint8", "char")
 _SLICE = 3 << 12
 """Bytes, characters and numbers that become text at a time; three bytes are four characters."""
 
-_dumps = partial(json.dumps, ensure_ascii=False)
+_dumps = json.JSONEncoder(ensure_ascii=False).encode
 
 
 def to_json(value: Any, type_name: str | None = None) -> Any:  # noqa: PLR0911 - one form, one line
