@@ -75,6 +75,15 @@ def _descendants(pid: int) -> list[int]:
     return found[1:]
 
 
+def _stacks(pid: int) -> str:
+    """What the threads of a Python process are at, if py-spy is here and may look."""
+    spy = Path(sys.executable).with_name("py-spy")
+    if not spy.exists():
+        return ""
+    said = subprocess.run([spy, "dump", "--pid", str(pid)], capture_output=True, text=True, timeout=30, check=False)
+    return said.stdout or said.stderr
+
+
 class Process:
     """A child process whose output is collected line by line, stdout and stderr together.
 
@@ -162,7 +171,9 @@ class Process:
         try:
             code = self.child.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise AssertionError(f"{self.label} did not end within {timeout} s\n{self.transcript()}") from None
+            raise AssertionError(
+                f"{self.label} did not end within {timeout} s\n{self.transcript()}{_stacks(self.pid)}"
+            ) from None
         self._reader.join(timeout)
         return code
 
