@@ -22,15 +22,33 @@ from pyros1.launch.supervisor import Supervisor, install_signals
 from pyros1.launch.warden import leaderless
 
 DEADLINE = 20.0
-LATE = "import signal, sys, time; signal.signal(2, lambda *_: (time.sleep(0.1), sys.exit())); print('ready', flush=True); time.sleep(60)"
+LATE = "import signal, sys, time; signal.signal(2, lambda *_: (time.sleep(0.1), sys.exit())); print('ready', flush=True); signal.pause()"
 FORKS = "import os, signal\nif not os.fork(): print('ready', flush=True)\nsignal.pause()"
-STUBBORN = "import signal, time; signal.signal(2, signal.SIG_IGN); signal.signal(15, signal.SIG_IGN); print('ready', flush=True); time.sleep(60)"
+STUBBORN = "import signal; signal.signal(2, signal.SIG_IGN); signal.signal(15, signal.SIG_IGN); print('ready', flush=True); signal.pause()"
+
+
+class Output(io.StringIO):
+    """What was said, which can be waited for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._said = threading.Condition()
+
+    def write(self, text: str) -> int:
+        with self._said:
+            self._said.notify_all()
+            return super().write(text)
+
+    def wait_for(self, text: str, count: int) -> None:
+        """Wait until a text was said that often."""
+        with self._said:
+            assert self._said.wait_for(lambda: self.getvalue().count(text) >= count, DEADLINE), self.getvalue()
 
 
 class Bench:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.out, self.err = io.StringIO(), io.StringIO()
+        self.out, self.err = Output(), io.StringIO()
         self.supervisor = Supervisor(Console(self.out, self.err), sigint_timeout=0.2, sigterm_timeout=0.2)
 
     def spec(
@@ -73,7 +91,7 @@ def test_all_dead_ends_the_run_x87_x89(bench: Bench) -> None:
 
 
 def test_required_ends_the_run_x88(bench: Bench) -> None:
-    bench.supervisor.start(bench.spec("other-1", "import time; time.sleep(60)"))
+    bench.supervisor.start(bench.spec("other-1", "import signal; signal.pause()"))
     bench.supervisor.start(bench.spec("needed-2", "", required=True))
     assert bench.supervisor.run() == "required process died"
     assert "REQUIRED process [needed-2] has died!\nInitiating shutdown!" in bench.err.getvalue()
@@ -81,7 +99,7 @@ def test_required_ends_the_run_x88(bench: Bench) -> None:
 
 def test_respawn_appends_to_the_log_x85_x88(bench: Bench) -> None:
     counter = bench.folder / "count"
-    code = f"p = {str(counter)!r}; open(p, 'a').write('x'); n = len(open(p).read()); print('life', n, flush=True); import time; n > 2 and time.sleep(60)"
+    code = f"p = {str(counter)!r}; open(p, 'a').write('x'); n = len(open(p).read()); print('life', n, flush=True); import signal; n > 2 and signal.pause()"
     bench.supervisor.start(bench.spec("again-1", code, respawn=True, delay=0.01))
     runner = threading.Thread(target=bench.supervisor.run)
     runner.start()
@@ -97,7 +115,7 @@ def test_respawn_appends_to_the_log_x85_x88(bench: Bench) -> None:
 def test_escalation_reaches_the_stuck_in_reverse_order_x90(bench: Bench) -> None:
     # A polite process has enough time to end even on a machine that is busy.
     bench.supervisor = Supervisor(Console(bench.out, bench.err), sigint_timeout=2.0, sigterm_timeout=0.2)
-    bench.supervisor.start(bench.spec("polite-1", "import time; print('ready', flush=True); time.sleep(60)"))
+    bench.supervisor.start(bench.spec("polite-1", "import signal; print('ready', flush=True); signal.pause()"))
     bench.supervisor.start(bench.spec("stuck-2", STUBBORN))
     bench.wait_for_log("polite-1", "ready")
     bench.wait_for_log("stuck-2", "ready")
@@ -119,7 +137,7 @@ def test_a_required_failure_is_remembered(bench: Bench) -> None:
 
 
 def test_what_a_node_leaves_behind_ends_with_the_launch(bench: Bench) -> None:
-    leave = "import os, signal, time\nif os.fork(): os._exit(0)\nsignal.signal(2, signal.SIG_IGN); print('left', flush=True); time.sleep(60)"
+    leave = "import os, signal\nif os.fork(): os._exit(0)\nsignal.signal(2, signal.SIG_IGN); print('left', flush=True); signal.pause()"
     bench.supervisor.start(bench.spec("parent-1", leave))
     bench.wait_for_log("parent-1", "left")
     bench.supervisor.run()
@@ -168,13 +186,13 @@ def test_signals_that_come_together_are_one_x90(bench: Bench) -> None:
 
 
 def test_a_life_ends_while_what_another_left_is_looked_at(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    process = Process(bench.spec("forks-1", FORKS), lambda process: None)
+    ended = threading.Semaphore(0)
+    process = Process(bench.spec("forks-1", FORKS), lambda process: ended.release())
 
     def end(said: str) -> None:
         bench.wait_for_log("forks-1", said)
         os.kill(process.pid, signal.SIGKILL)
-        while process.alive:
-            time.sleep(0.001)
+        assert ended.acquire(timeout=DEADLINE) and not process.alive
 
     process.start()
     end("ready\n")
@@ -215,10 +233,10 @@ class Running:
     def do(self, action: Callable[[], object], said: str) -> None:
         before = self.bench.out.getvalue().count(said)
         self.bench.supervisor.do(action)
-        deadline = time.monotonic() + DEADLINE
-        while self.bench.out.getvalue().count(said) == before:
-            assert time.monotonic() < deadline, self.bench.out.getvalue()
-            time.sleep(0.01)
+        self.bench.out.wait_for(said, before + 1)
+        over = threading.Event()  # it was said in the middle of what is done; this comes after it
+        self.bench.supervisor.do(over.set)
+        assert over.wait(DEADLINE)
 
 
 def test_nodes_are_stopped_started_and_restarted_by_hand(bench: Bench) -> None:
@@ -238,7 +256,7 @@ def test_nodes_are_stopped_started_and_restarted_by_hand(bench: Bench) -> None:
 
 
 def test_a_required_node_may_be_stopped_by_hand(bench: Bench) -> None:
-    bench.supervisor.start(bench.spec("node-1", "import time; time.sleep(60)", required=True))
+    bench.supervisor.start(bench.spec("node-1", "import signal; signal.pause()", required=True))
     node = bench.supervisor.find("node-1")
     with Running(bench) as running:
         running.do(lambda: bench.supervisor.stop_node(node), "[node-1] stopped")

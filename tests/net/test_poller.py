@@ -89,6 +89,23 @@ def test_sockets_can_be_added_and_rearmed_while_a_thread_waits(poller: Poller, p
     assert got == [near.fileno(), near.fileno()]
 
 
+def test_a_socket_can_be_removed_while_a_thread_waits_for_ever(poller: Poller, pair: Any) -> None:
+    near, far = pair
+    got: list[int | None] = []
+    poller.register(near.fileno())
+    thread = threading.Thread(target=lambda: got.append(poller.wait()))
+    thread.start()
+    remover = threading.Thread(target=poller.unregister, args=(near.fileno(),))
+    remover.start()
+    remover.join(5)
+    removed = not remover.is_alive()
+    far.send(b"x")
+    poller.wake()
+    thread.join(10)
+    remover.join(10)
+    assert removed and got == [BELL]
+
+
 def test_unregistered_sockets_are_not_returned(poller: Poller, pair: Any) -> None:
     near, far = pair
     poller.register(near.fileno())

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import faulthandler
+import os
 import random
 import signal
 import sys
@@ -270,6 +271,12 @@ def main() -> None:
     sys.setswitchinterval(1e-4)
     scenario, transport, *rest = [*sys.argv[1:], "local"][:4] if len(sys.argv) < 3 else sys.argv[1:]
     sys.argv[1:] = []
+    if "PORTABLE" in os.environ:  # as on systems without epoll
+        import pyros1.net.loop
+        import pyros1.net.poller
+
+        pyros1.net.poller._ONESHOT = 0
+        pyros1.net.loop._Epoll = pyros1.net.loop._Portable  # type: ignore[misc, assignment]
     if transport == "tcp":
         import pyros1.node.connector
 

@@ -27,10 +27,10 @@ MAINS = ["rate", "sleep", "params", "cached", "log", "print", "service", "persis
 def run(environ: dict[str, str]) -> Callable[..., None]:
     """Return a function that runs a scenario."""
 
-    def run(*words: object) -> None:
+    def run(*words: object, **variables: str) -> None:
         process = subprocess.run(
             [sys.executable, "-W", "error", str(PROGRAM), *map(str, words)],
-            env={**os.environ, **environ, "PYTHONPATH": SRC},
+            env={**os.environ, **environ, "PYTHONPATH": SRC, **variables},
             capture_output=True,
             check=False,
             text=True,
@@ -65,6 +65,15 @@ def test_the_last_message_and_the_end_of_the_node(run: Callable[..., None], main
 @pytest.mark.parametrize("transport", ["local", "tcp"])
 def test_a_handler_that_raises_tears_no_frame(run: Callable[..., None], transport: str, queue_size: int | None) -> None:
     run("raising", transport, queue_size)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("publishing", "tcp", None, ""), ("everything:service", "tcp"), ("ending:publish", "tcp")],
+    ids=lambda w: w[0],
+)
+def test_the_same_without_epoll(run: Callable[..., None], words: tuple[object, ...]) -> None:
+    run(*words, PORTABLE="1")
 
 
 COURSE = """

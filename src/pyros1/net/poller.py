@@ -11,6 +11,9 @@ import select
 import selectors
 import socket
 import threading
+from collections import deque
+
+from pyros1.net.bell import Event
 
 BELL = -1
 """Stands in `wait`'s answer for a wake-up."""
@@ -96,13 +99,15 @@ class _Epoll:
 
 
 class _Selector:
-    """The same with a selector: its sockets change only while nobody waits in it."""
+    """The same with a selector: its sockets are changed by the thread only that waits in it.
+
+    Nobody else waits for a lock here, so that a signal handler may come at any moment.
+    """
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
         self._turn = threading.Lock()  # held by the thread that waits
-        self._lock = threading.Lock()
-        self._changes: list[tuple[int, bool]] = []
+        self._changes: deque[tuple[int, bool, Event | None]] = deque()
         self._near, self._far = socket.socketpair()
         self._near.setblocking(False)
         self._far.setblocking(False)
@@ -114,25 +119,28 @@ class _Selector:
     rearm = add
 
     def remove(self, fd: int) -> None:
-        self._change(fd, False)
-        with self._turn:  # so that the descriptor is forgotten before its owner closes it
-            self._apply()
+        forgotten = Event()
+        self._change(fd, False, forgotten)
+        # The owner may close it then. Without a thread in the selector, the next one forgets it before it waits.
+        while self._turn.locked() and not forgotten.wait(0.1):
+            pass
 
-    def _change(self, fd: int, add: bool) -> None:
-        with self._lock:
-            self._changes.append((fd, add))
+    def _change(self, fd: int, add: bool, done: Event | None = None) -> None:
+        self._changes.append((fd, add, done))
         with contextlib.suppress(OSError):
             self._far.send(b"\0")
 
     def _apply(self) -> None:
-        with self._lock:
-            changes, self._changes = self._changes, []
-        for fd, add in changes:
+        """Do what was asked for, in its order. By the thread whose turn it is."""
+        while self._changes:
+            fd, add, done = self._changes.popleft()
             with contextlib.suppress(KeyError, ValueError, OSError):
                 if add:
                     self._selector.register(fd, selectors.EVENT_READ)
                 else:
                     self._selector.unregister(fd)
+            if done is not None:
+                done.set()
 
     def wait(self, timeout: float) -> int | None:
         if not self._turn.acquire(timeout=timeout):

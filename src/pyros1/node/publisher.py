@@ -38,9 +38,8 @@ class Publisher(Generic[_M]):
     def publish(self, *args: Any, **fields: Any) -> None:
         """Publish a message. Returns at once; a slow subscriber loses the oldest messages beyond ``queue_size``.
 
-        Any thread; a signal handler, too: if it has interrupted `publish` on that topic, its message comes next. But one
-        that comes just before `publish` has begun is followed by that message, as by all that the program still
-        publishes.
+        Any thread; a signal handler, too: if it has interrupted `publish` on that topic, its message comes next. What a
+        handler publishes just before `publish` has begun is followed by that message.
 
         Args:
             args: one message, or the values of all its fields in order.

@@ -96,6 +96,9 @@ class Buffer:
         """Take several transforms; who waits for one of them is told once."""
         problems: list[str] = []
         insert = self._tree.insert
+        for item in transforms:
+            if not hasattr(item, "child_frame_id"):
+                raise TypeError(f"a transform must be a geometry_msgs/TransformStamped, not {item!r:.80}")
         with self._changed:
             for item in transforms:
                 header = item.header
@@ -336,10 +339,14 @@ def _ns(time: When) -> int:
         return 0
     if isinstance(time, (int, float)):
         time = Time.from_sec(time)
+    elif not hasattr(time, "secs"):
+        raise TypeError(f"time must be a Time or a number of seconds, not {time!r:.80}")
     return int(time.secs * _NS + time.nsecs)
 
 
 def _seconds(span: Span) -> float:
     if not span:
         return 0.0
+    if not isinstance(span, (int, float)) and not hasattr(span, "to_sec"):
+        raise TypeError(f"a timeout or length of time must be a Duration or a number of seconds, not {span!r:.80}")
     return float(span if isinstance(span, (int, float)) else span.to_sec())

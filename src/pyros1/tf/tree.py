@@ -307,7 +307,13 @@ class Tree:
 
 
 def bad_name(argument: str, name: str) -> str:
-    """Return what is wrong with a frame's name in a question, in tf2's words; empty if nothing is."""
+    """Return what is wrong with a frame's name in a question, in tf2's words; empty if nothing is.
+
+    Raises:
+        TypeError: it is no text.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"{argument} must be the name of a frame, not {name!r:.80}")
     if not name:
         return f"Invalid argument passed to {argument} in tf2 frame_ids cannot be empty"
     if name[0] == "/":
