@@ -13,8 +13,9 @@ from typing import Any
 
 import pytest
 
-from pyros1.bag import BagWriter
+from pyros1.bag import Bag, BagWriter
 from pyros1.cli.clean_output import CleanStream
+from pyros1.cli.common import Invocation
 from pyros1.cli.diagnostic import status_lines
 from pyros1.cli.main import entry
 from pyros1.cli.tf_drawing import Frame, text
@@ -41,6 +42,7 @@ COMMANDS = [
     "topic echo -n 1 --json /topic",
     "topic echo -n 1 /topicBAD",
     "topic info --json /topic",
+    "log set /node rosout info",
     "node list",
     "node list -a",
     "node list -u",
@@ -137,6 +139,29 @@ def test_message_data_does_not_steer_a_terminal_either(
     robot = make_robot("answer")
     assert "FORGED" in run(robot.uri, f"topic echo -n 1 {how}/topic")[1]
     assert "FORGED" in run(robot.uri, f"topic echo -n 1 {how}/topic/data")[1]
+
+
+@pytest.mark.parametrize(
+    "command", ["topic hz /topic", "topic bw /topic", "topic delay /topic", "tf monitor", "dynparam get -t 0.1 /node"]
+)
+def test_nor_do_those_that_run_until_they_are_interrupted(
+    run: Any, make_robot: Any, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    rounds = iter([True, True])
+
+    def pause(self: Invocation, seconds: float) -> bool:
+        return not self._wait(0.1) and next(rounds, False)
+
+    monkeypatch.setattr(Invocation, "pause", pause)
+    assert "".join(run(make_robot("answer").uri, command)[1:])
+
+
+def test_nor_does_recording_and_an_illegal_name_ends_it_not(run: Any, make_robot: Any, tmp_path: Path) -> None:
+    path = tmp_path / "all.bag"
+    code, out, err = run(make_robot("answer").uri, f"bag record -a --duration 1 -O {path}")
+    assert code == 0 and "Subscribing to /topic\n" in out and "is not a legal name: it is not recorded" in out + err
+    with Bag(path) as bag:
+        assert len(bag) >= 1
 
 
 def _as_on_a_terminal(self: CleanStream, stream: Any) -> None:

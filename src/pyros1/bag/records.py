@@ -146,14 +146,14 @@ def parse_fields(data: bytes) -> Fields:
         name, separator, value = data[position : position + size].partition(b"=")
         if size > end - position or not separator:
             raise RecordError("a header field runs past the header's end, or has no '='")
-        fields[name.decode("latin-1")] = value
+        fields[name.decode("utf-8", "surrogateescape")] = value
         position += size
     return fields
 
 
 def make_fields(fields: Mapping[str, bytes]) -> bytes:
     """Return a header's bytes, without their length."""
-    parts = (name.encode("latin-1") + b"=" + value for name, value in fields.items())
+    parts = (name.encode("utf-8", "surrogateescape") + b"=" + value for name, value in fields.items())
     return b"".join(U32.pack(len(part)) + part for part in parts)
 
 

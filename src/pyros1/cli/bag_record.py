@@ -8,6 +8,7 @@ from collections.abc import Callable
 from optparse import SUPPRESS_HELP, OptionParser, Values
 from typing import Any
 
+from pyros1 import names
 from pyros1.bag.errors import BagError
 from pyros1.bag.record_model import RecordOptions
 from pyros1.bag.record_names import FileNames, Selection
@@ -71,7 +72,10 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
         raise CommandError(_reason(error)) from None
 
     def subscribe(name: str) -> None:
-        line.say(f"Subscribing to {name}")
+        if not names.is_legal_name(name) and (options.all or options.regex or options.node):
+            warn(f"'{name}' is not a legal name: it is not recorded")  # somebody else's fault must not end the rest
+            return
+        line.say(f"Subscribing to {one_line(name)}")
         recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))
 
     with recorder:

@@ -13,6 +13,7 @@ from pyros1.bag.snapshot import Snapshots
 from pyros1.cli.bag_follow import Ending, follow, wait_for_time
 from pyros1.cli.bag_progress import LiveLine, size_text
 from pyros1.node import Node
+from pyros1.shown import one_line
 
 
 def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, options: Values, ending: Ending) -> int:
@@ -48,7 +49,7 @@ def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, op
         return True, ""
 
     def subscribe(name: str) -> None:
-        line.say(f"Subscribing to {name}")
+        line.say(f"Subscribing to {one_line(name)}")
         snapshots.subscribe(name)
 
     service = node.resolve("~snapshot")
