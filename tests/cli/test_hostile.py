@@ -142,7 +142,7 @@ def test_message_data_does_not_steer_a_terminal_either(
 
 
 @pytest.mark.parametrize(
-    "command", ["topic hz /topic", "topic bw /topic", "topic delay /topic", "tf monitor", "dynparam get -t 0.1 /node"]
+    "command", ["topic hz /topic", "topic bw /topic", "topic delay /topic", "dynparam get -t 0.1 /node"]
 )
 def test_nor_do_those_that_run_until_they_are_interrupted(
     run: Any, make_robot: Any, monkeypatch: pytest.MonkeyPatch, command: str
