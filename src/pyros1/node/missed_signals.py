@@ -2,7 +2,7 @@
 
 Python runs signal handlers in the main thread, between two instructions. A signal that comes just before that thread
 begins to wait, or that the system gives to another thread, wakes nobody: a program that waits in ``queue.get()`` would
-never see its Ctrl-C. What the interpreter writes into its wakeup file lets the loop notice it, and wake the main thread.
+never see its Ctrl-C. What the interpreter writes into its wakeup file lets the loop notice it and wake the main thread.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from collections.abc import Callable
 from pyros1.net.loop import READ, Loop
 
 PATIENCE = 0.05
-"""Seconds that a handler has to begin; then the main thread is woken, again and again with twice the time in between."""
+"""Seconds that a handler has to begin; then the main thread is woken, again and again, each time after twice as long."""
 LONGEST_PATIENCE = 1.0
 
 
@@ -35,7 +35,7 @@ class MissedSignals:
         self._reading = self._writing = -1
 
     def watch(self) -> None:
-        """Begin, in the main thread; not if a program has a wakeup file of its own, or the system has no such signals."""
+        """Begin, in the main thread; not if a program has a wakeup file of its own, or the system cannot do it."""
         if not hasattr(signal, "pthread_kill"):
             return
         reading, writing = os.pipe()
