@@ -17,7 +17,7 @@ from collections.abc import Callable
 from pyros1.net.loop import READ, Loop
 
 PATIENCE = 0.05
-"""Seconds that a handler has to begin; then the main thread is woken, again and again, each time after twice as long."""
+"""Seconds that a handler has to begin; then the main thread is woken, each time after twice as long."""
 LONGEST_PATIENCE = 1.0
 
 
