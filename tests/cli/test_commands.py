@@ -334,6 +334,14 @@ def test_files_that_do_not_do(run: Any, tmp_path: Any) -> None:
     assert (code, error) == (1, "ERROR: what was read is not UTF-8 text: byte 0xff at 3\n")
 
 
+def test_memory_that_ends_is_said(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def greedy(words: list[str]) -> int:
+        raise MemoryError
+
+    monkeypatch.setattr("pyros1.cli.version.main", greedy)
+    assert run("version") == (1, "", "ERROR: there is not enough memory for this\n")
+
+
 def test_closed_streams_are_no_error(environ: dict[str, str]) -> None:
     words = [sys.executable, "-m", "pyros1", "topic", "list"]
     done = subprocess.run(["sh", "-c", '"$@" >&-', "sh", *words], env={**os.environ, **environ}, check=False)

@@ -156,6 +156,9 @@ def _run(module: str, arguments: list[str]) -> int:
     except Error as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
+    except MemoryError:
+        print("ERROR: there is not enough memory for this", file=sys.stderr)
+        return 1
     except UnicodeDecodeError as error:
         byte, place = error.object[error.start], error.start
         print(f"ERROR: what was read is not UTF-8 text: byte {byte:#04x} at {place}", file=sys.stderr)
