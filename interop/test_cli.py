@@ -312,7 +312,6 @@ rosservice call /subject/flip data:\u00a0true
 rosservice call -v /subject/flip {data:\u00a0true}
 rosservice call /subject/flip false
 rosservice call /subject/flip 7
-rosservice call /subject/flip foo
 rosservice call /subject/flip 1 2
 rosservice call /subject/flip {dota:\u00a01}
 rosservice call --wait /subject/flip true
@@ -519,9 +518,17 @@ def test_without_a_master_the_stock_line_and_code_appear(system: Master, tools: 
     assert (code, out) == stock[:2] and err.startswith(f"{stock[2]}no answer from the master at {away} (")
 
 
+def test_a_wrong_request_is_told_with_its_value(system: Master, tools: Path) -> None:
+    """Intended difference: ours also says what was given."""
+    words = ["call", "/subject/flip", "foo"]
+    code, out, err = ask(system, "/usr/bin/rosservice", words)
+    more = err.replace(" field data is not a bool", " service [/subject/flip]: field data is not a bool, but str 'foo'")
+    assert ask(system, str(tools / "rosservice"), words) == (code, out, more) and more != err
+
+
 def test_wrong_values_are_told_at_once(system: Master, tools: Path) -> None:
     """Intended difference from L69 and L85: no traceback, and not only when a subscriber comes."""
     code, out, err = ask(system, str(tools / "rostopic"), ["pub", "-1", "/t_bad", "std_msgs/Int32", "hello"])
-    assert (code, out, err.splitlines()[0]) == (1, "", "ERROR: field data must be an integer type")
+    assert (code, out, err.splitlines()[0]) == (1, "", "ERROR: field data must be an integer type, not str 'hello'")
     code, out, err = ask(system, str(tools / "rosparam"), ["set", "/t_bad", "5000000000"])
     assert (code, out) == (1, "") and err.startswith("ERROR: ") and "Traceback" not in err
