@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
+import pyros1
 from pyros1.interrupts import DELIBERATE, Insistence, catch
 
 
@@ -34,3 +38,29 @@ def test_blocked_and_ignored_signals_come() -> None:
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         signal.signal(signal.SIGINT, former)
+
+
+LOST = """
+import signal, sys, time
+sys.path.insert(0, sys.argv[1])
+from pyros1 import interrupts
+
+class Last:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+interrupts.die_quietly()
+with interrupts.raised():
+    last = Last()
+    try:
+        del last
+        time.sleep(20)
+    except KeyboardInterrupt:
+        print("raised")
+"""
+
+
+def test_one_that_the_interpreter_cannot_raise_is_raised_soon_after() -> None:
+    source = Path(pyros1.__file__).parent.parent
+    done = subprocess.run([sys.executable, "-c", LOST, source], capture_output=True, text=True, timeout=30, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "raised\n", "")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import _thread
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -59,6 +61,16 @@ class Interrupt:
             die(number)
         raise KeyboardInterrupt
 
+    def come_again(self) -> None:
+        """The exception was lost: raise another one in a moment, when the interpreter is somewhere else."""
+        self._insistence = Insistence()
+        _thread.start_new_thread(_send_soon, (signal.SIGINT,))
+
+
+def _send_soon(number: int) -> None:
+    time.sleep(0.01)
+    os.kill(os.getpid(), number)
+
 
 def is_usual(handler: object) -> bool:
     """Whether a handler of a signal is nobody's in particular, and may be replaced."""
@@ -73,15 +85,30 @@ def die_quietly() -> None:
 
 @contextmanager
 def raised() -> Iterator[None]:
-    """Raise KeyboardInterrupt meanwhile in a process that `die_quietly` has prepared, so that all is tidied up."""
-    prepared = signal.getsignal(signal.SIGINT) is signal.SIG_DFL
-    if prepared:
-        signal.signal(signal.SIGINT, Interrupt())
+    """Raise KeyboardInterrupt meanwhile in a process that `die_quietly` has prepared, so that all is tidied up.
+
+    The interpreter ignores one that is raised where it cannot let it go on, such as in the callback of a weak reference
+    while it imports a module, and shows it; so another one is raised in place of it.
+    """
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_DFL:
+        yield
+        return
+    show = sys.unraisablehook
+
+    def ignored(what: sys.UnraisableHookArgs) -> None:
+        current = signal.getsignal(signal.SIGINT)
+        if what.exc_type is KeyboardInterrupt and isinstance(current, Interrupt):
+            current.come_again()
+        else:
+            show(what)
+
+    signal.signal(signal.SIGINT, Interrupt())
+    sys.unraisablehook = ignored
     try:
         yield
     finally:
-        if prepared:
-            signal.signal(signal.SIGINT, signal.SIG_DFL)
+        sys.unraisablehook = show
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def die(number: int = signal.SIGINT) -> NoReturn:

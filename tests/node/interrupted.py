@@ -255,7 +255,8 @@ def raising(queue_size: int | None) -> None:
                     interruptions
                 )  # not here: an exception in a jump to a loop's begin escapes Python 3.13's try
             except KeyboardInterrupt:
-                working = False
+                pass
+            working = False  # in any case: the handler may have come before it was True
             publisher.publish(message(PointStamped, True, number))
             if number % 20 == 0:
                 received.wait(lambda: received.by_handler[-1:] == [number])  # noqa: B023
