@@ -23,6 +23,10 @@ def test_the_nearest_word() -> None:
         ("/robot/left/nope", "/robot/left/mode", None),
         ("/robt/speed", "/robot/speed", "/robot/speed"),
         ("/robot/sped", "/robot/speed", "/robot/speed"),
+        ("sensor_msgs/IMU", "sensor_msgs/Imu", "sensor_msgs/Imu"),
+        ("/CHATTER", "/chatter", "/chatter"),
+        ("/foo/get_loggers", "/rosout/get_loggers", None),
+        ("/srvv/get_loggers", "/srv/get_loggers", "/srv/get_loggers"),
     ],
 )
 def test_what_names_share_makes_them_not_near(word: str, known: str, meant: str | None) -> None:

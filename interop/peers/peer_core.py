@@ -107,7 +107,10 @@ class Peer:
         """Obey commands until ``quit``, end of input or the node's shutdown (None)."""
         say("ready", name)
         while True:
-            line = commands.get()
+            try:
+                line = commands.get(timeout=0.2)  # Python may overlook a signal that comes just before a wait
+            except queue.Empty:
+                continue
             if line is None or line == "quit":
                 break
             verb, *words = line.split(" ")

@@ -224,10 +224,8 @@ class Node:
                     raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master
             raise
         self._node.on_shutdown(self._end_streams)
-        if self._signals is not None:
-            self._signals.watch(self._node._context.loop)
-            if self._signals.count:  # a signal came just before
-                self._set_limit()
+        if self._signals is not None and self._signals.count:  # a signal came just before
+            self._set_limit()
         return self
 
     async def __aexit__(
@@ -237,10 +235,8 @@ class Node:
             self._ends.cancel()
         if self._node is not None:
             await asyncio.to_thread(self._node.shutdown)
-        if self._signals is not None:
-            self._signals.unwatch()
-            if not self._signals.count:  # else a second signal still ends the program
-                self._signals.restore()
+        if self._signals is not None and not self._signals.count:  # else a second signal still ends the program
+            self._signals.restore()
         if kind is None:
             return False
         if issubclass(kind, asyncio.CancelledError) and self._cancelled:

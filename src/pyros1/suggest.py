@@ -25,16 +25,19 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
         known: what could have been written.
     """
     words = list(known)
-    close = [SYNONYMS[word]] if SYNONYMS.get(word) in words else difflib.get_close_matches(word, words, 5, 0.7)
+    close = [SYNONYMS[word]] if SYNONYMS.get(word) in words else []
+    close = close or [other for other in words if other.casefold() == word.casefold()]
+    close = close or difflib.get_close_matches(word, words, 5, 0.7)
     meant = next((other for other in close if word in SYNONYMS or _is_near(word, other)), word)
     return f" (did you mean '{one_line(meant)}'?)" if meant != word else ""
 
 
 def _is_near(word: str, other: str) -> bool:
-    """Whether two names are also near behind the namespaces or the package that they share."""
-    ours, theirs = word.split("/"), other.split("/")
-    while len(ours) > 1 and len(theirs) > 1 and ours[0] == theirs[0]:
-        del ours[0], theirs[0]
+    """Whether two names are also near without the parts that they share, as a package or the services of all nodes."""
+    ours, theirs = word.casefold().split("/"), other.casefold().split("/")
+    for end in (0, -1):
+        while len(ours) > 1 and len(theirs) > 1 and ours[end] == theirs[end]:
+            del ours[end], theirs[end]
     return difflib.SequenceMatcher(None, "/".join(ours), "/".join(theirs)).ratio() >= _NEAR_BEHIND
 
 

@@ -55,3 +55,18 @@ def test_what_was_counted_is_told_at_the_end() -> None:
     repeats.close()
     timers.run()
     assert lines == ["refused", "refused (repeated once)"]
+
+
+def test_a_signal_handler_may_end_it_at_any_moment() -> None:
+    lines: list[str] = []
+    repeats = Repeats(Timers())
+
+    class Interrupting(str):
+        """A text on top of whose looking up a handler comes."""
+
+        def __hash__(self) -> int:
+            repeats.close()
+            return super().__hash__()
+
+    repeats.say("here", Interrupting("refused"), lines.append)
+    assert lines == ["refused"]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from array import array
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any
 
+import numpy
 import pytest
 
 import pyros1
@@ -191,3 +193,15 @@ def test_an_argument_that_is_no_parameter_is_warned_of(make_node: Any, capfd: py
     make_node("n", rosout=False, argv=["_rate=10", "_fine:=1", "a=b", "_x"])
     lines = [line for line in capfd.readouterr().err.splitlines() if "WARN" in line]
     assert len(lines) == 1 and "'_rate=10' sets and renames nothing: write _rate:=10" in lines[0]
+
+
+def test_what_behaves_as_wanted_is_taken(make_node: Any, capfd: pytest.CaptureFixture[str]) -> None:
+    node = make_node("n", rosout=False, argv=(word for word in ["_rate:=10", "a:=b"]))
+    assert (node.params["~rate"], node.resolve("a")) == (10, "/b")
+    size: Any = numpy.int64(2000)
+    node.subscribe("t", String, listen, queue_size=size, max_datagram_size=size, transports={"tcp"})
+    assert node.advertise("t", String, queue_size=size).wait_for_subscribers(numpy.int64(1), 10)
+    node.advertise("any", pyros1.AnyMsg).publish(array("B", [0, 0, 0, 0]))
+    for _ in range(2):
+        node.log.warn("once in a while", throttle=Duration(100))
+    assert capfd.readouterr().err.count("once in a while") == 1

@@ -265,66 +265,6 @@ def test_ctrl_c_ends_every_wait_of_the_node(program: Any, wait: str, callbacks: 
     assert child.end() == (0, "", "")
 
 
-@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
-def test_a_signal_that_the_main_thread_does_not_notice_ends_the_node_all_the_same(program: Any, number: str) -> None:
-    """As it happens now and then: the main thread is just beginning to wait, or the system wakes another thread."""
-    child = program(
-        f"""
-        import queue, signal, threading
-        commands = queue.Queue()
-        with pyros1.Node("deaf") as node:
-            node.on_shutdown(lambda: commands.put("end"))
-            kill = lambda: (print("ready"), signal.pthread_kill(threading.get_ident(), signal.{number}))
-            threading.Thread(target=kill).start()
-            print(commands.get())
-        """
-    )
-    assert child.end() == (0, "end\n", "")
-
-
-def test_a_handler_that_runs_runs_once(program: Any) -> None:
-    """Also one that comes late, or was put in place of the node's."""
-    child = program(
-        """
-        import signal, time
-        came = []
-        with pyros1.Node("late") as node:
-            signal.signal(signal.SIGTERM, lambda number, frame: came.append(number))
-            print("ready")
-            signal.raise_signal(signal.SIGTERM)
-            time.sleep(0.3)
-            assert node.ok()
-            before = signal.getsignal(signal.SIGINT)
-            signal.raise_signal(signal.SIGINT)
-            node.spin()
-        print(came == [signal.SIGTERM], signal.set_wakeup_fd(-1))
-        """
-    )
-    assert child.end() == (0, "True -1\n", "")
-
-
-def test_signals_of_a_forked_process_are_its_own(program: Any) -> None:
-    child = program(
-        """
-        import os, signal, time
-        with pyros1.Node("parent") as node:
-            child = os.fork()
-            if child == 0:
-                signal.signal(signal.SIGTERM, signal.SIG_DFL)
-                signal.signal(signal.SIGINT, lambda number, frame: os._exit(3))
-                time.sleep(20)
-                os._exit(4)
-            print("ready")
-            time.sleep(0.1)
-            os.kill(child, signal.SIGINT)
-            code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-            node.sleep(0.2)
-            print(code, node.ok())
-        """
-    )
-    assert child.end() == (0, "3 True\n", "")
-
-
 def test_a_second_ctrl_c_interrupts_the_program(program: Any, make_node: Any) -> None:
     child = program(
         """

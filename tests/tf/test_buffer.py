@@ -271,3 +271,8 @@ def test_wrong_arguments_are_named() -> None:
     for call, text in wrong:
         with pytest.raises(TypeError, match=text):
             call()
+
+
+def test_transforms_may_come_from_a_generator(buffer: Buffer) -> None:
+    buffer.set_transforms((stamped("map", name, 101) for name in ("left", "right")), "/a")
+    assert buffer.can_transform("left", "right", Time(101))

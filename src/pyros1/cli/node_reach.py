@@ -202,7 +202,7 @@ def _answers(graph: Graph, name: str) -> bool:
     try:
         node.pid()
     except Error as error:
-        print(f"ERROR: {_ping_failure(error, name, uri)}", file=sys.stderr)
+        sys.stderr.write(f"ERROR: {_ping_failure(error, name, uri)}\n")  # in one: others are asked at the same time
         return False
     finally:
         node.close()

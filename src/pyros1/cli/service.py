@@ -174,6 +174,7 @@ def find(invocation: Invocation) -> None:
     names = list(graph.state().services)
     answers = together({name: partial(_header, invocation, graph, name) for name in names}, PROBE_TIMEOUT + 1.0)
     matching = []
+    said: set[str] = set()
     for name, header in answers.items():
         if isinstance(header, dict):
             if header.get("type") == args[0]:
@@ -181,7 +182,9 @@ def find(invocation: Invocation) -> None:
         elif isinstance(header, MasterError):
             raise header
         elif header is not None:  # it does not answer for its type
-            print(f"WARNING: {header}", file=sys.stderr)
+            what, _, why = str(header).partition("\n")  # why: once for all services of a node
+            print(f"WARNING: {what}" + (f"\n{why}" if why and why not in said else ""), file=sys.stderr)
+            said.add(why)
     if options.json:
         print_json(matching)
     else:

@@ -160,7 +160,7 @@ def _load(type_name: str) -> type[Message]:
         raise
     except UnknownTypeError:
         raise CommandError(
-            f"invalid message type: {type_name}.{_meant(type_name)}\n"
+            f"invalid message type: {type_name}{_meant(type_name)}.\n"
             f"If this is a valid message type, perhaps you need to type 'rosmake {package}'"
         ) from None
 

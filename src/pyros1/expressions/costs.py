@@ -43,10 +43,12 @@ def depth(value: Any, limit: int) -> int:
     """Return how many items there are in a value and in those inside it, each as often as it appears.
 
     Args:
-        value: anything; eight characters are one item, 64 bits of a large integer, too.
+        value: anything; eight characters are one item (in a message each of a text's, which are quoted one by one when
+            it is shown), 64 bits of a large integer, too.
         limit: counting stops beyond this.
     """
     total = 0
+    shift = 3  # of a text's length
     pending = [value]
     while pending:
         part = pending.pop()
@@ -54,7 +56,7 @@ def depth(value: Any, limit: int) -> int:
         if kind is int:
             total += part.bit_length() >> 6
         elif kind in TEXTS:
-            total += len(part) >> 3
+            total += len(part) >> (shift if kind is str else 3)
         elif isinstance(part, CONTAINERS):
             total += STEP + len(part)
             if total <= limit:
@@ -64,6 +66,7 @@ def depth(value: Any, limit: int) -> int:
                 if isinstance(part, dict):
                     total += len(part) + inside(part.values(), pending)
         elif kind not in SCALARS:
+            shift = 0
             total += _other(part, pending)
         if total > limit:
             break

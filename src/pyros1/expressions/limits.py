@@ -16,7 +16,7 @@ MAX_ITEMS = 10_000
 MAX_BITS = 4096
 """Most bits of a calculated integer."""
 
-MAX_WORK = 6_000_000
+MAX_WORK = 10_000_000
 """Most work of an expression: what its operations and functions go through counts one for each item, or for eight
 characters of a text; besides, each part that is calculated counts `STEP`, as often as comprehensions go through it."""
 

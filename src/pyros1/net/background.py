@@ -133,6 +133,8 @@ class Background:
         return items
 
     def _run(self) -> None:
+        if self._thread is not threading.current_thread():
+            return  # who started it was interrupted by a signal handler that raised, and has given it up
         while True:
             if not self._items and not self._closing.is_set():
                 self._more.wait(lambda: self._items or self._flushes or self._closing.is_set(), IDLE)

@@ -30,7 +30,7 @@ class Repeats:
     def __init__(self, later: Callable[..., object]) -> None:
         self._later = later
         self._periods: dict[Hashable, _Period] = {}
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal handler may end the node on top of `say`
 
     def say(self, place: Hashable, text: str, emit: Callable[[str], None]) -> None:
         """Write a text, or count it. Any thread.

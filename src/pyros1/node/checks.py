@@ -128,25 +128,28 @@ def check_headers(given: Any) -> None:
             raise TypeError(f"headers must have texts as names and values, not {key!r:.40}: {value!r:.40}")
 
 
-def check_node(name: Any, namespace: Any, argv: Any, master_uri: Any, environ: Any, wait_for_master: Any) -> None:
-    """Raise TypeError if one of the arguments of `Node` is not of its kind."""
+def check_node(
+    name: Any, namespace: Any, argv: Any, master_uri: Any, environ: Any, wait_for_master: Any
+) -> list[str] | None:
+    """Raise TypeError if one of the arguments of `Node` is not of its kind; return the words of argv, or None."""
     check_text(name, "Node: name")
     check_text(namespace, "Node: namespace", none=True)
     check_text(master_uri, "Node: master_uri", none=True)
-    if argv is not None:
-        _check_arguments(argv)
     if environ is not None and not isinstance(environ, Mapping):
         raise TypeError(f"Node: environ must be a dict of environment variables, not {_described(environ)}")
     if wait_for_master is not None:
         check_seconds(wait_for_master, "Node: wait_for_master")
+    return None if argv is None else _words(argv)
 
 
-def _check_arguments(given: Any) -> None:
+def _words(given: Any) -> list[str]:
     if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
         raise TypeError(f'argv must be a list of texts, such as ["_rate:=10"], not {_described(given)}')
-    for word in given:
+    words = list(given)
+    for word in words:
         if not isinstance(word, str):
             raise TypeError(f"argv must hold texts only, not {_described(word)}")
+    return words
 
 
 def _is_number(given: Any) -> bool:
@@ -157,7 +160,7 @@ def check_queue_size(given: Any, least: int) -> None:
     """Raise TypeError or ValueError if it is no size of a queue: None, or a number from ``least`` on."""
     if given is None:
         return
-    if not isinstance(given, int):
+    if not hasattr(type(given), "__index__"):  # numpy's integers have it, too
         raise TypeError(f"queue_size must be a whole number or None, not {given!r}")
     if given < least:
         raise ValueError(f"queue_size must be at least {least}, or None, not {given}")

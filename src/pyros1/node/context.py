@@ -139,7 +139,7 @@ def wait_for_links(topic: Linked, count: int, timeout: float | None) -> bool:
     Returns:
         Whether it has.
     """
-    if not isinstance(count, int):
+    if not hasattr(type(count), "__index__"):
         raise TypeError(f"count must be a whole number, not {count!r:.80}")
     check_timeout(timeout)
     changed = Event()

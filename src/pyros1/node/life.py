@@ -54,7 +54,6 @@ class Life:
         atexit.register(self._end_at_exit)
         if signals:
             self._signals.install()
-            self._signals.watch(self._context.loop)
 
     def _end_at_exit(self) -> None:
         if os.getpid() != self._pid:

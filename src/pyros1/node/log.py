@@ -367,6 +367,7 @@ class Log:
         code, line = frame.f_code, frame.f_lineno
         if throttle is not None or once:
             if throttle is not None:
+                throttle = throttle.to_sec() if hasattr(throttle, "to_sec") else throttle  # a Duration, say
                 check_seconds(throttle, "throttle")
             now = sink.now()[0].to_sec()
             if not self._due((code.co_filename, line), now, throttle, once):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1 import names, shown
@@ -88,7 +88,7 @@ class Node:
         rosout: bool = True,
         wait_for_master: float | None = None,
     ) -> None:
-        checks.check_node(name, namespace, argv, master_uri, environ, wait_for_master)
+        argv = checks.check_node(name, namespace, argv, master_uri, environ, wait_for_master)
         if callbacks not in ("inline", "spin"):
             raise ValueError(f'callbacks must be "inline" or "spin", not {callbacks!r}')
         self.environ = environ = os.environ if environ is None else environ
@@ -240,7 +240,7 @@ class Node:
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
         arrays: str | None = None,
-        transports: str | Sequence[str] = ("tcp",),
+        transports: str | Iterable[str] = ("tcp",),
         max_datagram_size: int = 1500,
     ) -> Subscriber[_M]:
         """Subscribe to a topic.
@@ -270,7 +270,7 @@ class Node:
         checks.check_callback(callback, _SUBSCRIBE, "callback", type)
         checks.check_queue_size(queue_size, 1)
         cls = checks.message_class(type, "subscribe")
-        wanted = (transports,) if isinstance(transports, str) or not isinstance(transports, Sequence) else transports
+        wanted = (transports,) if isinstance(transports, str) or not isinstance(transports, Iterable) else transports
         hints = Hints(tcp_nodelay, tuple(wanted), max_datagram_size)
         hints.check()
         return self._topics.subscribe(self.resolve(topic), cls, callback, queue_size, hints, arrays=arrays)

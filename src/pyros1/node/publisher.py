@@ -68,9 +68,15 @@ class Publisher(Generic[_M]):
             if hasattr(message, "_md5sum"):
                 self._publish_other(message)
                 return
-            if self._raw and not isinstance(message, (bytes, bytearray, memoryview)):
-                raise TypeError(f"publish() on {self.name} takes an AnyMsg or its bytes, not {message!r:.80}")
+            if self._raw:
+                self._check_bytes(message)
         self._publication.publish(self.type(*args, **fields))
+
+    def _check_bytes(self, given: Any) -> None:
+        try:
+            memoryview(given)
+        except TypeError:
+            raise TypeError(f"publish() on {self.name} takes an AnyMsg or its bytes, not {given!r:.80}") from None
 
     def _publish_other(self, message: Any) -> None:
         """Publish a message of another class: good if it is of the same type, from another definition or generator or

@@ -35,9 +35,8 @@ from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
-    from pyros1.node.checks import check_timeout
     from pyros1.node.context import Context
-from pyros1.node.service_server import ServiceServer
+    from pyros1.node.service_server import ServiceServer
 
 CONNECT_TIMEOUT = 10.0
 PROBE_TIMEOUT = 5.0

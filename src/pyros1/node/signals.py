@@ -13,8 +13,6 @@ from types import FrameType
 from typing import Any
 
 from pyros1.interrupts import Insistence, catch, is_usual
-from pyros1.net.loop import Loop
-from pyros1.node.missed_signals import MissedSignals
 
 
 class SignalHandlers:
@@ -27,7 +25,6 @@ class SignalHandlers:
 
     def __init__(self, on_signal: Callable[[int], None]) -> None:
         self._on_signal = on_signal
-        self._missed: MissedSignals | None = None
         self._previous: dict[int, Any] = {}
         self._insistence = Insistence()
         self._over = False
@@ -45,22 +42,10 @@ class SignalHandlers:
         self._previous = {number: signal.getsignal(number) for number in numbers}
         catch(self._handle, numbers)
 
-    def watch(self, loop: Loop) -> None:
-        """Let a loop notice the signals that the main thread does not; in that thread, if anywhere."""
-        if self._previous and threading.current_thread() is threading.main_thread():
-            self._missed = MissedSignals(loop, self._has)
-            self._missed.watch()
-
-    def unwatch(self) -> None:
-        """The loop ends."""
-        if self._missed is not None and threading.current_thread() is threading.main_thread():
-            self._missed.end()
-
     def restore(self) -> None:
         """Put the former handlers back, unless somebody has put others in place of ours."""
         if threading.current_thread() is not threading.main_thread():
             return
-        self.unwatch()
         if self.count:
             self._over = True  # the handlers stay: another signal may come with the first, and would end the ending
             return
@@ -69,12 +54,7 @@ class SignalHandlers:
                 signal.signal(number, previous)
         self._previous.clear()
 
-    def _has(self, number: int) -> bool:
-        return number in self._previous and signal.getsignal(number) == self._handle
-
     def _handle(self, number: int, frame: FrameType | None) -> None:
-        if self._missed is not None:
-            self._missed.seen()
         counts = self._insistence.again()
         previous = self._previous.get(number)
         if self._over:

@@ -43,7 +43,7 @@ class Hints(NamedTuple):
 
     def check(self) -> None:
         """Raise ValueError for a transport or size that there is not."""
-        if not isinstance(self.max_datagram_size, int):
+        if not hasattr(type(self.max_datagram_size), "__index__"):
             raise TypeError(f"max_datagram_size must be a whole number of bytes, not {self.max_datagram_size!r:.80}")
         if self.transports == ("tcp",):
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from time import monotonic
 from typing import Any, NamedTuple, TypeVar
 
@@ -92,10 +92,11 @@ class Buffer:
         """Take a transform that holds at all times."""
         self.set_transforms([transform], authority, static=True)
 
-    def set_transforms(self, transforms: list[Any], authority: str, *, static: bool = False) -> None:
+    def set_transforms(self, transforms: Iterable[Any], authority: str, *, static: bool = False) -> None:
         """Take several transforms; who waits for one of them is told once."""
         problems: list[str] = []
         insert = self._tree.insert
+        transforms = list(transforms)  # it is looked through twice
         for item in transforms:
             if not hasattr(item, "child_frame_id"):
                 raise TypeError(f"a transform must be a geometry_msgs/TransformStamped, not {item!r:.80}")
