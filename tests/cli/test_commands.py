@@ -388,7 +388,7 @@ def test_what_is_no_verb_is_said_to_be_none(run: Any, command: str) -> None:
         ("topic ls", "'ls' (did you mean 'list'?)"),
         ("setup fish", "unrecognized arguments: fish (write --shell fish)"),
         ("topic pub /x String 1", "invalid topic type: String (did you mean 'std_msgs/String'?)"),
-        ("topic pub /x std_msgs/Strng 1", "invalid message type: std_msgs/Strng. (did you mean 'std_msgs/String'?)"),
+        ("topic pub /x std_msgs/Strng 1", "invalid message type: std_msgs/Strng (did you mean 'std_msgs/String'?)."),
         ("node kill /a/tool", " * /a/tool (did you mean '/a/tools'?)"),
         ("tf ecko", "pyros1 tf: there is no 'ecko' (did you mean 'echo'?)"),
     ],
