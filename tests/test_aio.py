@@ -349,6 +349,16 @@ def test_two_signals_at_once_are_one(start: Callable[[str], Started]) -> None:
     assert program.end() == (0, "hook\nleft\n", "")
 
 
+def test_a_signal_that_does_not_wake_the_loop_is_noticed(start: Callable[[str], Started]) -> None:
+    """As one that comes just before the loop begins to wait: here another thread gets it."""
+    body = """
+        import signal, threading
+        threading.Thread(target=lambda: signal.pthread_kill(threading.get_ident(), signal.SIGINT)).start()
+        await asyncio.sleep(100)
+    """
+    assert start(PROGRAM.replace("BODY", body)).end() == (0, "ready\nhook\nleft\n", "")
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_second_signal_ends_a_program_that_goes_on(start: Callable[[str], Started], number: int) -> None:
     program = start(

@@ -35,7 +35,7 @@ from weakref import WeakSet
 
 from pyros1.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.msgs import Service
-from pyros1.net.bell import Bell
+from pyros1.net.bell import STEP, Bell
 from pyros1.node import Node as SyncNode
 from pyros1.node.checks import check_callback, check_name, check_queue_size, check_timeout
 from pyros1.node.publisher import Publisher
@@ -200,6 +200,7 @@ class Node:
         self._make: Callable[[], SyncNode] = lambda: _Node(self._begins, name, handle_signals=False, **options)
         self._signals = _Signals(self._on_signal) if handle_signals else None
         self._ends: asyncio.TimerHandle | None = None  # cancels the body
+        self._looks: asyncio.TimerHandle | None = None
         self._cancelled = False
         self._making: SyncNode | None = None
         self._node: SyncNode | None = None
@@ -213,12 +214,14 @@ class Node:
         if self._signals is not None:
             self._signals.loop = self._loop
             self._signals.install()
+            self._look()
         try:
             self._node = await asyncio.to_thread(self._make)
         except BaseException as error:
             if self._making is not None:
                 self._end_soon("the program does not wait for it")  # the thread goes on after a cancellation
             if self._signals is not None:
+                self._look_no_more()
                 self._signals.restore()
                 if self._signals.count and isinstance(error, NodeShutdownError):
                     raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master
@@ -231,6 +234,7 @@ class Node:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool:
+        self._look_no_more()
         if self._ends is not None:
             self._ends.cancel()
         if self._node is not None:
@@ -259,6 +263,15 @@ class Node:
         if self._loop is not None:
             with contextlib.suppress(RuntimeError):  # the asyncio loop is closed already
                 self._loop.call_soon_threadsafe(self._set_limit)
+
+    def _look(self) -> None:
+        """Let Python run signal handlers: one that comes just before the loop begins to wait does not end that wait."""
+        assert self._loop is not None
+        self._looks = self._loop.call_later(STEP, self._look)
+
+    def _look_no_more(self) -> None:
+        if self._looks is not None:
+            self._looks.cancel()
 
     def _set_limit(self) -> None:
         assert self._loop is not None
