@@ -352,6 +352,29 @@ def test_ctrl_c_while_waiting_for_the_master_ends_the_program(program: Any, free
     assert code != 0 and out == ""
 
 
+def test_ctrl_c_while_the_master_is_asked_ends_the_program(program: Any) -> None:
+    child = program(
+        """
+        import signal, threading
+        import pyros1.node.node as starting
+        ask, ended = starting.set_private, threading.Event()
+
+        def interrupted(master, *others):
+            close = master.close
+            master.close = lambda: (close(), ended.set())
+            signal.raise_signal(signal.SIGINT)
+            assert ended.wait(10)
+            return ask(master, *others)
+
+        starting.set_private = interrupted
+        print("ready")
+        with pyros1.Node("early") as node:
+            print("never")
+        """
+    )
+    assert child.end() == (130, "", "")
+
+
 def test_the_master_ends_a_node_of_another_process_m34(program: Any, make_node: Any) -> None:
     child = program(LOOP)
     make_node("looper")

@@ -463,7 +463,7 @@ def test_idle_and_slow_clients_cost_no_threads_and_hinder_nobody(
         peer.sock.sendall(b"\x01\0\0\0\x01" if number % 2 else b"\x01\0")  # a call, or the beginning of one
         if number % 2:
             assert peer.take(10)[0] == 1
-    assert len(threads_of(server)) <= 8
+    assert len(threads_of(server)) <= 10  # one that has answered may not be free yet for the next call
     caller.service("other", Empty)()
     with caller.service("popular", SetBool, persistent=True) as client:
         assert client(True).success

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1 import names, shown
-from pyros1.errors import MasterMethodError, NodeShutdownError
+from pyros1.errors import Error, MasterMethodError, NodeShutdownError
 from pyros1.msgs import Service, load_message
 from pyros1.net.bell import Event
 from pyros1.net.hosts import host_from_environment
@@ -70,7 +70,7 @@ class Node:
         MasterUnreachableError: no master within ``wait_for_master`` seconds.
         MasterError: the master refuses the node.
         ProtocolError: the master's URI is none, or what answers there is no master.
-        SystemExit: SIGINT or SIGTERM came while the node waited for its master.
+        SystemExit: SIGINT or SIGTERM came before the node had started.
     """
 
     def __init__(
@@ -121,8 +121,8 @@ class Node:
             self._open(environ, wait_for_master, rosout, handle_signals)
         except BaseException as error:
             self.shutdown("the node could not start")
-            if isinstance(error, NodeShutdownError) and self._life.signalled:
-                raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master
+            if isinstance(error, Error) and self._life.signalled:
+                raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master's answer, or for it
             raise
 
     # Starting ---------------------------------------------------------------------------------------------------------

@@ -138,6 +138,9 @@ class ServiceLink:
             self._timer = None
 
     def _hand_over(self, frames: Frames) -> None:
+        if self._ending:  # what comes after the end is read all the same
+            self._close(None)
+            return
         refusal = self._submit(lambda: self._serve(frames))
         if refusal is not None:
             with contextlib.suppress(OSError):
@@ -161,7 +164,7 @@ class ServiceLink:
                 if bounded and not buffer.partial and self._may_linger():
                     with contextlib.suppress(*WaitOver):
                         count = sock.recv_into(buffer.writable())
-                        if not count:
+                        if not count or self._ending:
                             self._close(None)
                             return
                         frames = buffer.received(count)
