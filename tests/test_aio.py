@@ -392,6 +392,31 @@ asyncio.run(main())
     assert program.end() == (128 + number, "cancelled\n", "")
 
 
+def test_ctrl_c_while_the_master_is_asked_ends_the_program(start: Callable[[str], Started]) -> None:
+    program = """
+import asyncio, os, signal, threading
+import pyros1.aio
+import pyros1.node.node as starting
+ask, ended = starting.set_private, threading.Event()
+
+def interrupted(master, *others):
+    close = master.close
+    master.close = lambda: (close(), ended.set())
+    os.kill(os.getpid(), signal.SIGINT)
+    assert ended.wait(10)
+    return ask(master, *others)
+
+starting.set_private = interrupted
+
+async def main():
+    async with pyros1.aio.Node("early"):
+        print("never")
+
+asyncio.run(main())
+"""
+    assert start(program).end() == (130, "", "")
+
+
 def test_ctrl_c_while_waiting_for_the_master_ends_the_program(
     start: Callable[[str], Started], environ: dict[str, str], free_port: int
 ) -> None:

@@ -33,7 +33,7 @@ from types import TracebackType
 from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
-from pyros1.errors import NodeShutdownError, WaitTimeoutError
+from pyros1.errors import Error, NodeShutdownError, WaitTimeoutError
 from pyros1.msgs import Service
 from pyros1.net.bell import STEP, Bell
 from pyros1.node import Node as SyncNode
@@ -223,8 +223,8 @@ class Node:
             if self._signals is not None:
                 self._look_no_more()
                 self._signals.restore()
-                if self._signals.count and isinstance(error, NodeShutdownError):
-                    raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master
+                if self._signals.count and isinstance(error, Error):
+                    raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master's answer, or for it
             raise
         self._node.on_shutdown(self._end_streams)
         if self._signals is not None and self._signals.count:  # a signal came just before

@@ -365,6 +365,21 @@ def test_a_replaced_provider_o03(make_node: Any, server: Any, caller: Any) -> No
     kept.close()
 
 
+def test_a_call_that_comes_after_the_end_is_not_served(server: Any, raw_peer: Any) -> None:
+    """Also if the loop is too busy to end the connection first."""
+    calls: list[Any] = []
+    service = server.advertise_service("s", SetBool, lambda request: calls.append(request) or (True, ""))
+    peer = raw_peer(server).greet(service="/s", md5sum="*", callerid="/p", persistent="1")
+    peer.answer()
+    busy, leave = threading.Event(), threading.Event()
+    server._context.loop.call_soon(lambda: busy.set() or leave.wait(10))
+    assert busy.wait(10)
+    service.close()
+    peer.sock.sendall(b"\x01\0\0\0\x01")
+    leave.set()
+    assert peer.sock.recv(1) == b"" and not calls
+
+
 def test_shutdown_of_a_service_unregisters_it(server: Any, caller: Any) -> None:
     with server.advertise_service("s", Empty, lambda request: {}):
         caller.service("s", Empty)()

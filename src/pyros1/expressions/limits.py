@@ -26,7 +26,7 @@ STEP = 6
 CALL = 16
 """What a call costs, besides what the function does."""
 
-TOO_MUCH = "there is too much to calculate"
+TOO_MUCH = "there is too much to calculate; look at fewer fields or items"
 MAX_SAME_HASH = 100
 """Most keys of a set or dictionary that have the same hash, as the multiples of 2**61 - 1 have."""
 

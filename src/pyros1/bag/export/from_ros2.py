@@ -45,7 +45,7 @@ def import_ros2(
         reason = " ".join(str(error).split())  # one of YAML has several lines
         raise BagError(str(path), f"rosbags cannot read it: {reason}") from error
     except MemoryError as error:
-        raise BagError(str(path), "it claims to hold more than the memory") from error
+        raise BagError(str(path), "it claims to hold more data than there is memory for") from error
     except Exception as error:  # rosbags lets through whatever its parts raise: of SQLite, zstd, lz4, struct, dict
         raise BagError(str(path), f"rosbags cannot read it: {type(error).__name__}: {error}") from error
 

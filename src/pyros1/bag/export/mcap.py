@@ -191,7 +191,7 @@ def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], l
     changes = []
     for said in index:
         if chunks.get(said.offset) != said:
-            raise RecordError(f"the index tells wrong things of a chunk at byte {said.offset}")
+            raise RecordError(f"the index is wrong about the chunk at byte {said.offset}")
         changes += [(said.start, 0, said.size), (max(said.start, said.end), 1, -said.size)]
     if len({said.offset for said in index}) < len(index):
         raise RecordError("the index names a chunk twice")
