@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.cli.expression import Expression
+from pyros1.cli.shared.expression import Expression
 from pyros1.errors import LaunchError
 from pyros1.expressions import MAX_BITS, MAX_ITEMS, MAX_TEXT, ExpressionError, Interpreter, bounded, size
 from pyros1.launch.expression import evaluate

@@ -24,6 +24,8 @@ from pyros1.errors import (
 from pyros1.names import SEP
 from pyros1.shown import foreign, one_line
 
+UNKNOWN_TYPE = "unknown type"
+"""What is said of a topic whose type nobody has told the master."""
 NODE_TIMEOUT = 5.0
 """Seconds that a node gets to answer one call."""
 

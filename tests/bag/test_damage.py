@@ -8,6 +8,7 @@ import random
 import struct
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +22,12 @@ from pyros1.bag.reader import BagReader
 from pyros1.bag.records import Connection, RecordError, make_bag_header, make_fields, make_record, parse_fields
 from pyros1.bag.reindex import reindex
 from pyros1.bag.scanner import Scanner
-from pyros1.cli import topic as topic_command
+from pyros1.cli.running import run_command
 
 from .conftest import Make, values
 from .made import damaged_bags, write_bag
+
+topic = partial(run_command, "topic")
 
 
 @pytest.mark.parametrize(
@@ -366,13 +369,13 @@ def test_play_names_a_damaged_bag_and_ends(tmp_path: Path, environ: dict[str, st
 
 
 def test_echo_scans_a_bag_whose_index_is_damaged(tmp_path: Path, call_main: Any) -> None:
-    code, out, err = call_main(topic_command.main, "echo", "-b", swap_times(write_bag(tmp_path / "x.bag")), "/a")
+    code, out, err = call_main(topic, "echo", "-b", swap_times(write_bag(tmp_path / "x.bag")), "/a")
     assert (code, out.count("---"), err) == (0, 50, "")
 
 
 def test_echo_names_the_bag_in_which_a_message_cannot_be_shown(tmp_path: Path, call_main: Any) -> None:
     path = write_bag(tmp_path / "x.bag", count=1)
     path.write_bytes(path.read_bytes().replace(b"int32 data", b"int64 data"))
-    code, _, err = call_main(topic_command.main, "echo", "-b", path, "/a")
+    code, _, err = call_main(topic, "echo", "-b", path, "/a")
     assert code == 1
     assert err.startswith(f"ERROR: {path}: at 100.000000: a message of type [std_msgs/Int32] on /a cannot be shown: ")

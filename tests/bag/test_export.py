@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -18,7 +19,7 @@ from pyros1.bag import BagWriter
 from pyros1.bag.export.extras import extra
 from pyros1.bag.export.legal_names import LegalNames
 from pyros1.cli import bag as command
-from pyros1.cli import topic
+from pyros1.cli.running import run_command
 from pyros1.errors import Error
 from pyros1.msgs import Message, from_definition, load_message
 from pyros1.timing import Duration, Time
@@ -27,6 +28,8 @@ from .conftest import Make, values
 from .made import header_of
 
 Run = Callable[..., tuple[int, str, str]]
+
+topic = partial(run_command, "topic")
 
 
 @pytest.fixture
@@ -68,7 +71,7 @@ def test_csv_is_what_topic_echo_prints(run: Run, make_bag: Make, tmp_path: Path)
     assert run("export", "x.bag", "--format", "csv") == (0, "x_csv: 6 messages of 2 topics\n", "")
     assert files(tmp_path) == ["x.bag", "x_csv/a.csv", "x_csv/b.csv"]
     for name in ("a", "b"):
-        _, echoed, _ = run("echo", "-b", "x.bag", "-p", f"/{name}", main=topic.main)
+        _, echoed, _ = run("echo", "-b", "x.bag", "-p", f"/{name}", main=topic)
         assert (tmp_path / "x_csv" / f"{name}.csv").read_text() == echoed
     assert run("export", "x.bag", "-o", "-", "--format", "csv", "--topics", "/b", "--from", "0.04")[1] == (
         "%time,field.data\n100050000000,5\n"
@@ -93,7 +96,7 @@ def test_csv_writes_fields_as_stock_does(run: Run, tmp_path: Path) -> None:
     )
     assert (tmp_path / "x_csv" / "none.csv").read_text() == "%time,\n1000000000,\n"
     for name in ("k", "none"):
-        _, echoed, _ = run("echo", "-b", "x.bag", "-p", f"/{name}", main=topic.main)
+        _, echoed, _ = run("echo", "-b", "x.bag", "-p", f"/{name}", main=topic)
         assert (tmp_path / "x_csv" / f"{name}.csv").read_text() == echoed
     assert run("export", "x.bag", "-o", "-", "--format", "csv", "--topics", "/k", "--noarr", "--nostr")[1] == (
         "%time,field.b,field.d,field.f\n0,1,-999999995,0.10000000149011612\n"

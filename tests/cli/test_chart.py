@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pyros1.cli.chart import Canvas, draw, nice_range
+from pyros1.cli.shared.chart import Canvas, draw, nice_range
 
 
 def test_dots_are_where_they_should_be() -> None:

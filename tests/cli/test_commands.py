@@ -18,8 +18,9 @@ from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.msgs.std_msgs.msg import Bool, Empty, Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 
-from pyros1.cli.main import COMMANDS, command_name, entry
-from pyros1.cli.topic_plot import expand
+from pyros1.cli.commands.topic.plot import expand
+from pyros1.cli import registry
+from pyros1.cli.main import entry
 from pyros1.msgs import load_message, load_service
 
 
@@ -32,8 +33,9 @@ def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any
 
 
 def test_every_command_has_a_module_and_a_stock_name() -> None:
-    assert {command_name("ros" + name) for name in COMMANDS} == set(COMMANDS)
-    assert command_name("rosrosy") is None and command_name("topics") is None
+    known = registry.commands()
+    assert {registry.command_name("ros" + name) for name in known} == set(known)
+    assert registry.command_name("rosrosy") is None and registry.command_name("topics") is None
 
 
 def test_help_version_and_unknown_command(run: Any) -> None:
@@ -244,7 +246,7 @@ def test_misspelt_verbs_and_topics_get_a_hint(run: Any, make_node: Callable[...,
 def test_echo_writes_json_that_pub_reads(
     run: Any, make_node: Callable[..., Any], tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.cli.topic_pub.HOLD", 0.5)
+    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD", 0.5)
     state = JointState(name=["a"], position=[1.5, math.inf])
     talker = make_node("talker", rosout=False)
     talker.advertise("state", JointState, latch=True).publish(state)
@@ -296,7 +298,7 @@ def test_misspelt_commands_and_types_get_a_hint(run: Any) -> None:
 def test_minus_one_is_an_option_or_a_number(
     run: Any, make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.cli.topic_pub.HOLD", 0.5)
+    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD", 0.5)
     got: queue.Queue[Any] = queue.Queue()
     listener = make_node("listener", rosout=False)
     listener.subscribe("text", "std_msgs/String", got.put)
@@ -367,7 +369,7 @@ def test_help_has_examples_but_under_stock_names(run: Any) -> None:
 VERBS = ["topic", "node", "service", "param", "msg", "srv", "log", "tf", "dynparam", "bag", "topic_tools"]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", registry.commands())
 @pytest.mark.parametrize("word", ["-h", "--help"])
 def test_every_command_explains_itself(run: Any, command: str, word: str) -> None:
     code, out, err = run(command, word)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.cli.documents import Record, documents
+from pyros1.cli.shared.documents import Record, documents
 from pyros1.errors import Error
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pyros1.msgs.geometry_msgs.msg import PoseStamped
 from pyros1.msgs.std_msgs.msg import String, UInt8MultiArray
 
-from pyros1.cli.expression import Expression, ExpressionError, MessageLanguage
+from pyros1.cli.shared.expression import Expression, ExpressionError, MessageLanguage
 from pyros1.timing import Time
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.cli.main import entry
-from pyros1.cli.pkg_here import add_packages_here
+from pyros1.cli.packages_here import add_packages_here
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 

@@ -19,7 +19,7 @@ from pyros1.bag.reindex import reindex as reindex_bag
 from pyros1.cli.bag_choice import add_choice, choice_of, warn_of_strangers
 from pyros1.cli.bag_files import different, interruptible, new_file, parse_time, rewrite_each
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
-from pyros1.cli.progress import Progress
+from pyros1.cli.shared.progress import Progress
 from pyros1.names import is_legal_name
 from pyros1.timing import Time
 

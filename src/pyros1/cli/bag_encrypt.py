@@ -10,7 +10,7 @@ from pyros1.bag.reader import BagReader
 from pyros1.cli.bag_edit import add_compression, content_size, in_place_parser
 from pyros1.cli.bag_files import rewrite_each
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
-from pyros1.cli.progress import Progress
+from pyros1.cli.shared.progress import Progress
 
 
 def encrypt(invocation: Invocation) -> int:

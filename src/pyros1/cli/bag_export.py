@@ -17,7 +17,7 @@ from pyros1.cli.bag_choice import add_choice, choice_of
 from pyros1.cli.bag_export_files import whole_or_nothing
 from pyros1.cli.bag_files import different
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
-from pyros1.cli.progress import Progress
+from pyros1.cli.shared.progress import Progress
 from pyros1.errors import MessageError
 from pyros1.timing import Time
 

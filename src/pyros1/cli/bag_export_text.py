@@ -11,9 +11,9 @@ from typing import Any, TextIO
 from pyros1.bag.export.tables import Table
 from pyros1.bag.export.topic_names import FileNames
 from pyros1.cli.clean_output import data_stream
+from pyros1.cli.commands.topic._forms import Json
 from pyros1.cli.common import CommandError
-from pyros1.cli.pieces import Pieces
-from pyros1.cli.topic_forms import Json
+from pyros1.cli.shared.pieces import Pieces
 from pyros1.msgs import Message
 from pyros1.timing import Time
 

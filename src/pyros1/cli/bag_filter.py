@@ -15,8 +15,8 @@ from pyros1.bag.records import RECORD_OVERHEAD
 from pyros1.cli.bag_choice import add_choice, choice_of, chosen, warn_of_strangers
 from pyros1.cli.bag_files import different, new_file
 from pyros1.cli.common import CommandError, Invocation
-from pyros1.cli.expression import Expression, ExpressionError
-from pyros1.cli.progress import Progress
+from pyros1.cli.shared.expression import Expression, ExpressionError
+from pyros1.cli.shared.progress import Progress
 from pyros1.timing import Time
 
 _USAGE = """filter [options] INBAG OUTBAG [EXPRESSION]

@@ -14,7 +14,7 @@ from pyros1.bag.reader import RawMessage
 from pyros1.bag.records import RECORD_OVERHEAD, Connection
 from pyros1.cli.bag_files import different, new_file
 from pyros1.cli.common import Invocation
-from pyros1.cli.progress import Progress
+from pyros1.cli.shared.progress import Progress
 from pyros1.errors import MessageError
 from pyros1.msgs import load_message
 from pyros1.shown import one_line

@@ -10,7 +10,7 @@ from pyros1.cli.bag_edit import add_compression
 from pyros1.cli.bag_export_files import whole_or_nothing
 from pyros1.cli.bag_files import different
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
-from pyros1.cli.progress import Progress
+from pyros1.cli.shared.progress import Progress
 
 
 def import_(invocation: Invocation) -> None:

@@ -18,7 +18,7 @@ from pyros1.bag.player import Player, PlayOptions, Status
 from pyros1.cli.bag_keyboard import Keyboard
 from pyros1.cli.bag_progress import LiveLine
 from pyros1.cli.common import CommandError, Invocation, did_you_mean
-from pyros1.cli.subscribing import Decoder
+from pyros1.cli.shared.subscribing import Decoder
 from pyros1.errors import MessageError
 from pyros1.interrupts import catch
 from pyros1.msgs import AnyMsg

@@ -19,7 +19,7 @@ from pyros1.cli.bag_files import different, keep, new_file
 from pyros1.cli.bag_fix import make_migrator, migrate, migration_of, write_rules
 from pyros1.cli.bag_info import report_bag_error
 from pyros1.cli.common import CommandError, Invocation
-from pyros1.cli.progress import Progress
+from pyros1.cli.shared.progress import Progress
 from pyros1.errors import MessageError
 from pyros1.msgs import from_definition, load_message
 

@@ -9,10 +9,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 
+from pyros1.cli import registry
 from pyros1.cli.clean_output import data_stream
-from pyros1.cli.complete_words import VERBS, arguments_of
-from pyros1.cli.main import COMMANDS
-from pyros1.cli.setup_names import FUNCTIONS, stock_names
 from pyros1.shown import lines
 
 _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./:=@%,~")
@@ -34,20 +32,21 @@ class Line:
         self.token = rest[-1] if rest else ""
         before = rest[:-1]
         name = os.path.basename(called)
-        if name in FUNCTIONS:
+        if name in registry.SHELL_FUNCTIONS:
             before = ["pkg", "cd", *before]
         elif name != "pyros1":
-            before = [*stock_names().get(name, ()), *before]
-        elif before and before[0] in stock_names():
-            before = [*stock_names()[before[0]], *before[1:]]
-        self.command = before[0] if before else ""
+            before = [*registry.stock_names().get(name, ()), *before]
+        elif before and before[0] in (stock_names := registry.stock_names()):
+            before = [*stock_names[before[0]], *before[1:]]
+        self.command = (registry.command_name(before[0]) or before[0]) if before else ""
+        self.verbs = [*registry.verbs(self.command)]
         self.words = [word for word in before[1:] if not word.startswith("-") and ":=" not in word]
         self.options = [word for word in before[1:] if word.startswith("-")]
 
     @property
     def verb(self) -> str:
         """The verb, of a command that has verbs."""
-        return self.words[0] if self.words and VERBS.get(self.command) else ""
+        return registry.find_verb(self.command, self.words[0]) or "" if self.words and self.verbs else ""
 
     @property
     def given(self) -> list[str]:
@@ -58,12 +57,12 @@ class Line:
 def candidates(line: Line) -> list[str]:
     """Return what may stand at the cursor, whole words, unquoted."""
     if not line.command:
-        return sorted([*COMMANDS, "help"])
+        return sorted([*registry.commands(), "help"])
     if line.token.startswith("-"):
         return _options(line)
-    if VERBS.get(line.command) and not line.verb:
-        return list(VERBS[line.command])
-    kind = arguments_of(line.command, line.verb, len(line.given))
+    if line.verbs and not line.verb:
+        return line.verbs
+    kind = registry.completes(line.command, line.verb, len(line.given))
     if not kind:
         return []
     from pyros1.cli import complete_values  # noqa: PLC0415 - verbs need no values
@@ -73,17 +72,12 @@ def candidates(line: Line) -> list[str]:
 
 
 def _options(line: Line) -> list[str]:
-    """The options of a command, as its help says."""
-    import contextlib  # noqa: PLC0415
-    import io  # noqa: PLC0415
-    import re  # noqa: PLC0415
-    from importlib import import_module  # noqa: PLC0415
-
-    words = [*([line.verb] if line.verb else []), "-h"]
-    text = io.StringIO()
-    with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text), contextlib.suppress(SystemExit):
-        import_module(f"pyros1.cli.{COMMANDS[line.command][0]}").main(words)
-    return sorted(set(re.findall(r"(?<![\w-])--?[a-zA-Z][\w-]*", text.getvalue())))
+    """Return the options of a command or verb."""
+    if line.verbs and not line.verb:
+        return ["--help"]
+    verb = registry.load_verb(line.command, line.verb) if line.verb else registry.load_command(line.command).verb
+    options = verb.options if verb is not None else []
+    return sorted({"--help", "-h", *(name for option in options if not option.hidden for name in option.names)})
 
 
 def main(argv: list[str]) -> int:

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from pyros1.cli.common import did_you_mean
-from pyros1.cli.pkg_here import add_packages_here
+from pyros1.cli.packages_here import add_packages_here
 from pyros1.msgs.library import SHIPPED
 from pyros1.packaging.crawl import all_packages
 from pyros1.packaging.create import CreateError, NewPackage, create, name_problem

@@ -240,7 +240,7 @@ def _response(options: Values, response: Message) -> str:
 
 def stdin_documents() -> Iterator[Any]:
     """The YAML documents on stdin, each as soon as its ``---`` or the end is there."""
-    from pyros1.cli.documents import documents  # noqa: PLC0415
+    from pyros1.cli.shared.documents import documents  # noqa: PLC0415
 
     return documents(sys.stdin)
 
@@ -252,7 +252,7 @@ def _as_arguments(document: Any) -> list[Any]:
 def _call(
     client: Any, service_class: type[Service], name: str, arguments: list[Any], now: Any, verbose: bool
 ) -> Message:
-    from pyros1.cli.arguments import argument_names  # noqa: PLC0415
+    from pyros1.cli.shared.argument_names import argument_names  # noqa: PLC0415
     from pyros1.msgs.fill import fill_message  # noqa: PLC0415
 
     request = service_class._request_class()

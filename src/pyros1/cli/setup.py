@@ -16,7 +16,7 @@ from binascii import crc32
 from collections.abc import Mapping
 from pathlib import Path
 
-from pyros1.cli.setup_names import stock_names
+from pyros1.cli import registry, setup_names
 from pyros1.cli.setup_shells import PLAIN, SHELLS, Names
 from pyros1.errors import Error
 
@@ -60,7 +60,7 @@ def main(argv: list[str], word: str = "setup") -> int:
     if word == "unsetup":
         print(shell.undo())
         return 0
-    names = stock_names()
+    names = {**setup_names.stock_names(), **registry.stock_names()}
     folder = make_programs(names, os.environ)
     print(shell.setup(str(folder), Names([*names, "pyros1"])), end="")
     return 0

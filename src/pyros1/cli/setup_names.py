@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pyros1.cli.main import CALLED_OTHERWISE, COMMANDS
+from pyros1.cli.legacy import CALLED_OTHERWISE
+from pyros1.cli.legacy import OLD as COMMANDS
 
 _TOOLS = {
     "catkin_create_pkg": ("pkg", "create"),

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
-from pyros1.cli.expression import FUNCTIONS, MessageLanguage
+from pyros1.cli.shared.expression import FUNCTIONS, MessageLanguage
 from pyros1.errors import Error, UnknownTypeError
 from pyros1.expressions import ExpressionError
 from pyros1.msgs import Message, load_message

@@ -9,9 +9,9 @@ from typing import Any
 
 from pyros1 import names
 from pyros1.cli.common import CommandError
-from pyros1.cli.expression import is_function
-from pyros1.cli.fields import FieldPath, FieldPathError
-from pyros1.cli.subscribing import Decoder
+from pyros1.cli.shared.expression import is_function
+from pyros1.cli.shared.fields import FieldPath, FieldPathError
+from pyros1.cli.shared.subscribing import Decoder
 from pyros1.cli.topic_tools import open_node
 from pyros1.cli.topic_tools_expression import (
     MessageExpression,

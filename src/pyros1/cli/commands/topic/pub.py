@@ -6,13 +6,15 @@ import os
 import re
 import sys
 from collections.abc import Iterator
-from optparse import OptionParser, Values
 from time import time
 from typing import Any
 
-from pyros1.cli.arguments import argument_names
-from pyros1.cli.common import CommandError, Invocation, guard_negatives, unguard
-from pyros1.cli.documents import Record, documents
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import guard, parse_guarded, unguard
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.argument_names import argument_names
+from pyros1.cli.shared.documents import Record, documents
 from pyros1.errors import DefinitionError, Error, MessageError, SerializationError, UnknownTypeError
 from pyros1.msgs import Message, load_message
 from pyros1.msgs.fill import fill_message
@@ -32,10 +34,10 @@ _EXPORTED = {"topic", "type", "time", "message"}
 _NUMBERS = frozenset(f"{kind}{bits}" for kind in ("int", "uint", "float") for bits in (8, 16, 32, 64))
 
 
-def pub(invocation: Invocation) -> None:
-    """``topic pub /topic type [args...]``."""
-    options, name, type_name, words, parser = _arguments(invocation)
-    arguments = _values(words, parser)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Publish messages, given as arguments or as documents."""
+    name, type_name = invocation.resolve(args[0]), args[1]
+    arguments = _values(args[2:])
     message_class = _load(type_name)
     from_arguments = not options.file and (bool(arguments) or not message_class.__slots__ or sys.stdin.isatty())
     if from_arguments:  # wrong arguments need no master to be found out
@@ -54,51 +56,63 @@ def pub(invocation: Invocation) -> None:
             run.latched(arguments, bool(options.once))
 
 
-def _arguments(invocation: Invocation) -> tuple[Values, str, str, list[str], OptionParser]:
-    parser = invocation.parser("pub /topic type [args...]")
-    parser.add_option("-v", dest="verbose", action="store_true", help="print verbose output")
-    parser.add_option(
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Parse the words; ``-1`` may be the option or a value."""
+    options, args = parse_guarded(invocation, verb, _guarded(invocation.args, once=True))
+    if "-1" in invocation.args and not options.file and len(args) > 1 and _lacks_values(args[1], args[2:]):
+        options, args = parse_guarded(invocation, verb, _guarded(invocation.args, once=False))
+    if options.rate is not None:
+        if options.once:
+            raise UsageError("You cannot select both -r and -1 (--once)")
+        try:
+            options.rate = float(unguard(options.rate))
+        except ValueError:
+            raise UsageError("rate must be a number") from None
+        if options.rate <= 0:
+            raise UsageError("rate must be greater than zero")
+    if not args:
+        raise UsageError("/topic must be specified")
+    if len(args) == 1:
+        raise UsageError("topic type must be specified")
+    if options.file and len(args) > 2:
+        raise UsageError("args conflict with -f setting")
+    if options.file and not os.path.isfile(options.file):
+        raise CommandError(f"file does not exist: {options.file}")
+    return options, args
+
+
+VERB = Verb(
+    "pub",
+    "publish data to topic",
+    Flag("-v", dest="verbose", help="print verbose output"),
+    Option(
         "-r",
         "--rate",
         metavar="RATE",
         help="publishing rate (hz).  For -f and stdin input, this defaults to 10.  Otherwise it is not set.",
-    )
-    parser.add_option("-1", "--once", action="store_true", help="publish one message and exit")
-    parser.add_option("-f", "--file", metavar="FILE", help="read args from YAML file (Bagy)")
-    parser.add_option(
-        "-l",
-        "--latch",
-        action="store_true",
-        help="enable latching for -f, -r and piped input.  This latches the first message.",
-    )
-    parser.add_option(
+    ),
+    Flag("-1", "--once", help="publish one message and exit"),
+    Option("-f", "--file", metavar="FILE", help="read args from YAML file (Bagy)"),
+    Flag("-l", "--latch", help="enable latching for -f, -r and piped input.  This latches the first message."),
+    Flag(
         "-s",
         "--substitute-keywords",
-        action="store_true",
         help="When publishing with a rate, performs keyword ('now' or 'auto') substitution for each message",
-    )
-    parser.add_option("--use-rostime", action="store_true", help="use rostime for time stamps, else walltime is used")
-    options, args = parser.parse_args(_guarded(invocation.args, once=True))
-    if "-1" in invocation.args and not options.file and len(args) > 1 and _lacks_values(args[1], args[2:]):
-        options, args = parser.parse_args(_guarded(invocation.args, once=False))
-    if options.rate is not None:
-        if options.once:
-            parser.error("You cannot select both -r and -1 (--once)")
-        try:
-            options.rate = float(unguard(options.rate))
-        except ValueError:
-            parser.error("rate must be a number")
-        if options.rate <= 0:
-            parser.error("rate must be greater than zero")
-    if not args:
-        parser.error("/topic must be specified")
-    if len(args) == 1:
-        parser.error("topic type must be specified")
-    if options.file and len(args) > 2:
-        parser.error("args conflict with -f setting")
-    if options.file and not os.path.isfile(options.file):
-        raise CommandError(f"file does not exist: {options.file}")
-    return options, invocation.resolve(args[0]), args[1], [unguard(arg) for arg in args[2:]], parser
+    ),
+    Flag("--use-rostime", help="use rostime for time stamps, else walltime is used"),
+    Argument("/topic", "topic"),
+    Argument("type", "topic_type"),
+    Argument("args", "message_text", many=True, optional=True),
+    usage="/topic type [args...]",
+    examples=[
+        ("/vel_cmd std_msgs/Float64 1.0", "publish once, and stay for those who come later"),
+        ("-r 10 /cmd_vel geometry_msgs/Twist '{linear: {x: 0.1}}'", "ten times a second"),
+        ("-1 /goal geometry_msgs/PoseStamped '{header: auto}'", "once, and end"),
+        ("-f odom.jsonl /odom nav_msgs/Odometry", "what `topic echo --json` wrote"),
+    ],
+    parse=_parse,
+    run=run,
+)
 
 
 def _guarded(words: list[str], *, once: bool) -> list[str]:
@@ -113,7 +127,7 @@ def _guarded(words: list[str], *, once: bool) -> list[str]:
         if word == "--":
             return guarded + words[number:]
         option = word == "-1" and (once or positional < 2)
-        guarded.append(word if option else guard_negatives([word])[0])
+        guarded.append(word if option else guard(word))
         positional += not word.startswith("-")
     return guarded
 
@@ -130,13 +144,13 @@ def _lacks_values(type_name: str, words: list[str]) -> bool:
     return len(words) < len(kinds) and not isinstance(value, dict)
 
 
-def _values(words: list[str], parser: OptionParser) -> list[Any]:
+def _values(words: list[str]) -> list[Any]:
     values = []
     for word in words:
         try:
             values.append(load_yaml(word) if word else word)
         except Error as error:
-            parser.error(f"Argument error: {error}")
+            raise UsageError(f"Argument error: {error}") from None
     return values
 
 
@@ -223,7 +237,7 @@ def _of_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Itera
 
 class _Publishing:
     def __init__(
-        self, invocation: Invocation, node: Any, publisher: Any, message_class: type[Message], options: Values
+        self, invocation: Invocation, node: Any, publisher: Any, message_class: type[Message], options: Any
     ) -> None:
         self._invocation = invocation
         self._node = node

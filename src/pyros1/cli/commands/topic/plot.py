@@ -10,10 +10,13 @@ from collections.abc import Iterator
 from time import monotonic
 from typing import Any
 
-from pyros1.cli.chart import draw
-from pyros1.cli.common import CommandError, Invocation, use_colour
-from pyros1.cli.fields import FieldPath, FieldPathError
-from pyros1.cli.subscribing import Decoder, find_topic, subscribe
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.chart import draw
+from pyros1.cli.shared.fields import FieldPath, FieldPathError
+from pyros1.cli.shared.printing import use_colour
+from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
 from pyros1.errors import MessageError
 from pyros1.msgs import AnyMsg
 from pyros1.timing import TVal
@@ -33,16 +36,12 @@ def expand(name: str) -> list[str]:
     return names
 
 
-def plot(invocation: Invocation) -> None:
-    """``topic plot [options] /topic/field...``."""
-    parser = invocation.parser("plot [options] /topic/field[:field...] ...")
-    parser.add_option("-p", "--period", type="float", default=10.0, metavar="SECONDS", help="time that is shown (10)")
-    parser.add_option("-n", "--once", action="store_true", help="draw one chart when the period is over, and end")
-    options, args = parser.parse_args(invocation.args)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Draw numbers that come, as curves over time."""
     if not args:
-        parser.error("a topic with a field must be specified")
+        raise UsageError("a topic with a field must be specified")
     if not options.period > 0:
-        parser.error("the period must be greater than zero")
+        raise UsageError("the period must be greater than zero")
     names = [invocation.resolve(field) for arg in args for field in expand(arg)]
     once = bool(options.once) or not sys.stdout.isatty()
     with invocation.open_node() as node, contextlib.ExitStack() as subscriptions:
@@ -67,6 +66,22 @@ def plot(invocation: Invocation) -> None:
                 sys.stdout.write(_HOME + _chart(curves, options.period))
                 sys.stdout.flush()
     _check(curves)
+
+
+VERB = Verb(
+    "plot",
+    "draw numbers as curves in the terminal",
+    Option("-p", "--period", type="float", default=10.0, metavar="SECONDS", help="time that is shown (10)"),
+    Flag("-n", "--once", help="draw one chart when the period is over, and end"),
+    Argument("/topic/field", "topic", many=True),
+    usage="[options] /topic/field[:field...] ...",
+    examples=[
+        ("/velocity/data", "one curve in the terminal"),
+        ("/imu/linear_acceleration/x:y:z", "three fields of one message"),
+    ],
+    own=True,
+    run=run,
+)
 
 
 def _wait(invocation: Invocation, curves: list[_Curve], period: float) -> None:

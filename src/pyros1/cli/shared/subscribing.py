@@ -6,7 +6,8 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.cli.common import Invocation, did_you_mean
+from pyros1.cli.failures import did_you_mean
+from pyros1.cli.invocation import Invocation
 from pyros1.errors import MasterError, UnknownTypeError
 from pyros1.msgs import AnyMsg, DefinitionCache, Message, load_message
 

@@ -8,12 +8,11 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Iterator
-from optparse import Values
 from typing import Any
 
 from pyros1.bag.export.tables import emit_row
-from pyros1.cli.common import use_colour
-from pyros1.cli.pieces import Pieces, Write
+from pyros1.cli.shared.pieces import Pieces, Write
+from pyros1.cli.shared.printing import use_colour
 from pyros1.msgs import Message
 from pyros1.msgs.text import emit_message
 from pyros1.shown import json_text, lines
@@ -31,7 +30,7 @@ _NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
 class Text:
     """Messages as YAML-like text, with ``---`` behind each (L61)."""
 
-    def __init__(self, options: Values, now: Callable[[], Time]) -> None:
+    def __init__(self, options: Any, now: Callable[[], Time]) -> None:
         self._prefix = _CLEAR if options.clear else ""
         self._change = _coloured if use_colour(sys.stdout) else _plain
         self._now = now if options.offset else None
@@ -70,7 +69,7 @@ def _coloured() -> Callable[[str], str]:
 class Json:
     """Messages as lines of JSON."""
 
-    def __init__(self, options: Values) -> None:
+    def __init__(self, options: Any) -> None:
         self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
 
     def __call__(self, message: Message, value: Any, kind: str | None, write: Write, end: str = "\n") -> None:
@@ -87,7 +86,7 @@ class Json:
 class Plot:
     """Messages as rows of comma-separated values, under a row of names (L62)."""
 
-    def __init__(self, options: Values, now: Callable[[], Time]) -> None:
+    def __init__(self, options: Any, now: Callable[[], Time]) -> None:
         self._now = now
         self._offset = bool(options.offset)
         self._recorded = bool(options.bag)  # then the time of recording counts

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from typing import Any
 
 from pyros1 import bag as bags
-from pyros1.cli.common import CommandError, did_you_mean, print_json
+from pyros1.cli.failures import CommandError, did_you_mean
+from pyros1.cli.shared.printing import print_json
 from pyros1.graph import in_namespace
 from pyros1.msgs import AnyMsg
 from pyros1.shown import one_line

@@ -5,15 +5,17 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable
-from optparse import Values
 from typing import Any
 
 from pyros1.cli.clean_output import data_stream
-from pyros1.cli.common import CommandError, Invocation
-from pyros1.cli.expression import Expression, ExpressionError
-from pyros1.cli.fields import FieldPath, FieldPathError
-from pyros1.cli.subscribing import Decoder, find_topic, subscribe
-from pyros1.cli.topic_forms import Json, Plot, Show, Text
+from pyros1.cli.commands.topic._forms import Json, Plot, Show, Text
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.expression import Expression, ExpressionError
+from pyros1.cli.shared.fields import FieldPath, FieldPathError
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
 from pyros1.errors import MessageError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.shown import one_line
@@ -23,9 +25,10 @@ _CLOCK_PATIENCE = 2.0
 _LEAST_WIDTH = 2
 
 
-def echo(invocation: Invocation) -> None:
-    """``topic echo [options] /topic[/field...]``."""
-    options, name = _arguments(invocation)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the messages of a topic, or a field of them."""
+    _check(options, args)
+    name = invocation.resolve(args[0]) if args else ""
     expression = Expression(options.filter_expr) if options.filter_expr else None
     if options.bag:
         _echo_bag(options, name, expression)
@@ -43,13 +46,47 @@ def echo(invocation: Invocation) -> None:
         raise printer.error
 
 
-def _echo_bag(options: Values, name: str, expression: Expression | None) -> None:
-    from pyros1.cli import topic_bag  # noqa: PLC0415 - bags are not cheap
+VERB = Verb(
+    "echo",
+    "print messages to screen",
+    Option("-b", "--bag", metavar="BAGFILE", help="echo messages from .bag file"),
+    CHUNK_LIMIT_OPTION,
+    Flag("-p", dest="plot", help="echo in a plotting friendly format"),
+    Option("-w", dest="width", metavar="NUM_WIDTH", help="fixed width for numeric values"),
+    Option(
+        "--filter",
+        dest="filter_expr",
+        metavar="FILTER-EXPRESSION",
+        help="Python expression to filter messages that are printed. It can use m (the message), topic (the topic "
+        "name) and harmless functions such as len, abs, min and max.",
+    ),
+    Flag("--nostr", help="exclude string fields"),
+    Flag("--noarr", help="exclude arrays"),
+    Flag("-c", "--clear", help="clear screen before printing next message"),
+    Flag("-a", "--all", help="display all messages in bag, only valid with -b option"),
+    Option("-n", dest="msg_count", metavar="COUNT", help="number of messages to echo"),
+    Flag("--offset", help="display time as offsets from current time (in seconds)"),
+    Flag("--json", help="print each message as one line of JSON, which `topic pub` reads", own=True),
+    Argument("/topic", "topic"),
+    usage="[options] /topic",
+    examples=[
+        ("/pose", "print what comes"),
+        ("-n 1 /pose/pose/position", "a field of one message"),
+        ("-p /odom > odom.csv", "rows for a spreadsheet"),
+        ("--filter 'm.ranges[0] < 1' /scan", "only some"),
+        ("--json /odom > odom.jsonl", "lines that `topic pub -f` plays again"),
+    ],
+    run=run,
+)
+
+
+def _echo_bag(options: Any, name: str, expression: Expression | None) -> None:
+    from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - bags are not cheap
 
     path = ""
     topics = None
     if not options.all:
-        found = topic_bag.split_name(options.bag, name)
+        found = _bag.split_name(options.bag, name)
         if found is None:
             return
         topics, path = [found[0]], found[1]
@@ -76,56 +113,33 @@ def _echo_bag(options: Values, name: str, expression: Expression | None) -> None
             left -= printer.count - before
         return left is None or left > 0
 
-    topic_bag.replay(options.bag, topics, take)
+    _bag.replay(options.bag, topics, take)
 
 
-def _show(options: Values, now: Callable[[], Time]) -> Show:
+def _show(options: Any, now: Callable[[], Time]) -> Show:
     if options.json:
         return Json(options)
     return Plot(options, now) if options.plot else Text(options, now)
 
 
-def _arguments(invocation: Invocation) -> tuple[Values, str]:
-    parser = invocation.parser("echo [options] /topic")
-    parser.add_option("-b", "--bag", dest="bag", metavar="BAGFILE", help="echo messages from .bag file")
-    invocation.add_chunk_limit(parser)
-    parser.add_option("-p", dest="plot", action="store_true", help="echo in a plotting friendly format")
-    parser.add_option("-w", dest="width", metavar="NUM_WIDTH", help="fixed width for numeric values")
-    parser.add_option(
-        "--filter",
-        dest="filter_expr",
-        metavar="FILTER-EXPRESSION",
-        help="Python expression to filter messages that are printed. It can use m (the message), topic (the topic "
-        "name) and harmless functions such as len, abs, min and max.",
-    )
-    parser.add_option("--nostr", dest="nostr", action="store_true", help="exclude string fields")
-    parser.add_option("--noarr", dest="noarr", action="store_true", help="exclude arrays")
-    parser.add_option("-c", "--clear", action="store_true", help="clear screen before printing next message")
-    parser.add_option(
-        "-a", "--all", dest="all", action="store_true", help="display all messages in bag, only valid with -b option"
-    )
-    parser.add_option("-n", dest="msg_count", metavar="COUNT", help="number of messages to echo")
-    parser.add_option("--offset", action="store_true", help="display time as offsets from current time (in seconds)")
-    invocation.add_json(parser, "print each message as one line of JSON, which `topic pub` reads")
-    options, args = parser.parse_args(invocation.args)
+def _check(options: Any, args: list[str]) -> None:
     if options.all and not options.bag:
-        parser.error("Display all option is only valid when echoing from bag files")
+        raise UsageError("Display all option is only valid when echoing from bag files")
     if options.offset and options.bag:
-        parser.error("offset time option is not valid with bag files")
+        raise UsageError("offset time option is not valid with bag files")
     if not args and not options.all:
-        parser.error("topic must be specified")
+        raise UsageError("topic must be specified")
     if len(args) > 1:
-        parser.error("you may only specify one input topic")
+        raise UsageError("you may only specify one input topic")
     for field, what in (("msg_count", "COUNT"), ("width", "NUM_WIDTH")):
         value = getattr(options, field)
         if value is not None:
             try:
                 setattr(options, field, int(value))
             except ValueError:
-                parser.error(f"{what} must be an integer")
+                raise UsageError(f"{what} must be an integer") from None
     if options.width is not None and options.width < _LEAST_WIDTH:
-        parser.error(f"Fixed width for numeric values must be at least {_LEAST_WIDTH}")
-    return options, invocation.resolve(args[0]) if args else ""
+        raise UsageError(f"Fixed width for numeric values must be at least {_LEAST_WIDTH}")
 
 
 def _wait(invocation: Invocation, node: Any, printer: Printer) -> None:

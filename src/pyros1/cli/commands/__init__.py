@@ -1,0 +1,1 @@
+"""All commands: a module or a folder each, see `pyros1.cli.records`."""

@@ -1,0 +1,15 @@
+"""``pyros1 topic``: rostopic (L25-L30, L60-L69)."""
+
+from __future__ import annotations
+
+from pyros1.cli.records import Command
+
+COMMAND = Command(
+    "topic",
+    "show and use topics",
+    group="look",
+    stock="rostopic",
+    heading="{program} is a command-line tool for printing information about ROS Topics.\n\nCommands:",
+    row="\t{program} {name}\t{about}",
+    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} echo -h'\n",
+)

@@ -1,0 +1,58 @@
+"""``topic delay`` (L66)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.commands.topic._window import PERIOD, TCPNODELAY, WINDOW, window
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.cli.shared.statistics import DelayMeter
+from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
+from pyros1.msgs import AnyMsg
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print every second how old messages are when they come, by the stamps of their headers."""
+    if not args:
+        raise UsageError("the following arguments are required: topic")
+    if len(args) > 1:
+        raise UsageError(f"unrecognized arguments: {' '.join(args[1:])}")
+    meter = DelayMeter(window(options))
+    name = invocation.resolve(args[0])
+    failures: list[str] = []
+    with invocation.open_node() as node:
+        found = find_topic(invocation, node, name)
+        if found is None:
+            return
+        decoder = Decoder()
+
+        def arrived(raw: AnyMsg) -> None:
+            now = node.now()
+            if not decoder.message_class(raw)._has_header:
+                failures.append("msg does not have header")
+                return
+            message: Any = decoder.decode(raw)
+            meter.arrived((now - message.header.stamp).to_sec())
+
+        with subscribe(node, found[0], arrived):
+            print(f"subscribed to [{name}]", flush=True)
+            while invocation.pause(PERIOD):
+                if failures:
+                    raise CommandError(failures[0])
+                lines = meter.lines()
+                if lines is not None:
+                    print(lines, flush=True)
+
+
+VERB = Verb(
+    "delay",
+    "display delay of topic from timestamp in header",
+    WINDOW,
+    TCPNODELAY,
+    Argument("/topic", "topic"),
+    usage="[options] /topic",
+    examples=[("/image", "how old messages are when they come")],
+    run=run,
+)

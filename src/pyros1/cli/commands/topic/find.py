@@ -1,0 +1,58 @@
+"""``topic find`` (L30)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Argument, Option, Verb
+from pyros1.cli.shared.printing import print_json
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the topics of a type."""
+    if not args and options.like is None:
+        raise UsageError("please specify a message type")
+    if len(args) > 1:
+        raise UsageError("you may only specify one message type")
+    types = invocation.graph.topic_types()
+    names = [topic for topic, topic_type in types.items() if args and topic_type == args[0]]
+    if options.like is not None:
+        names += [name for name in _like(options.like, types) if name not in names]
+    if options.json:
+        print_json([{"topic": topic, "type": types[topic]} for topic in names])
+    else:
+        print(*names, sep="\n")
+
+
+VERB = Verb(
+    "find",
+    "find topics by type",
+    JSON,
+    Option(
+        "--like", metavar="WORD", own=True, help="also topics whose name or type holds the word, or is spelt nearly so"
+    ),
+    Argument("msg-type", "message"),
+    usage="msg-type",
+    examples=[
+        ("std_msgs/String", "topics of that type"),
+        ("--like scan", "topics whose name or type looks like it"),
+    ],
+    run=run,
+)
+
+
+def _like(word: str, types: dict[str, str]) -> list[str]:
+    """Topics that a word may mean, the surest first: it is in the name, in the type, or is spelt nearly as a part."""
+    from difflib import get_close_matches  # noqa: PLC0415
+
+    low = word.lower().strip("/")
+    names = sorted(types)
+    found = [name for name in names if low in name.lower()]
+    found += [name for name in names if low in types[name].lower()]
+    for name in names:
+        parts = [part.lower() for part in (*name.split("/"), *types[name].split("/")) if part]
+        if get_close_matches(low, parts, 1, 0.7):
+            found.append(name)
+    return list(dict.fromkeys(found))

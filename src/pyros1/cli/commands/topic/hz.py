@@ -1,0 +1,92 @@
+"""``topic hz`` (L64)."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from contextlib import ExitStack
+from time import time
+from typing import Any
+
+from pyros1.cli.commands.topic._window import PERIOD, TCPNODELAY, WINDOW, window
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.expression import Expression, ExpressionError
+from pyros1.cli.shared.statistics import RateMeter, rate_lines, rate_table
+from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
+from pyros1.msgs import AnyMsg
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print every second how often messages come."""
+    if not args:
+        raise UsageError("topic must be specified")
+    size = window(options)
+    expression = Expression(options.filter_expr) if options.filter_expr else None
+    with invocation.open_node() as node, ExitStack() as subscriptions:
+        simulated = not options.wall_time and node.params.get("/use_sim_time", False) is True
+        now: Callable[[], float] = (lambda: node.now().to_sec()) if simulated else time
+        meters: dict[str, RateMeter] = {}
+        for name in map(invocation.resolve, args):
+            found = find_topic(invocation, node, name)
+            if found is None:
+                return
+            meter = meters[name] = RateMeter(size)
+            callback = _counting(meter, now, expression, found[0])
+            subscriptions.enter_context(subscribe(node, found[0], callback))
+            print(f"subscribed to [{name}]", flush=True)
+        while invocation.pause(PERIOD):
+            figures = {name: meter.figures() for name, meter in meters.items()}
+            fresh = {name: figure for name, figure in figures.items() if figure is not None}
+            if not fresh:
+                print("no new messages", flush=True)
+            elif len(meters) == 1:
+                print(rate_lines(*next(iter(fresh.values()))), flush=True)
+            else:
+                print(rate_table(fresh), flush=True)
+
+
+VERB = Verb(
+    "hz",
+    "display publishing rate of topic",
+    WINDOW,
+    Option(
+        "--filter",
+        dest="filter_expr",
+        metavar="EXPR",
+        help="only measure messages matching the specified Python expression",
+    ),
+    Flag(
+        "--wall-time",
+        help="calculates rate using wall time which can be helpful when clock isn't published during simulation",
+    ),
+    TCPNODELAY,
+    Argument("/topic", "topic", many=True),
+    usage="[options] /topic_0 [/topic_1 [topic_2 [..]]]",
+    examples=[("/scan", "how often messages come"), ("/a /b", "a table of several topics")],
+    stock_about="display publishing rate of topic    ",
+    run=run,
+)
+
+
+def _counting(
+    meter: RateMeter, now: Callable[[], float], expression: Expression | None, topic: str
+) -> Callable[[AnyMsg], None]:
+    if expression is None:
+        arrived = meter.arrived
+        return lambda raw: arrived(now())
+    decoder = Decoder()
+    said: set[str] = set()
+
+    def filtered(raw: AnyMsg) -> None:
+        moment = now()
+        try:
+            if expression({"m": decoder.decode(raw), "topic": topic}):
+                meter.arrived(moment)
+        except ExpressionError as error:
+            if str(error) not in said:
+                said.add(str(error))
+                print(error, file=sys.stderr, flush=True)
+
+    return filtered

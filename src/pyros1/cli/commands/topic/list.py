@@ -1,0 +1,131 @@
+"""``topic list`` (L25-L27)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.printing import print_json
+from pyros1.graph import UNKNOWN_TYPE, Graph, SystemState, in_namespace
+from pyros1.net.hosts import parse_uri
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the topics that the master or a bag knows."""
+    if len(args) > 1:
+        raise UsageError("you may only specify one input topic")
+    if options.bag:
+        for given, option in ((options.subscribers, "-s"), (options.publishers, "-p"), (options.host, "--host")):
+            if given:
+                raise UsageError(f"{option} option is not valid with bags")
+        from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - bags are not cheap
+
+        _bag.list_topics(options.bag, invocation.resolve(args[0]) if args else None, json=options.json)
+        return
+    if options.publishers and options.subscribers:
+        raise UsageError("you may only specify one of -p, -s")
+    namespace = invocation.resolve(args[0]) if args else None  # as stock: only a given argument narrows the list
+    only = "p" if options.publishers else "s" if options.subscribers else ""
+    graph = invocation.graph
+    state = graph.state()
+    publishers = {} if only == "s" else _below(state.publishers, namespace)
+    subscribers = {} if only == "p" else _below(state.subscribers, namespace)
+    if options.json:
+        print_json(_as_json(publishers, subscribers, graph.topic_types()))
+    elif options.host:
+        _list_by_host(graph, state, publishers, subscribers, bool(options.verbose), only)
+    elif options.verbose:
+        print(_verbose(publishers, subscribers, graph.topic_types(), only, ""))
+    else:
+        print(*sorted({*publishers, *subscribers}), sep="\n")
+
+
+VERB = Verb(
+    "list",
+    "list active topics",
+    Option("-b", "--bag", help="list topics in .bag file", metavar="BAGFILE"),
+    CHUNK_LIMIT_OPTION,
+    Flag("-v", "--verbose", help="list full details about each topic"),
+    Flag("-p", dest="publishers", help="list only publishers"),
+    Flag("-s", dest="subscribers", help="list only subscribers"),
+    Flag("--host", help="group by host name"),
+    Flag("--json", help="print a JSON list of objects: topic, type, publishers, subscribers", own=True),
+    Argument("/namespace", "namespace", optional=True),
+    usage="[/namespace]",
+    examples=[
+        ("", "all topics"),
+        ("-v /robot1", "with types and numbers of publishers, those below /robot1"),
+        ("--json", "for programs"),
+    ],
+    run=run,
+)
+
+
+def _as_json(
+    publishers: dict[str, list[str]], subscribers: dict[str, list[str]], types: dict[str, str]
+) -> list[dict[str, object]]:
+    return [
+        {
+            "topic": topic,
+            "type": types.get(topic),
+            "publishers": publishers.get(topic, []),
+            "subscribers": subscribers.get(topic, []),
+        }
+        for topic in sorted({*publishers, *subscribers})
+    ]
+
+
+def _below(table: dict[str, list[str]], namespace: str | None) -> dict[str, list[str]]:
+    return {name: table[name] for name in in_namespace(table, namespace)}
+
+
+def _verbose(
+    publishers: dict[str, list[str]], subscribers: dict[str, list[str]], types: dict[str, str], only: str, indent: str
+) -> str:
+    lines = [""]
+    for title, what, table, skip in (
+        ("Published", "publisher", publishers, "s"),
+        ("Subscribed", "subscriber", subscribers, "p"),
+    ):
+        if only == skip:
+            continue
+        lines.append(f"{indent}{title} topics:")
+        for topic, nodes in table.items():
+            plural = "s" if len(nodes) > 1 else ""
+            lines.append(f"{indent} * {topic} [{types.get(topic, UNKNOWN_TYPE)}] {len(nodes)} {what}{plural}")
+        lines.append(indent)
+    if indent:
+        lines[-1] = ""
+    return "\n".join(lines)
+
+
+def _list_by_host(
+    graph: Graph,
+    state: SystemState,
+    publishers: dict[str, list[str]],
+    subscribers: dict[str, list[str]],
+    verbose: bool,
+    only: str,
+) -> None:
+    hosts: dict[str, str | None] = {}
+    for node in state.nodes():
+        uri = graph.node_uri(node)
+        hosts[node] = parse_uri(uri)[0] if uri else None
+    types = graph.topic_types() if verbose else {}
+
+    def on(host: str, table: dict[str, list[str]]) -> dict[str, list[str]]:
+        here = {topic: [node for node in nodes if hosts.get(node) == host] for topic, nodes in table.items()}
+        return {topic: nodes for topic, nodes in here.items() if nodes}
+
+    for host in sorted({host for host in hosts.values() if host}):
+        published, subscribed = on(host, publishers), on(host, subscribers)
+        if not published and not subscribed:
+            continue
+        print(f"Host [{host}]:")
+        if verbose:
+            print(_verbose(published, subscribed, types, only, "  "))
+        else:
+            print("\n".join(f"  {topic}" for topic in sorted({*published, *subscribed})))

@@ -1,0 +1,108 @@
+"""Runs a command: finds its verb, parses its words, and turns errors into texts and exit codes (L02-L04)."""
+
+from __future__ import annotations
+
+import sys
+
+from pyros1.cli import registry
+from pyros1.cli.failures import (
+    EX_USAGE,
+    CommandError,
+    UsageError,
+    did_you_mean,
+    elsewhere,
+    flush,
+    no_master,
+    quiet_pipe,
+)
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_words
+from pyros1.cli.records import Command, Verb
+from pyros1.errors import Error, MasterUnreachableError
+
+
+def run_command(name: str, argv: list[str]) -> int:
+    """Run a command that there is.
+
+    Args:
+        name: its name.
+        argv: the words after it.
+
+    Returns:
+        The exit code.
+    """
+    command = registry.load_command(name)
+    verb = command.verb
+    invocation = Invocation(name, command.stock, argv, with_verb=verb is None)
+    if verb is None:
+        found = registry.find_verb(name, invocation.verb)
+        if found is None:
+            return _no_such_verb(command, invocation)
+        verb = registry.load_verb(name, found)
+    try:
+        return _run(verb, invocation)
+    except BrokenPipeError:
+        return quiet_pipe()
+    except MasterUnreachableError as error:
+        return no_master(error, command.error_code)
+    except (Error, OSError) as error:
+        return _told(command, error)
+
+
+def _told(command: Command, error: Error | OSError) -> int:
+    """Print an error in the words of the command and return the exit code; raise it again if it is about no file."""
+    text = command.failure(error) if command.failure else None
+    code = error.code if isinstance(error, CommandError) else command.error_code
+    if text is None and not isinstance(error, Error):
+        raise error
+    flush()
+    plain = isinstance(error, CommandError) and error.plain
+    print(text or (str(error) if plain else f"ERROR: {error}"), file=sys.stderr)
+    return code
+
+
+def _run(verb: Verb, invocation: Invocation) -> int:
+    try:
+        options, arguments = (verb.parse or parse_words)(invocation, verb)
+        code = verb.run(invocation, options, arguments)
+        sys.stdout.flush()
+        return code or 0
+    except UsageError as error:
+        from pyros1.cli.help import Parser  # noqa: PLC0415 - only what fails needs it
+
+        Parser(verb, invocation).error(str(error))
+    finally:
+        invocation.close()
+
+
+def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
+    """Return the list of a command's verbs.
+
+    Args:
+        command: the command.
+        program: how it was called.
+        as_stock: it was called by the stock tool's name: only what that has is listed.
+    """
+    lines = [command.heading.format(program=program)]
+    known = registry.verbs(command.name)
+    for name in sorted(known, key=lambda name: command.order.index(name) if name in command.order else len(known)):
+        entry = known[name]
+        if not (as_stock and entry.own):
+            about = entry.stock_about if as_stock else entry.about
+            lines.append(command.row.format(program=program, name=name, about=about, usage=entry.usage))
+    return "\n".join([*lines, command.footing.format(program=program)])
+
+
+def _no_such_verb(command: Command, invocation: Invocation) -> int:
+    """Print the list of verbs and, where that does not suffice, that there is no such verb; return the exit code."""
+    print(verb_list(command, invocation.program, as_stock=invocation.as_stock))
+    if invocation.verb in command.help_words(as_stock=invocation.as_stock):
+        return 0
+    hint = (not invocation.as_stock and elsewhere(invocation.verb)) or did_you_mean(
+        invocation.verb, registry.verbs(command.name)
+    )
+    if not hint and not (invocation.verb and (not invocation.as_stock or command.names_unknown)):
+        return command.usage_code
+    flush()
+    print(f"{invocation.program}: there is no {invocation.verb!r}{hint}", file=sys.stderr)
+    return command.usage_code if invocation.as_stock else command.usage_code or EX_USAGE

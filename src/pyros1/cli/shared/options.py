@@ -1,0 +1,31 @@
+"""Options that verbs of several commands have."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from pyros1.bag.limits import CHUNK_LIMIT, LIMIT_VARIABLE, parse_limit
+from pyros1.cli.records import Option
+from pyros1.errors import Error
+
+
+def _take_limit(option: object, name: str, value: str, parser: Any) -> None:
+    """Set the environment variable, for this command."""
+    try:
+        parse_limit(value, name)
+    except Error as error:
+        parser.error(str(error))
+    os.environ[LIMIT_VARIABLE] = value
+
+
+CHUNK_LIMIT_OPTION = Option(
+    "--chunk-limit",
+    type="str",
+    metavar="MB",
+    action="callback",
+    callback=_take_limit,
+    own=True,
+    help=f"read chunks of bags up to MB mebibytes (default {CHUNK_LIMIT >> 20}, or ${LIMIT_VARIABLE})",
+)
+"""For all that reads bags."""

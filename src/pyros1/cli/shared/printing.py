@@ -1,0 +1,20 @@
+"""What several commands print: JSON, colours."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, TextIO
+
+from pyros1 import shown
+
+
+def print_json(value: Any) -> None:
+    """Print a value as one line of JSON."""
+    import json  # noqa: PLC0415
+
+    print(shown.json_text(json.dumps(value, ensure_ascii=False)))
+
+
+def use_colour(stream: TextIO) -> bool:
+    """Return whether to write colours: to a terminal that has them, unless NO_COLOR is set (https://no-color.org)."""
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
