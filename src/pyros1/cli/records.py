@@ -96,7 +96,8 @@ class Verb:
         run: does the work.
         usage: what usage shows behind the name; None: made of the parts.
         description: lines of help between usage and options.
-        examples: pairs of what is typed behind the name, and what that does.
+        examples: pairs of what is typed behind the name, or a whole line if it begins with ``pyros1``, and what that
+            does.
         aliases: other names of it.
         own: stock's tool does not have it: the list of commands under that tool's name leaves it out.
         stock_about: the line in that list, where it must be another.
