@@ -118,7 +118,7 @@ def test_a_slow_subscriber_loses_nothing_with_a_queue_without_limit(
 def test_what_a_slow_subscriber_loses_is_counted(
     make_node: Any, player: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)  # real connections
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)  # real connections
     path, count = tmp_path / "x.bag", 100
     with BagWriter(path) as bag:
         conn = bag.add_connection("/t", header_of(String))

@@ -15,18 +15,18 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.errors import SerializationError
-from pyros1.node.keepalive import keep_alive
+from pyros1.net.keepalive import keep_alive
 from pyros1.node.lane import Lane
-from pyros1.node.link import SubscriberLink, WaitingLink
-from pyros1.node.local import LocalLink
+from pyros1.node.publishing.local_link import LocalLink
+from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
 from pyros1.wire.handshake import Refusal, TopicType, answer_subscriber, is_true
 from pyros1.wire.header import encode_header
 from pyros1.wire.outqueue import Buffer, Frame, keepable
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
-    from pyros1.node.datagrams import DatagramLink
-    from pyros1.node.subscription import Subscription
+    from pyros1.node.publishing.udp_link import UdpLink
+    from pyros1.node.subscribing.sources import Receiver
 
 _LENGTH = 4
 _U32 = struct.Struct("<I")
@@ -271,10 +271,10 @@ class Publication:
         if is_true(header.get("tcp_nodelay")):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         greeting = encode_header(answer)
-        link_class: Any = WaitingLink if self.queue_size is None else SubscriberLink
+        link_class: Any = WaitingLink if self.queue_size is None else TcpLink
         self._add(link_class(self.context.loop, self._lane, sock, header, greeting, self.queue_size, self._remove))
 
-    def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> DatagramLink:
+    def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> UdpLink:
         """Take a subscriber that wants datagrams. On the loop.
 
         Args:
@@ -285,19 +285,27 @@ class Publication:
         Raises:
             Refusal: it wants another type, or cannot be reached.
         """
-        from pyros1.node.datagrams import DatagramLink  # noqa: PLC0415 - few nodes need it
+        from pyros1.node.publishing.udp_link import UdpLink  # noqa: PLC0415 - few nodes need it
 
         answer = self._answer(header)
         self._check_room()
         number = next(self._connections)
-        link = DatagramLink(self.context.loop, self._lane, header, answer, place, size, number, self._remove)
+        link = UdpLink(self.context.loop, self._lane, header, answer, place, size, number, self._remove)
         if not link.connected:
             raise Refusal(f"no datagrams can be sent to {place[0]}:{place[1]}")
         self._add(link)
         return link
 
-    def connect_local(self, subscription: Subscription, uri: str, header: dict[str, str]) -> LocalLink:
+    def connect_local(
+        self, receiver: Receiver, uri: str, header: dict[str, str], on_closed: Callable[[LocalLink], None]
+    ) -> LocalLink:
         """Link a subscription of the same process, without a socket.
+
+        Args:
+            receiver: takes the messages.
+            uri: of this node's slave API.
+            header: the connection header that it would send.
+            on_closed: called when the link is gone.
 
         Raises:
             Refusal: it wants another type.
@@ -308,7 +316,7 @@ class Publication:
             self.context.log.warn("refused a connection of %s for %s: %s", header["callerid"], self.topic, refusal)
             raise
         _ = self.message_class._copy  # as in __init__
-        link = LocalLink(self._lane, subscription, uri, header, answer, self.queue_size, self._remove)
+        link = LocalLink(self._lane, receiver, uri, header, answer, self.queue_size, self._remove, on_closed)
         self._add(link)
         return link
 

@@ -12,10 +12,10 @@ from pyros1.errors import NodeError, SerializationError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.base import message_class
 from pyros1.node.context import wait_for_links
-from pyros1.wire.handshake import ANY, TopicType
+from pyros1.wire.handshake import ANY
 
 if TYPE_CHECKING:
-    from pyros1.node.publication import Publication
+    from pyros1.node.publishing.publication import Publication
 
 _M = TypeVar("_M")
 
@@ -144,10 +144,3 @@ class Publisher(Generic[_M]):
 
     def __exit__(self, *_: object) -> None:
         self.unregister()
-
-
-def topic_type(message_class: type[Any]) -> TopicType:
-    """Return what a message class says about itself in connection headers."""
-    if message_class._type == ANY:
-        return TopicType(ANY, ANY, "")
-    return TopicType(message_class._type, message_class._md5sum, message_class._full_text)

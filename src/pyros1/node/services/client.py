@@ -27,7 +27,7 @@ from pyros1.msgs import Message, Service
 from pyros1.net.hosts import parse_uri
 from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.checks import check_timeout
-from pyros1.node.service_server import service_type
+from pyros1.node.services.server import service_type
 from pyros1.shown import one_line
 from pyros1.wire.handshake import check_service_answer, service_client_header
 from pyros1.wire.header import HeaderReader, encode_header
@@ -35,8 +35,7 @@ from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
-    from pyros1.node.context import Context
-    from pyros1.node.service_server import ServiceServer
+    from pyros1.node.context import Context, Provided
 
 CONNECT_TIMEOUT = 10.0
 PROBE_TIMEOUT = 5.0
@@ -218,7 +217,7 @@ class ServiceClient:
             finally:
                 self._busy = False
 
-    def _own(self, uri: str | None = None) -> ServiceServer | None:
+    def _own(self, uri: str | None = None) -> Provided | None:
         """Return our own node's service of that name if its handler could only run in this thread, which would wait.
 
         Args:
@@ -232,7 +231,7 @@ class ServiceClient:
             return None
         return server
 
-    def _call_here(self, server: ServiceServer, request: bytes) -> Any:
+    def _call_here(self, server: Provided, request: bytes) -> Any:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
         answer = server.call_here(request, header)
         ok, _ = decode_response_head(answer[:RESPONSE_HEAD_SIZE])

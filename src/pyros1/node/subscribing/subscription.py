@@ -8,52 +8,37 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.errors import MessageError, NodeError
 from pyros1.msgs.large import layout
-from pyros1.node.connector import Connector
-from pyros1.node.inlink import LARGE, InLink
 from pyros1.node.log import ERROR
-from pyros1.node.publisher import topic_type
-from pyros1.node.reader import Reader
-from pyros1.node.sources import Item, Source
+from pyros1.node.subscribing.connector import Connector
+from pyros1.node.subscribing.delivery import Delivery
+from pyros1.node.subscribing.hints import Hints
+from pyros1.node.subscribing.sources import HandingSource, Item, Source
+from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
+from pyros1.node.topic_type import topic_type
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
-    from pyros1.node.context import Context
-    from pyros1.node.datagrams import DatagramInLink
-    from pyros1.node.local import LocalLink
-    from pyros1.node.publication import Publication
-    from pyros1.node.subscriber import Subscriber
+    from pyros1.node.context import Context, Published
+    from pyros1.node.subscribing.udp_source import UdpSource
 
 
-class Hints(NamedTuple):
-    """How a subscriber wants to be linked to publishers (roscpp's TransportHints, C11).
+class Taker(Protocol):
+    """What a subscription needs of a subscriber; see `subscriber.Subscriber`."""
 
-    Attributes:
-        tcp_nodelay: ask publishers to send small messages at once.
-        transports: "tcp" and "udp", in the order of preference.
-        max_datagram_size: in bytes, for "udp".
-    """
+    type: type[Any]
+    queue_size: int | None
+    direct: bool
+    decode: Callable[[Any, int, int], Any]
 
-    tcp_nodelay: bool = True
-    transports: tuple[str, ...] = ("tcp",)
-    max_datagram_size: int = 1500
+    def take(self, item: Item) -> Any:
+        """Return the message that an item is."""
 
-    def check(self) -> None:
-        """Raise ValueError for a transport or size that there is not."""
-        if not hasattr(type(self.max_datagram_size), "__index__"):
-            raise TypeError(f"max_datagram_size must be a whole number of bytes, not {self.max_datagram_size!r:.80}")
-        if self.transports == ("tcp",):
-            return
-        from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE  # noqa: PLC0415 - few nodes need it
-
-        if not self.transports or not set(self.transports) <= {"tcp", "udp"}:
-            raise ValueError(f"transports must be 'tcp', 'udp' or both, not {self.transports!r}")
-        if not SMALLEST_SIZE <= self.max_datagram_size <= LARGEST_SIZE:
-            sizes = f"{SMALLEST_SIZE} to {LARGEST_SIZE}"
-            raise ValueError(f"max_datagram_size must be {sizes}, not {self.max_datagram_size}")
+    def call(self, message: Any) -> None:
+        """Run the callback."""
 
 
 class Subscription:
@@ -70,27 +55,27 @@ class Subscription:
         self.context = context
         self.topic = topic
         self.type = topic_type(message_class)
-        self.subscribers: tuple[Subscriber[Any], ...] = ()
+        self.subscribers: tuple[Taker, ...] = ()
         self.on_change: list[Callable[[], None]] = []
         self.hints = hints
         self._connectors: dict[str, Connector] = {}  # loop only
-        self._in_links: tuple[InLink, ...] = ()
-        self._local_links: tuple[LocalLink | DatagramInLink, ...] = ()
+        self._in_links: tuple[TcpSource, ...] = ()
+        self._local_links: tuple[HandingSource, ...] = ()
         self._latched: dict[int, tuple[Source, Item]] = {}  # as delivered
         self._arrived_latched: dict[int, tuple[Source, Item]] = {}  # in a node that spins: as arrived
         self._lock = threading.RLock()  # a signal handler may end the node while its thread is in here
         self._closed = False
-        self._direct: tuple[Subscriber[Any], ...] = ()
+        self._direct: tuple[Taker, ...] = ()
         # Those of both that have got what came before them, and get what comes from now on.
-        self._active: tuple[Subscriber[Any], ...] = ()
-        self._active_direct: tuple[Subscriber[Any], ...] = ()
-        self.reader = Reader(
-            context.readers, self._deliver, self._deliver_item, self._lost, self._arrived, context.callbacks
+        self._active: tuple[Taker, ...] = ()
+        self._active_direct: tuple[Taker, ...] = ()
+        self.delivery = Delivery(
+            context.delivery_threads, self._deliver, self._deliver_item, self._lost, self._arrived, context.callbacks
         )
 
     # Subscribers ------------------------------------------------------------------------------------------------------
 
-    def add(self, subscriber: Subscriber[Any]) -> None:
+    def add(self, subscriber: Taker) -> None:
         """Add a subscriber; latched messages that came before are handed to it (T18).
 
         Raises:
@@ -110,9 +95,9 @@ class Subscription:
             else:
                 self.subscribers = (*self.subscribers, subscriber)
             self._set_limit()
-        self.reader.submit(lambda: self._activate(subscriber))
+        self.delivery.submit(lambda: self._activate(subscriber))
 
-    def remove(self, subscriber: Subscriber[Any]) -> bool:
+    def remove(self, subscriber: Taker) -> bool:
         """Remove a subscriber; return whether any is left."""
         with self._lock:
             self.subscribers = tuple(other for other in self.subscribers if other is not subscriber)
@@ -122,7 +107,7 @@ class Subscription:
             self._set_limit()
         return bool(self.subscribers or self._direct)
 
-    def _activate(self, subscriber: Subscriber[Any]) -> None:
+    def _activate(self, subscriber: Taker) -> None:
         """Hand over the latched messages, and let all that come from now on be delivered. By the reader's owner."""
         with self._lock:
             early = subscriber.direct and self.context.callbacks is not None
@@ -136,7 +121,7 @@ class Subscription:
     def _set_limit(self) -> None:
         """The links are shared, so the most patient subscriber decides how much may wait."""
         sizes = [subscriber.queue_size for subscriber in self.subscribers]
-        self.reader.limit = None if None in sizes or not sizes else max(size for size in sizes if size is not None)
+        self.delivery.limit = None if None in sizes or not sizes else max(size for size in sizes if size is not None)
 
     # Publishers -------------------------------------------------------------------------------------------------------
 
@@ -161,57 +146,67 @@ class Subscription:
         if complete:
             for uri in [uri for uri in self._connectors if uri not in uris]:
                 self._connectors[uri].vanished()
-                self.forget(self._connectors[uri])
 
-    def forget(self, connector: Connector) -> None:
-        """Drop a connector that has nothing to do any more. On the loop."""
-        if connector.idle and self._connectors.get(connector.uri) is connector:
-            del self._connectors[connector.uri]
+    def forget(self, uri: str) -> None:
+        """Drop the connector of a publisher: it has nothing to do any more. On the loop."""
+        connector = self._connectors.get(uri)
+        if connector is not None and connector.gone:
+            del self._connectors[uri]
 
-    def link(self, connector: Connector, link: InLink) -> None:
+    def link(self, link: TcpSource) -> None:
         """A connector has reached its publisher. On the loop."""
         if self._closed:
             link.sock.close()
             return
         with self._lock:
             self._in_links = (*self._in_links, link)
-        self.reader.add(link)
+        self.delivery.add(link)
         self._changed()
 
-    def link_local(self, connector: Connector, publication: Publication) -> None:
+    def link_local(self, uri: str, publication: Published) -> None:
         """Link to a publication of this process. On the loop.
 
         Raises:
             Refusal: it is of another type.
         """
-        link = publication.connect_local(self, connector.uri, self.request_header())
-        connector.linked = True
-        self.add_local(link)
+        self.add_local(publication.connect_local(self.delivery, uri, self.request_header(), self._local_closed))
 
-    def add_local(self, link: LocalLink | DatagramInLink) -> None:
+    def offer_datagrams(self, uri: str) -> UdpSource:
+        """Return a socket to offer to a publisher; see `add_local`. On the loop.
+
+        Raises:
+            OSError: there is none to be had.
+        """
+        from pyros1.node.subscribing.udp_source import UdpSource  # noqa: PLC0415 - few nodes need it
+
+        context, header, size = self.context, self.request_header(), self.hints.max_datagram_size
+        assert context.address is not None
+        return UdpSource(context.loop, self.delivery, header, uri, context.address, size, self._local_closed)
+
+    def add_local(self, link: HandingSource) -> None:
         """Take a link that hands over its messages itself. On the loop."""
         with self._lock:
             if link.connected:  # not so if the publisher ended meanwhile, on its own thread
                 self._local_links = (*self._local_links, link)
         self._changed()
 
-    def local_closed(self, link: LocalLink | DatagramInLink) -> None:
+    def _local_closed(self, link: HandingSource) -> None:
         """A link that hands over its messages itself has ended. Any thread."""
         with self._lock:
             self._local_links = tuple(other for other in self._local_links if other is not link)
-        self.reader.submit(lambda: self._ended(link))
+        self.delivery.submit(lambda: self._ended(link))
         self.context.loop.call_soon(self._reconnect, link.uri, None)
         self._changed()
 
-    def _ended(self, link: LocalLink | DatagramInLink) -> None:
+    def _ended(self, link: HandingSource) -> None:
         self._forget(link)
-        self.reader.forget(link)
+        self.delivery.forget(link)
 
     def _forget(self, source: Source) -> None:
         self._latched.pop(id(source), None)
         self._arrived_latched.pop(id(source), None)
 
-    def _lost(self, link: InLink, reason: str | None) -> None:
+    def _lost(self, link: TcpSource, reason: str | None) -> None:
         with self._lock:
             self._in_links = tuple(other for other in self._in_links if other is not link)
         self._forget(link)
@@ -223,14 +218,13 @@ class Subscription:
         if connector is None or self._closed:
             return
         connector.lost(reason)
-        self.forget(connector)
 
     def _changed(self) -> None:
         for callback in tuple(self.on_change):
             callback()
 
     @property
-    def links(self) -> tuple[InLink | LocalLink | DatagramInLink, ...]:
+    def links(self) -> tuple[TcpSource | HandingSource, ...]:
         """The links that are up."""
         return self._in_links + self._local_links
 
@@ -256,16 +250,14 @@ class Subscription:
             active = self._keep(source, item)
         self._call(active, source, item)
 
-    def _keep(self, source: Source, item: Item) -> tuple[Subscriber[Any], ...]:
+    def _keep(self, source: Source, item: Item) -> tuple[Taker, ...]:
         """Keep a latched message for those who subscribe later; return who gets it now."""
         with self._lock:
             if source.connected:  # not what waited here when its publisher went
                 self._latched[id(source)] = (source, item)
             return self._active
 
-    def _call(
-        self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Any, start: int = 0, end: int = -1
-    ) -> None:
+    def _call(self, subscribers: tuple[Taker, ...], source: Source, data: Any, start: int = 0, end: int = -1) -> None:
         """Run the callbacks.
 
         Args:
@@ -289,7 +281,7 @@ class Subscription:
                     _learn(source, message, len(data))
             subscriber.call(message)
 
-    def _replay(self, subscriber: Subscriber[Any], latched: list[tuple[Source, Item]]) -> None:
+    def _replay(self, subscriber: Taker, latched: list[tuple[Source, Item]]) -> None:
         for source, item in latched:
             try:
                 message = subscriber.take(item)
@@ -307,13 +299,13 @@ class Subscription:
         self.context.loop.call_soon(self._stop_connectors)
         for link in self._local_links:
             link.close()
-        self.reader.close(timeout)
+        self.delivery.close(timeout)
         with self._lock:
             self._in_links = ()
         self._changed()
 
     def _stop_connectors(self) -> None:
-        for connector in self._connectors.values():
+        for connector in list(self._connectors.values()):
             connector.stop()
         self._connectors.clear()
 
@@ -321,7 +313,7 @@ class Subscription:
 def _learn(source: Source, message: Any, size: int) -> None:
     """Tell a link where the array of a large message was."""
     where = layout(type(message))
-    if where is not None and isinstance(source, InLink):
+    if where is not None and isinstance(source, TcpSource):
         array = len(getattr(message, where.field))
         if array >= LARGE:
             source.expect(size, array, where.tail, where.counted)

@@ -10,17 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pyros1.node.inbox import Inbox
+from pyros1.node.subscribing.inbox import Inbox
+from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT
 from pyros1.wire.outqueue import Frame
 
 if TYPE_CHECKING:
     from pyros1.msgs import Message
     from pyros1.node.lane import Lane
-    from pyros1.node.sources import Item, Source
-    from pyros1.node.subscription import Subscription
-
-UNBOUNDED_LIMIT = 1000
-"""Messages that wait at most when neither side set a queue size; the publisher then waits, as with TCP."""
+    from pyros1.node.subscribing.sources import Item, Receiver, Source
 
 
 class LocalLink:
@@ -28,12 +25,12 @@ class LocalLink:
 
     Args:
         lane: of the topic.
-        subscription: the receiving end.
+        receiver: the receiving end, of a subscription.
         uri: the publisher's slave API.
         header: the subscriber's connection header.
         answer: the publisher's.
         queue_size: of the publisher: bounds what waits here; None: publishers `wait` while the subscriber is behind.
-        on_closed: called once, when the link is gone.
+        on_closed: called once each, when the link is gone: for the publication, and for the subscription.
     """
 
     transport = "INTRAPROCESS"
@@ -41,12 +38,12 @@ class LocalLink:
     def __init__(
         self,
         lane: Lane,
-        subscription: Subscription,
+        receiver: Receiver,
         uri: str,
         header: dict[str, str],
         answer: dict[str, str],
         queue_size: int | None,
-        on_closed: Callable[[LocalLink], None],
+        *on_closed: Callable[[LocalLink], None],
     ) -> None:
         self.peer = header.get("callerid", "")
         self.uri = uri
@@ -55,12 +52,12 @@ class LocalLink:
         self.bytes_sent = 0
         self.address = "INTRAPROCESS connection on port 0 to [127.0.0.1:0 on socket 0]"
         self._lane = lane
-        self._subscription = subscription
+        self._receiver = receiver
         self._limit = queue_size
         self._on_closed = on_closed
         self._open = [True]
         self._inbox: Inbox[Source, Item] = Inbox(self)
-        subscription.reader.handover.open(self._inbox)
+        receiver.open(self._inbox)
 
     def start(self) -> None:
         """There is no greeting within the process."""
@@ -84,7 +81,7 @@ class LocalLink:
         """Hand over a copy of a message."""
         if self._open:
             self.messages += 1
-            self._subscription.reader.push(self._inbox, message, self._limit)
+            self._receiver.push(self._inbox, message, self._limit)
 
     def send(self, frame: Frame) -> None:
         """Hand over what is encoded already."""
@@ -93,18 +90,17 @@ class LocalLink:
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         self.messages += 1
         self.bytes_sent += len(data)
-        self._subscription.reader.push(self._inbox, data[4:], self._limit)
+        self._receiver.push(self._inbox, data[4:], self._limit)
 
     def recover(self) -> None:
         """Let the subscriber know of what waits, in case it was not told yet."""
         if len(self._inbox):
-            self._subscription.reader.handover.line_up(self._inbox)
-            self._subscription.reader.wake()
+            self._receiver.recover(self._inbox)
 
     def wait(self) -> None:
         """Wait until the subscriber is not too far behind, if neither side has bounded what may wait."""
         if self._limit is None and self._inbox.full(UNBOUNDED_LIMIT):
-            self._subscription.reader.wait_for_room(self._inbox)
+            self._receiver.wait_for_room(self._inbox)
 
     def close(self) -> None:
         """End the link; what was handed over is still delivered."""
@@ -112,8 +108,8 @@ class LocalLink:
             self._open.pop()
         except IndexError:
             return  # somebody has done so
-        self._on_closed(self)
-        self._subscription.local_closed(self)
+        for closed in self._on_closed:
+            closed(self)
 
     def finish(self, until: float) -> None:
         """End the link after all that was published; nothing waits on this side."""

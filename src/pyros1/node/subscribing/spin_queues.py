@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from pyros1.node.inbox import Inbox
+from pyros1.node.subscribing.inbox import Inbox
 
 S = TypeVar("S")
 T = TypeVar("T")

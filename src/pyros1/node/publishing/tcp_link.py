@@ -40,7 +40,7 @@ SMALL = 4096
 PAUSE = 0.0001
 
 
-class SubscriberLink:
+class TcpLink:
     """One connected subscriber.
 
     Args:
@@ -66,7 +66,7 @@ class SubscriberLink:
         header: dict[str, str],
         greeting: bytes,
         queue_size: int | None,
-        on_closed: Callable[[SubscriberLink], None],
+        on_closed: Callable[[TcpLink], None],
     ) -> None:
         self.header = header
         self.peer = header.get("callerid", "")
@@ -327,7 +327,7 @@ class SubscriberLink:
         self._on_closed(self)
 
 
-class WaitingLink(SubscriberLink):
+class WaitingLink(TcpLink):
     """A link whose publishers wait until all is written, as rospy's do without a queue size."""
 
     def wait(self) -> None:

@@ -9,7 +9,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pyros1.node.inlink import InLink
+    from pyros1.node.subscribing.tcp_source import TcpSource
 
 FLOOD = 30e-6
 FEW = 16
@@ -23,7 +23,7 @@ GATHER = 200e-6
 class Flood:
     """Watches one link while its reader stays with it."""
 
-    def __init__(self, link: InLink) -> None:
+    def __init__(self, link: TcpSource) -> None:
         self._link = link
         self._few = 0
         self._messages = link.messages

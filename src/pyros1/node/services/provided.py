@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import NodeError
-from pyros1.node.service_server import MOST_CALLS, ServiceServer
-from pyros1.node.workers import Workers
+from pyros1.node.services.server import MOST_CALLS, ServiceServer
+from pyros1.node.services.workers import Workers
 
 if TYPE_CHECKING:
     from pyros1.msgs import Service
@@ -73,7 +73,8 @@ class Services:
         server.close()
 
     def _set(self, servers: dict[str, ServiceServer]) -> None:
-        self.servers = self._context.services = servers
+        self.servers = servers
+        self._context.services = {**servers}
 
     def close(self) -> None:
         """End all calls and their threads."""

@@ -28,37 +28,26 @@ from typing import TYPE_CHECKING
 
 from pyros1.errors import ProtocolError
 from pyros1.msgs.large import SplitBody
-from pyros1.node.backlog import Backlog
-from pyros1.node.flood import Flood
-from pyros1.node.inbox import Handover, Inbox
-from pyros1.node.inlink import LARGE, InLink
-from pyros1.node.local import UNBOUNDED_LIMIT
-from pyros1.node.sources import Item, Rest, Source
-from pyros1.node.spinning import Spinning
+from pyros1.node.subscribing.backlog import Backlog
+from pyros1.node.subscribing.flood import Flood
+from pyros1.node.subscribing.inbox import Handover, Inbox
+from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT, Item, Rest, Source
+from pyros1.node.subscribing.spin_queues import Spinning
+from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
+from pyros1.node.subscribing.turns import DRAIN_TIME, EARLY, FLOWING, FRESH, STRIDE, TURN
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pyros1.node.callbacks import CallbackQueue
-    from pyros1.node.readers import Readers
-
-FLOWING = 0.02
-"""Messages that come faster than every so many seconds flow: a thread of their own delivers them sooner."""
-FRESH = 0.001
-DRAIN_TIME = 0.02
-"""Longest time, in seconds, spent on draining sockets before callbacks go on: a flood must not starve them."""
-TURN = 0.002
-"""Seconds of callbacks after which it is another source's turn."""
-STRIDE = 128
-EARLY = TURN / 8
-"""Messages at most between two looks at the clock; until EARLY in a turn their number doubles after each look."""
+    from pyros1.node.callback_queue import CallbackQueue
+    from pyros1.node.subscribing.threads import DeliveryThreads
 
 
-class Reader:
+class Delivery:
     """Receives and delivers for one subscription.
 
     Args:
-        readers: the node's threads.
+        threads: the node's threads.
         deliver: called with (source, buffer, start, end) for each frame: decodes and runs the callbacks.
         deliver_item: the same for a message that stands alone, called with (source, item).
         on_lost: called, by the owner, with (link, reason) when a link broke; reason is None for an orderly end.
@@ -68,22 +57,22 @@ class Reader:
 
     def __init__(
         self,
-        readers: Readers,
+        threads: DeliveryThreads,
         deliver: Callable[[Source, bytes, int, int], None],
         deliver_item: Callable[[Source, Item], None],
-        on_lost: Callable[[InLink, str | None], None],
+        on_lost: Callable[[TcpSource, str | None], None],
         on_arrival: Callable[[Source, Item], bool],
         callbacks: CallbackQueue | None,
     ) -> None:
         self.limit: int | None = None
-        self._readers = readers
+        self._threads = threads
         self._deliver = deliver
         self._deliver_item = deliver_item
         self._on_lost = on_lost
         self._on_arrival = on_arrival
         self._callbacks = callbacks
-        self._links: dict[int, InLink] = {}
-        self._new: deque[InLink] = deque()
+        self._links: dict[int, TcpSource] = {}
+        self._new: deque[TcpSource] = deque()
         self._readable: deque[int] = deque()
         self._jobs: deque[Callable[[], None]] = deque()
         self._begun: deque[Rest] = deque()
@@ -98,7 +87,7 @@ class Reader:
 
     # From other threads -----------------------------------------------------------------------------------------------
 
-    def add(self, link: InLink) -> None:
+    def add(self, link: TcpSource) -> None:
         """Start to receive from a link."""
         self._new.append(link)
         self.wake()
@@ -115,7 +104,7 @@ class Reader:
         if not self._woken and not self._ownership.locked():
             self._woken = True
             try:
-                self._readers.wake(self)
+                self._threads.wake(self)
             except BaseException:  # of a signal handler
                 self._woken = False
                 raise
@@ -145,6 +134,15 @@ class Reader:
             self.handover.line_up(inbox)
         if not self._woken and not self._ownership.locked():
             self.wake()
+
+    def open(self, inbox: Inbox[Source, Item]) -> None:
+        """Take messages out of an inbox from now on."""
+        self.handover.open(inbox)
+
+    def recover(self, inbox: Inbox[Source, Item]) -> None:
+        """Look for what waits in an inbox, in case that was not said."""
+        self.handover.line_up(inbox)
+        self.wake()
 
     def wait_for_room(self, inbox: Inbox[Source, Item]) -> None:
         """Wait until fewer than UNBOUNDED_LIMIT messages wait, if nobody has set a limit."""
@@ -184,7 +182,7 @@ class Reader:
                 self._work()
             except BaseException:
                 self._give_back()
-                self._readers.wake(self)  # for what was left
+                self._threads.wake(self)  # for what was left
                 raise
             self._give_back()
             if self._closed:
@@ -235,12 +233,12 @@ class Reader:
         finally:
             self._rearm(link)
 
-    def _rearm(self, link: InLink) -> None:
+    def _rearm(self, link: TcpSource) -> None:
         """Wait for a link again: one that is neither lost nor waited for, nor has its turn to come, would be deaf."""
         if self._links.get(link.fd) is link and not self._is_begun(link):
-            self._readers.rearm(link.fd)
+            self._threads.rearm(link.fd)
 
-    def _is_begun(self, link: InLink) -> bool:
+    def _is_begun(self, link: TcpSource) -> bool:
         """Whether a link still has to deliver what it has received: until then, it receives nothing."""
         return any(rest.link is link for rest in self._begun)
 
@@ -259,34 +257,34 @@ class Reader:
         self._begun.clear()
         self.handover.ring()
 
-    def _open(self, link: InLink) -> list[tuple[int, int]]:
+    def _open(self, link: TcpSource) -> list[tuple[int, int]]:
         """Wait for a new link; return what came together with its header."""
         self._links[link.fd] = link
-        self._readers.register(link.fd, self)
+        self._threads.register(link.fd, self)
         return self._split(link, 0)
 
-    def drop(self, link: InLink) -> None:
+    def drop(self, link: TcpSource) -> None:
         """Close a link, without reporting it as lost. By the owner only."""
         if self._links.pop(link.fd, None) is not None:
             link.connected = False
             self._spinning.forget(link)
-            self._readers.unregister(link.fd)
+            self._threads.unregister(link.fd)
             link.sock.close()
 
-    def _lose(self, link: InLink, reason: str | None) -> None:
+    def _lose(self, link: TcpSource, reason: str | None) -> None:
         if link.fd in self._links:
             self.drop(link)
             self._on_lost(link, reason)
 
-    def _stay_with(self, link: InLink) -> None:
+    def _stay_with(self, link: TcpSource) -> None:
         """While messages flow on the only link, wait in its receive: one system call less for each."""
         flood = Flood(link)
-        while not (self._closed or self._something) and self._readers.someone_waits:
+        while not (self._closed or self._something) and self._threads.someone_waits:
             if not self._receive(link, wait=True):
                 break
             flood.pause()
 
-    def _receive(self, link: InLink, wait: bool = False) -> bool:
+    def _receive(self, link: TcpSource, wait: bool = False) -> bool:
         """Receive once and deliver; return whether there may be more."""
         frames = self._receive_frames(link, wait)
         if self._jobs:  # they are older than what was waited for: a new subscriber must get it
@@ -299,7 +297,7 @@ class Reader:
             self._take(link, frames)  # type: ignore[arg-type]  # a list, then
         return True
 
-    def _receive_frames(self, link: InLink, wait: bool = False) -> list[tuple[int, int]] | SplitBody | None:
+    def _receive_frames(self, link: TcpSource, wait: bool = False) -> list[tuple[int, int]] | SplitBody | None:
         try:
             came = link.receive(wait)
         except BlockingIOError:
@@ -314,14 +312,14 @@ class Reader:
             return None
         return self._split(link, came)
 
-    def _split(self, link: InLink, count: int) -> list[tuple[int, int]]:
+    def _split(self, link: TcpSource, count: int) -> list[tuple[int, int]]:
         try:
             return link.split(count)
         except ProtocolError as error:
             self._lose(link, str(error))
             return []
 
-    def _take(self, link: InLink, frames: list[tuple[int, int]]) -> None:
+    def _take(self, link: TcpSource, frames: list[tuple[int, int]]) -> None:
         if frames[-1][1] > LARGE and len(frames) == 1:  # a body that stands alone is not copied again
             self._take_item(link, link.buffer.take_bodies(frames)[0])
             return
@@ -342,7 +340,7 @@ class Reader:
                 self._catch_up([(link, data[a:b]) for a, b in frames[index:][-limit:]])
                 return
 
-    def _deliver_frames(self, link: InLink, data: bytes, frames: list[tuple[int, int]], position: int) -> None:
+    def _deliver_frames(self, link: TcpSource, data: bytes, frames: list[tuple[int, int]], position: int) -> None:
         """Deliver all frames from a position on; or some, if others wait and the link's turn is over."""
         deliver, stride, begun = self._deliver, 1, perf_counter()
         while not self._closed:

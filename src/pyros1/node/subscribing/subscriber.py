@@ -13,8 +13,8 @@ from pyros1.msgs.large import Layout, SplitBody, decode_split, layout
 from pyros1.node.context import wait_for_links
 
 if TYPE_CHECKING:
-    from pyros1.node.sources import Item
-    from pyros1.node.subscription import Subscription
+    from pyros1.node.subscribing.sources import Item
+    from pyros1.node.subscribing.subscription import Subscription
 
 _M = TypeVar("_M")
 Decode = Callable[[bytes, int, int], Any]
@@ -127,7 +127,7 @@ class Subscriber(Generic[_M]):
     @property
     def dropped(self) -> int:
         """Messages thrown away on this side because the callbacks were too slow."""
-        return self._subscription.reader.dropped
+        return self._subscription.delivery.dropped
 
     def wait_for_publishers(self, count: int = 1, timeout: float | None = None) -> bool:
         """Wait until at least ``count`` publishers are connected.

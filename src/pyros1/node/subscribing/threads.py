@@ -27,13 +27,13 @@ REST = 5.0
 
 
 class Channel(Protocol):
-    """What threads work for: a subscription's Reader."""
+    """What threads work for: a subscription's Delivery."""
 
     def run(self, fd: int | None) -> None:
         """Do what there is to do; ``fd`` can be read."""
 
 
-class Readers:
+class DeliveryThreads:
     """The threads and the sockets of one node.
 
     Args:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from pyros1.msgs.large import SplitBody
 
 if TYPE_CHECKING:
-    from pyros1.node.inlink import InLink
+    from pyros1.node.subscribing.tcp_source import TcpSource
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -37,7 +37,7 @@ class Backlog(Generic[S, T]):
         self.dropped += len(items) == self._limit
         items.append(item)
 
-    def put_frames(self, link: InLink, frames: list[tuple[int, int]] | SplitBody) -> None:
+    def put_frames(self, link: TcpSource, frames: list[tuple[int, int]] | SplitBody) -> None:
         """Keep the newest of what one receive brought. For backlogs of links and bytes."""
         if isinstance(frames, SplitBody):
             self.put(link, frames)  # type: ignore[arg-type]

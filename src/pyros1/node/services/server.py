@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 from pyros1.errors import MessageError, NodeError
 from pyros1.msgs import Message, Service
 from pyros1.node.log import WARN
-from pyros1.node.service_link import ServiceLink
+from pyros1.node.services.connection import ServiceLink
 from pyros1.wire.handshake import ServiceType, answer_service_client, is_true
 from pyros1.wire.header import encode_header
 from pyros1.wire.service import encode_failure, encode_success
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
-    from pyros1.node.workers import Workers
+    from pyros1.node.services.workers import Workers
 
 MOST_CALLS = 256
 """Calls of one service that may be under way; more are refused."""

@@ -38,7 +38,7 @@ class Expected(NamedTuple):
     counted: bool
 
 
-class InLink:
+class TcpSource:
     """A TCP link from a publisher, past its handshake.
 
     Attributes:
