@@ -34,7 +34,7 @@ from pyros1.cli.dynparam_values import (
     request,
 )
 from pyros1.errors import NodeShutdownError, WaitTimeoutError
-from pyros1.msgs.packages import PackageIndex
+from pyros1.finding.packages import PackageIndex
 
 Run = Callable[..., tuple[int, str, str]]
 SIZES = "{'enum': [{'name': 'Small', 'type': 'int', 'value': 0}, {'name': 'Large', 'type': 'int', 'value': 2}]}"

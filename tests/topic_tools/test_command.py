@@ -6,7 +6,7 @@ import pytest
 
 from pyros1.cli.topic_tools import main
 from pyros1.cli.topic_tools_usage import ABOUT
-from pyros1.msgs.packages import PackageIndex
+from pyros1.finding.packages import PackageIndex
 
 
 @pytest.mark.parametrize("tool", ABOUT)

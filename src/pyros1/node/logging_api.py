@@ -35,7 +35,7 @@ def offer_log(
         resolve: returns the full name that a name stands for in the node.
         rosout: publish the log.
     """
-    offers = [lambda: _offer_levels(sink, services, resolve)]
+    offers: list[Callable[[], None]] = [lambda: _offer_levels(sink, services, resolve)]
     if rosout:
         offers.insert(0, lambda: _publish_log(sink, name, topics, resolve))
     for offer in offers:

@@ -12,8 +12,8 @@ import pytest
 
 import pyros1.msgs
 from pyros1.errors import DefinitionError, UnknownTypeError
+from pyros1.finding.importing import OWN_MODULES, MessageFinder, installed
 from pyros1.msgs import Message, Service, load_message, load_service
-from pyros1.msgs.importing import OWN_MODULES, MessageFinder, installed
 
 
 def test_import_and_load_give_one_class() -> None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import keyword
 import os
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape  # XML's three characters are among HTML's; xml.sax is slow to import
 from pathlib import Path
 
 from pyros1.errors import Error
-from pyros1.packaging.cmake import cmake_lists
+from pyros1.finding.cmake import cmake_lists
+from pyros1.finding.new_package import NewPackage
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
@@ -20,33 +19,6 @@ _PERSON = re.compile(r"(.*?)\s*<([^<>]+@[^<>]+)>")
 
 class CreateError(Error):
     """The package cannot be made; nothing was written."""
-
-
-@dataclass
-class NewPackage:
-    """What a package is to be.
-
-    Attributes:
-        name: of the package.
-        depends: packages that it needs, to build and to run.
-        system: what it needs of the system, as rosdep names it.
-        boost: components of Boost to be linked with.
-        version, description, licenses, authors, maintainers: for package.xml; people as ``Name <address>``.
-        meta: a package that only stands for others.
-        examples: with nodes, a message and a launch file.
-    """
-
-    name: str
-    depends: Sequence[str] = ()
-    system: Sequence[str] = ()
-    boost: Sequence[str] = ()
-    version: str = "0.0.0"
-    description: str = ""
-    licenses: Sequence[str] = ()
-    authors: Sequence[str] = ()
-    maintainers: Sequence[str] = ()
-    meta: bool = False
-    examples: bool = True
 
 
 def name_problem(name: str) -> str:

@@ -33,11 +33,8 @@ OWN_MODULES = frozenset(
         "encoder",
         "factory",
         "fill",
-        "importing",
         "json_form",
         "large",
-        "library",
-        "packages",
         "source",
         "spec",
         "text",
@@ -62,9 +59,9 @@ class MessageFinder:
 
     @property
     def library(self) -> Any:
-        """The :class:`pyros1.msgs.library.Library` that definitions come from."""
+        """The :class:`pyros1.finding.library.Library` that definitions come from."""
         if self._library is None:
-            from pyros1.msgs.library import Library  # noqa: PLC0415  a program without messages does not search for any
+            from pyros1.finding.library import Library  # noqa: PLC0415  a program without messages does not search for any
 
             self._library = Library(self._environ)
         return self._library

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from pyros1.packaging.create import NewPackage
+from pyros1.finding.new_package import NewPackage
 
 _HEAD = """cmake_minimum_required(VERSION 3.0.2)
 project({name})

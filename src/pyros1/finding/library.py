@@ -10,8 +10,8 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from pyros1.errors import DefinitionError, PackageNotFoundError, UnknownTypeError
+from pyros1.finding.packages import PackageIndex, share_folders
 from pyros1.msgs.digest import Digests
-from pyros1.msgs.packages import PackageIndex, share_folders
 from pyros1.msgs.spec import (
     MessageSpec,
     ServiceSpec,
@@ -21,7 +21,7 @@ from pyros1.msgs.spec import (
     parse_service,
 )
 
-SHIPPED = os.path.join(os.path.dirname(os.path.realpath(__file__)), "definitions")
+SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "msgs", "definitions")
 """Folder of the definitions that are part of pyros1."""
 
 _MOST_HINTS = 3

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pyros1.msgs.packages import PackageIndex, manifest_text
+from pyros1.finding.packages import PackageIndex, manifest_text
 
 MANIFESTS = ("package.xml", "manifest.xml", "stack.xml")
 _IGNORED = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.errors import DefinitionError, UnknownTypeError
-from pyros1.msgs.library import Library
+from pyros1.finding.library import Library
 
 
 def write(path: Path, data: str | bytes) -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.msgs.library import Library
-from pyros1.packaging.create import CreateError, NewPackage, create, name_problem
-from pyros1.packaging.manifest import ManifestError, read_manifest
+from pyros1.finding.create import CreateError, NewPackage, create, name_problem
+from pyros1.finding.library import Library
+from pyros1.finding.manifest import ManifestError, read_manifest
 
 
 @pytest.mark.parametrize("name", ["ab", "my_robot", "robot2", "a_1_b"])

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from pyros1.errors import PackageNotFoundError
-from pyros1.packaging.crawl import Found
-from pyros1.packaging.manifest import Manifest, ManifestError, read_manifest
+from pyros1.finding.crawl import Found
+from pyros1.finding.manifest import Manifest, ManifestError, read_manifest
 
 
 class Packages:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.packaging import crawl
-from pyros1.packaging.crawl import Crawl, all_packages, find_quickly, profile
-from pyros1.packaging.manifest import ManifestError, read_manifest
+from pyros1.finding import crawl
+from pyros1.finding.crawl import Crawl, all_packages, find_quickly, profile
+from pyros1.finding.manifest import ManifestError, read_manifest
 
 DEPTH = 20
 
