@@ -14,6 +14,41 @@ from types import ModuleType
 from typing import Any
 
 PREFIX = "pyros1.msgs"
+OWN_MODULES = frozenset(
+    [
+        "array_views",
+        "arrays",
+        "base",
+        "check",
+        "constructor",
+        "copier",
+        "decoder",
+        "definitions",
+        "digest",
+        "dynamic",
+        "encoder",
+        "factory",
+        "fill",
+        "json_form",
+        "large",
+        "source",
+        "spec",
+        "stubs",
+        "text",
+        "yamltext",
+    ]
+)
+"""Modules of pyros1.msgs; a ROS package with such a name is imported with an underscore behind it."""
+
+
+def module_name(package: str) -> str:
+    """Return the name of a ROS package's module below ``pyros1.msgs``."""
+    return package + "_" if package in OWN_MODULES else package
+
+
+def ros_name(module: str) -> str:
+    """Return the ROS package of such a module."""
+    return module[:-1] if module[:-1] in OWN_MODULES and module.endswith("_") else module
 
 
 def finder() -> Any:
@@ -30,15 +65,13 @@ class Hook:
     @staticmethod
     def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
         """Answer the import system; see `pyros1.finding.importing.MessageFinder.find_spec`."""
-        if not name.startswith(PREFIX + "."):
+        if not name.startswith(PREFIX + ".") or name.split(".")[2] in OWN_MODULES:
             return None
-        if Hook in sys.meta_path:
-            sys.meta_path.remove(Hook)  # the finder takes its place
         found: ModuleSpec | None = finder().find_spec(name, path, target)
         return found
 
 
 def install() -> None:
-    """Install the hook, once."""
+    """Install the hook, once; before the one that looks into folders, where there are stubs of these modules."""
     if Hook not in sys.meta_path:
-        sys.meta_path.append(Hook)
+        sys.meta_path.insert(0, Hook)

@@ -1,6 +1,6 @@
 """``from pyros1.msgs.std_msgs.msg import Float64``: modules made from definitions when they are imported.
 
-A finder at the end of ``sys.meta_path`` answers for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made
+A finder in ``sys.meta_path`` answers for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made
 when it is first asked for and then kept in its module: each type has one class in a process, and pickles find it.
 """
 
@@ -14,34 +14,10 @@ from types import ModuleType
 from typing import Any
 
 from pyros1.errors import UnknownTypeError
+from pyros1.generated import OWN_MODULES, PREFIX, module_name, ros_name
 from pyros1.msgs.base import Message, Service
 from pyros1.msgs.factory import make_message_class, make_service_class
 from pyros1.msgs.spec import is_type_name
-
-OWN_MODULES = frozenset(
-    [
-        "array_views",
-        "arrays",
-        "base",
-        "check",
-        "constructor",
-        "copier",
-        "decoder",
-        "definitions",
-        "digest",
-        "dynamic",
-        "encoder",
-        "factory",
-        "fill",
-        "json_form",
-        "large",
-        "source",
-        "spec",
-        "text",
-        "yamltext",
-    ]
-)
-"""Modules of pyros1.msgs; a ROS package with such a name is imported with an underscore behind it."""
 
 
 class MessageFinder:
@@ -52,7 +28,7 @@ class MessageFinder:
         prefix: package below which modules are made.
     """
 
-    def __init__(self, environ: Mapping[str, str], prefix: str = "pyros1.msgs") -> None:
+    def __init__(self, environ: Mapping[str, str], prefix: str = PREFIX) -> None:
         self._environ = environ
         self._prefix = prefix
         self._library: Any = None
@@ -79,8 +55,10 @@ class MessageFinder:
         """
         if not name.startswith(self._prefix + "."):
             return None
-        package, *kind = name[len(self._prefix) + 1 :].split(".")
-        package = _ros_name(package)
+        module, *kind = name[len(self._prefix) + 1 :].split(".")
+        if module in OWN_MODULES:
+            return None
+        package = ros_name(module)
         if not self.library.has_package(package):
             text = f"No module named {name!r}: {self.library.no_package(package)}"
             raise ModuleNotFoundError(text, name=name)
@@ -97,7 +75,7 @@ class MessageFinder:
     def exec_module(self, module: ModuleType) -> None:
         """Fill a new module: msg and srv modules make their classes when these are asked for."""
         package, *kind = module.__name__[len(self._prefix) + 1 :].split(".")
-        package = _ros_name(package)
+        package = ros_name(package)
         module.__doc__ = f"Definitions of the ROS package {package}."
         if not kind:
             return
@@ -128,9 +106,9 @@ class MessageFinder:
             make(name)
         except UnknownTypeError as error:
             if short in other(package):
-                return f"{error}; there is {self._prefix}.{_module_name(package)}.{other_kind}.{short}"
+                return f"{error}; there is {self._prefix}.{module_name(package)}.{other_kind}.{short}"
             return str(error)
-        return f"{short} is no module: write from {self._prefix}.{_module_name(package)}.{kind} import {short}"
+        return f"{short} is no module: write from {self._prefix}.{module_name(package)}.{kind} import {short}"
 
     # -- classes -------------------------------------------------------------------------------------------------------
 
@@ -170,7 +148,7 @@ class MessageFinder:
         if not is_type_name(name) or not self.library.has_package(package):
             # Raises the error that says what was searched.
             return self.library.message(name) if kind == "msg" else self.library.service(name)
-        module = importlib.import_module(f"{self._prefix}.{_module_name(package)}.{kind}")
+        module = importlib.import_module(f"{self._prefix}.{module_name(package)}.{kind}")
         kept = vars(module).get(short)
         if kept is None:
             # Another thread may have been here too: the first one's class stays.
@@ -186,18 +164,10 @@ class MessageFinder:
 
 
 def installed(environ: Mapping[str, str]) -> MessageFinder:
-    """Return the process's import hook, installing one when there is none."""
+    """Return the process's import hook, installing one when there is none: before `generated.Hook`, whose work it does."""
     for finder in sys.meta_path:
         if isinstance(finder, MessageFinder):
             return finder
     hook = MessageFinder(environ)
-    sys.meta_path.append(hook)
+    sys.meta_path.insert(0, hook)
     return hook
-
-
-def _module_name(package: str) -> str:
-    return package + "_" if package in OWN_MODULES else package
-
-
-def _ros_name(module: str) -> str:
-    return module[:-1] if module[:-1] in OWN_MODULES and module.endswith("_") else module

@@ -5,19 +5,21 @@ https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 from pyros1.errors import NodeError, SerializationError
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.base import message_class
 from pyros1.node.context import wait_for_links
+from pyros1.timing import Duration, Time
 from pyros1.wire.handshake import ANY
 
 if TYPE_CHECKING:
     from pyros1.node.publishing.publication import Publication
 
 _M = TypeVar("_M")
+_Value = bool | int | float | str | bytes | bytearray | memoryview | Time | Duration | Sequence[Any]
 
 
 class Publisher(Generic[_M]):
@@ -35,6 +37,15 @@ class Publisher(Generic[_M]):
         self._unregister: Callable[[], None] | None = unregister
         self._raw = message_class is AnyMsg
 
+    # For type checkers: a message must be of the topic's type; what a single value must be, only the definition says.
+    @overload
+    def publish(self, message: _M, /) -> None: ...
+    @overload
+    def publish(self, value: _Value, /) -> None: ...
+    @overload
+    def publish(self, first: object, second: object, /, *more: object) -> None: ...
+    @overload
+    def publish(self, **fields: object) -> None: ...
     def publish(self, *args: Any, **fields: Any) -> None:
         """Publish a message. Returns at once; a slow subscriber loses the oldest messages beyond ``queue_size``.
 
