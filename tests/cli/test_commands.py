@@ -366,6 +366,13 @@ def test_help_has_examples_but_under_stock_names(run: Any) -> None:
     assert "Examples:\n  pyros1 topic echo /pose" in run("topic", "echo", "-h")[1]
 
 
+@pytest.mark.parametrize("word", ["help", "-h", "--help"])
+def test_help_of_one_verb(run: Any, word: str) -> None:
+    assert run("bag", word, "info") == run("bag", "info", "-h")
+    assert run("topic", word, "echo") == run("topic", "echo", "-h")
+    assert run("bag", word, "none") == run("bag", word)
+
+
 VERBS = ["topic", "node", "service", "param", "msg", "srv", "log", "tf", "dynparam", "bag", "topic_tools"]
 
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from optparse import Values
 from typing import Any
 
 from pyros1.bag.errors import BagError
+from pyros1.bag.record_follow import Ending, follow, wait_for_time
 from pyros1.bag.record_model import RecordOptions
 from pyros1.bag.record_names import Selection
 from pyros1.bag.record_topics import TopicSearch
 from pyros1.bag.snapshot import Snapshots
-from pyros1.cli.bag_follow import Ending, follow, wait_for_time
-from pyros1.cli.bag_progress import LiveLine, size_text
+from pyros1.cli.commands.bag._live import LiveLine, size_text
 from pyros1.node import Node
 from pyros1.shown import one_line
 
 
-def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, options: Values, ending: Ending) -> int:
+def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, options: Any, ending: Ending) -> int:
     """Keep messages, and answer ``~snapshot`` (std_srvs/Trigger) and ``~enable`` (std_srvs/SetBool), until the end.
 
     Returns:

@@ -6,18 +6,19 @@ import contextlib
 import gc
 import sys
 import time
-from collections.abc import Callable
 from math import inf, isfinite
-from optparse import OptionParser, Values
 from time import monotonic
 from typing import Any
 
 from pyros1.bag.play_control import Control
+from pyros1.bag.play_keyboard import Keyboard
 from pyros1.bag.play_source import Bags
 from pyros1.bag.player import Player, PlayOptions, Status
-from pyros1.cli.bag_keyboard import Keyboard
-from pyros1.cli.bag_progress import LiveLine
-from pyros1.cli.common import CommandError, Invocation, did_you_mean
+from pyros1.cli.commands.bag._live import LiveLine
+from pyros1.cli.failures import CommandError, UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.subscribing import Decoder
 from pyros1.errors import MessageError
 from pyros1.interrupts import catch
@@ -33,14 +34,12 @@ _COLLECT_AFTER = 100_000
 of them takes up to 90 ms."""
 
 
-def play(invocation: Invocation) -> int:
-    """``bag play [options] BAG...``."""
-    parser = _parser(invocation)
-    options, paths = parser.parse_args(invocation.args)
-    paths += options.bags
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Publish the messages of bags."""
+    paths = [*args, *(options.bags or ())]
     if not paths:
-        parser.error("You must specify at least 1 bag file to play back.")
-    _check(parser, options)
+        raise UsageError("You must specify at least 1 bag file to play back.")
+    _check(options)
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with Bags(paths, options.topics) as bags:
         _check_content(bags, options)
@@ -61,13 +60,104 @@ def play(invocation: Invocation) -> int:
             control.close()
 
 
+def _words(option: Any, opt: str, value: Any, parser: Any) -> None:
+    """Take the words up to the next option."""
+    words = []
+    while parser.rargs and not parser.rargs[0].startswith("-"):
+        words.append(parser.rargs.pop(0))
+    setattr(parser.values, option.dest, (getattr(parser.values, option.dest) or []) + words)
+
+
+VERB = Verb(
+    "play",
+    "play back the contents of one or more bag files in a time-synchronized fashion",
+    CHUNK_LIMIT_OPTION,
+    Option("-p", "--prefix", metavar="PREFIX", default="", help="prefix all output topics"),
+    Flag("-q", "--quiet", help="suppress console output"),
+    Flag("-i", "--immediate", help="play back all messages without waiting"),
+    Flag("--pause", help="start in paused mode"),
+    Option(
+        "--queue",
+        type="int",
+        default=100,
+        metavar="SIZE",
+        help="use an outgoing queue of size SIZE (defaults to %default)",
+    ),
+    Flag("--clock", help="publish the clock time"),
+    Option(
+        "--hz",
+        type="float",
+        default=100.0,
+        metavar="HZ",
+        help="use a frequency of HZ when publishing clock time (default: %default)",
+    ),
+    Option(
+        "-d",
+        "--delay",
+        type="float",
+        default=0.2,
+        metavar="SEC",
+        help="sleep SEC seconds after every advertise call (to allow subscribers to connect)",
+    ),
+    Option("-r", "--rate", type="float", default=1.0, metavar="FACTOR", help="multiply the publish rate by FACTOR"),
+    Option("-s", "--start", type="float", default=0.0, metavar="SEC", help="start SEC seconds into the bag files"),
+    Option("-u", "--duration", type="float", metavar="SEC", help="play only SEC seconds from the bag files"),
+    Option(
+        "--skip-empty",
+        type="float",
+        metavar="SEC",
+        help="skip regions in the bag with no messages for more than SEC seconds",
+    ),
+    Flag("-l", "--loop", help="loop playback"),
+    Flag("-k", "--keep-alive", help="keep alive past end of bag (useful for publishing latched topics)"),
+    Flag(
+        "--try-future-version",
+        help="still try to open a bag file, even if the version number is not known to the player",
+    ),
+    Option("--topics", action="callback", callback=_words, dest="topics", help="topics to play back"),
+    Option(
+        "--pause-topics",
+        action="callback",
+        callback=_words,
+        dest="pause_topics",
+        help="topics to pause on during playback",
+    ),
+    Option("--bags", action="append", help="bags files to play back from"),
+    Flag("--wait-for-subscribers", help="wait for at least one subscriber on each topic before publishing"),
+    Option(
+        "--rate-control-topic",
+        default="",
+        metavar="TOPIC",
+        help="watch the given topic, and if the last publish was more than <rate-control-max-delay> ago, wait until "
+        "the topic publishes again to continue playback",
+    ),
+    Option(
+        "--rate-control-max-delay",
+        type="float",
+        default=1.0,
+        metavar="SEC",
+        help="maximum time difference from <rate-control-topic> before pausing",
+    ),
+    Argument("BAGFILE", "bag", many=True),
+    usage="BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
+    description="Play back the contents of one or more bag files in a time-synchronized fashion.",
+    examples=[
+        ("run.bag", "at the pace of the recording; space pauses, s steps"),
+        ("--clock -r 0.5 -s 60 -u 10 run.bag", "ten seconds in slow motion, with simulated time"),
+        ("run.bag --topics /scan /tf /tf_static", "some topics"),
+        ("a.bag b.bag /scan:=/old/scan", "two bags together, one topic renamed"),
+    ],
+    run=run,
+)
+
+
 def _wake_on_time() -> None:
     """Have Linux end this thread's waits when they are over, and not up to 50 us later."""
     with contextlib.suppress(OSError), open("/proc/self/timerslack_ns", "w", encoding="ascii") as slack:
         slack.write("1")
 
 
-def _play(node: Node, bags: Bags, options: Values, control: Control) -> int:
+def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
     line = LiveLine(not options.quiet)
 
     def show(status: Status) -> None:
@@ -111,7 +201,7 @@ def _play(node: Node, bags: Bags, options: Values, control: Control) -> int:
     return 0
 
 
-def _tell(options: Values, text: str, end: str = "\n") -> None:
+def _tell(options: Any, text: str, end: str = "\n") -> None:
     """Print, unless the user wants quiet; that nobody reads it any more does not end the playing."""
     if not options.quiet:
         with contextlib.suppress(OSError, ValueError):
@@ -149,7 +239,7 @@ def _control_rate(node: Node, player: Player, topic: str) -> None:
     node.subscribe(topic, AnyMsg, take)
 
 
-def _check_content(bags: Bags, options: Values) -> None:
+def _check_content(bags: Bags, options: Any) -> None:
     """Say what would be played in vain.
 
     Raises:
@@ -157,7 +247,7 @@ def _check_content(bags: Bags, options: Values) -> None:
     """
     recorded = {connection.topic for reader in bags.readers for connection in reader.connections.values()}
     known = set(map(_plain, recorded))
-    for topic in [*(options.topics or []), *options.pause_topics]:
+    for topic in [*(options.topics or []), *(options.pause_topics or [])]:
         if _plain(topic) not in known:
             print(f"WARNING: {topic} is not in the bag{did_you_mean(topic, recorded)}", file=sys.stderr)
     if options.topics is not None and known.isdisjoint(map(_plain, options.topics)):
@@ -177,10 +267,7 @@ def _plain(topic: str) -> str:
     return topic.lstrip("/")
 
 
-# Options --------------------------------------------------------------------------------------------------------------
-
-
-def _settings(options: Values) -> PlayOptions:
+def _settings(options: Any) -> PlayOptions:
     return PlayOptions(
         prefix=options.prefix,
         immediate=options.immediate,
@@ -191,57 +278,20 @@ def _settings(options: Values) -> PlayOptions:
         duration=options.duration,
         skip_empty=options.skip_empty,
         loop=options.loop,
-        pause_topics=options.pause_topics,
+        pause_topics=options.pause_topics or [],
         max_delay=options.rate_control_max_delay if options.rate_control_topic else inf,
     )
 
 
-def _check(parser: OptionParser, options: Values) -> None:
+def _check(options: Any) -> None:
     for name in ("rate", "hz"):
         if not 0 < getattr(options, name) < inf:
-            parser.error(f"--{name} must be a number greater than 0")
+            raise UsageError(f"--{name} must be a number greater than 0")
     for name in ("delay", "start", "duration", "skip_empty", "rate_control_max_delay"):
         value = getattr(options, name)
         if value is not None and not (isfinite(value) and value >= 0):
-            parser.error(f"--{name.replace('_', '-')} must be a number, and not negative")
+            raise UsageError(f"--{name.replace('_', '-')} must be a number, and not negative")
     if options.queue < 0:
-        parser.error("--queue must not be negative; 0 is without limit")
+        raise UsageError("--queue must not be negative; 0 is without limit")
     if options.topics is not None and not options.topics:
-        parser.error("--topics: which?")
-
-
-def _parser(invocation: Invocation) -> OptionParser:
-    parser = invocation.parser("play BAGFILE1 [BAGFILE2 BAGFILE3 ...]")
-    parser.description = "Play back the contents of one or more bag files in a time-synchronized fashion."
-    add: Callable[..., object] = parser.add_option
-    flag = {"action": "store_true", "default": False}
-    add("-p", "--prefix", metavar="PREFIX", default="", help="prefix all output topics")
-    add("-q", "--quiet", **flag, help="suppress console output")
-    add("-i", "--immediate", **flag, help="play back all messages without waiting")
-    add("--pause", **flag, help="start in paused mode")
-    add("--queue", type="int", default=100, metavar="SIZE", help="use an outgoing queue of size SIZE (defaults to %default)")  # noqa: E501  # fmt: skip
-    add("--clock", **flag, help="publish the clock time")
-    add("--hz", type="float", default=100.0, metavar="HZ", help="use a frequency of HZ when publishing clock time (default: %default)")  # noqa: E501  # fmt: skip
-    add("-d", "--delay", type="float", default=0.2, metavar="SEC", help="sleep SEC seconds after every advertise call (to allow subscribers to connect)")  # noqa: E501  # fmt: skip
-    add("-r", "--rate", type="float", default=1.0, metavar="FACTOR", help="multiply the publish rate by FACTOR")
-    add("-s", "--start", type="float", default=0.0, metavar="SEC", help="start SEC seconds into the bag files")
-    add("-u", "--duration", type="float", metavar="SEC", help="play only SEC seconds from the bag files")
-    add("--skip-empty", type="float", metavar="SEC", help="skip regions in the bag with no messages for more than SEC seconds")  # noqa: E501  # fmt: skip
-    add("-l", "--loop", **flag, help="loop playback")
-    add("-k", "--keep-alive", **flag, help="keep alive past end of bag (useful for publishing latched topics)")
-    add("--try-future-version", **flag, help="still try to open a bag file, even if the version number is not known to the player")  # noqa: E501  # fmt: skip
-    add("--topics", action="callback", callback=_words, dest="topics", help="topics to play back")
-    add("--pause-topics", action="callback", callback=_words, dest="pause_topics", default=[], help="topics to pause on during playback")  # noqa: E501  # fmt: skip
-    add("--bags", action="append", default=[], help="bags files to play back from")
-    add("--wait-for-subscribers", **flag, help="wait for at least one subscriber on each topic before publishing")
-    add("--rate-control-topic", default="", metavar="TOPIC", help="watch the given topic, and if the last publish was more than <rate-control-max-delay> ago, wait until the topic publishes again to continue playback")  # noqa: E501  # fmt: skip
-    add("--rate-control-max-delay", type="float", default=1.0, metavar="SEC", help="maximum time difference from <rate-control-topic> before pausing")  # noqa: E501  # fmt: skip
-    return parser
-
-
-def _words(option: Any, opt: str, value: Any, parser: Any) -> None:
-    """Take the words up to the next option."""
-    words = []
-    while parser.rargs and not parser.rargs[0].startswith("-"):
-        words.append(parser.rargs.pop(0))
-    setattr(parser.values, option.dest, (getattr(parser.values, option.dest) or []) + words)
+        raise UsageError("--topics: which?")

@@ -5,21 +5,23 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator
-from optparse import OptionParser, Values
 from typing import Any
 
 from pyros1.bag import edit
 from pyros1.bag.api import Bag
 from pyros1.bag.reader import RawMessage
 from pyros1.bag.records import RECORD_OVERHEAD
-from pyros1.cli.bag_choice import add_choice, choice_of, chosen, warn_of_strangers
-from pyros1.cli.bag_files import different, new_file
-from pyros1.cli.common import CommandError, Invocation
+from pyros1.cli.commands.bag._files import different, new_file
+from pyros1.cli.commands.bag._options import CHOICE, choice_of, chosen, warn_of_strangers
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Option, Verb
 from pyros1.cli.shared.expression import Expression, ExpressionError
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
 from pyros1.timing import Time
 
-_USAGE = """filter [options] INBAG OUTBAG [EXPRESSION]
+_USAGE = """[options] INBAG OUTBAG [EXPRESSION]
 
 EXPRESSION is one in Python, of which the harmless part is allowed.
 
@@ -29,28 +31,17 @@ The following variables are available:
  * t: time of message (t.secs, t.nsecs, t.to_sec())"""
 
 
-def filter(invocation: Invocation) -> None:
-    """``bag filter [options] IN OUT EXPRESSION``."""
-    parser = invocation.parser(_USAGE)
-    parser.description = "Filter the contents of the bag."
-    parser.add_option(
-        "-p",
-        "--print",
-        dest="pattern",
-        metavar="PRINT-EXPRESSION",
-        help="Python expression to print for verbose debugging. Uses same variables as filter-expression",
-    )
-    add_choice(parser)
-    options, args = parser.parse_args(invocation.args)
-    source, target, text = _arguments(parser, options, args)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Write the messages of a bag that are wanted into another."""
+    source, target, text = _arguments(options, args)
     if not os.path.isfile(source):
         raise CommandError(f"Cannot locate input bag file [{source}]", 2, plain=True)
     different(source, target, 3)
-    expression = None if text is None else Test(text)
-    pattern = None if options.pattern is None else Test(options.pattern)
+    expression = None if text is None else _Test(text)
+    pattern = None if options.pattern is None else _Test(options.pattern)
     with Bag(source, unindexed=False) as bag, new_file(target) as part:
         total = len(bag)
-        size = sum(header.size for header in bag.reader.headers())
+        size = bag.reader.content_size()
         choice = choice_of(options, bag.reader)
         warn_of_strangers(choice, [bag.reader])
         with Progress(target, size) as progress:
@@ -59,20 +50,44 @@ def filter(invocation: Invocation) -> None:
     print(f"{target}: {count} of {total} messages")
 
 
-def _arguments(parser: OptionParser, options: Values, args: list[str]) -> tuple[str, str, str | None]:
-    optional = chosen(options)
+VERB = Verb(
+    "filter",
+    "choose messages by an expression, topics, times",
+    CHUNK_LIMIT_OPTION,
+    Option(
+        "-p",
+        "--print",
+        dest="pattern",
+        metavar="PRINT-EXPRESSION",
+        help="Python expression to print for verbose debugging. Uses same variables as filter-expression",
+    ),
+    *CHOICE,
+    Argument("INBAG", "bag"),
+    Argument("OUTBAG", "file"),
+    Argument("EXPRESSION", optional=True),
+    usage=_USAGE,
+    description="Filter the contents of the bag.",
+    examples=[
+        ("run.bag out.bag \"topic == '/odom' and m.twist.twist.linear.x > 1\"", "by an expression"),
+        ("run.bag out.bag --topics '/camera/*,/tf' --from 10 --to -5", "topics, and a part of the time"),
+    ],
+    run=run,
+)
+
+
+def _arguments(options: Any, args: list[str]) -> tuple[str, str, str | None]:
     if not args:
-        parser.error("You must specify an in bag, an out bag, and an expression.")
+        raise UsageError("You must specify an in bag, an out bag, and an expression.")
     if len(args) == 1:
-        parser.error("You must specify an out bag and an expression.")
-    if len(args) == 2 and not optional:
-        parser.error("You must specify an expression.")
+        raise UsageError("You must specify an out bag and an expression.")
+    if len(args) == 2 and not chosen(options):
+        raise UsageError("You must specify an expression.")
     if len(args) > 3:
-        parser.error("Too many arguments.")
+        raise UsageError("Too many arguments.")
     return args[0], args[1], args[2] if len(args) == 3 else None
 
 
-class Test:
+class _Test:
     """An expression on topic, m and t.
 
     Args:
@@ -103,8 +118,8 @@ class Test:
 def _passing(
     messages: Iterator[RawMessage],
     bag: Bag,
-    expression: Test | None,
-    pattern: Test | None,
+    expression: _Test | None,
+    pattern: _Test | None,
     progress: Callable[[int], object],
 ) -> Iterator[RawMessage]:
     done = 0

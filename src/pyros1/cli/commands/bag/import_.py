@@ -5,38 +5,25 @@ from __future__ import annotations
 import fnmatch
 import os
 import sys
+from typing import Any
 
-from pyros1.cli.bag_edit import add_compression
-from pyros1.cli.bag_export_files import whole_or_nothing
-from pyros1.cli.bag_files import different
-from pyros1.cli.common import CommandError, Invocation, did_you_mean
+from pyros1.cli.commands.bag._files import different, whole_or_nothing
+from pyros1.cli.commands.bag._options import QUIET, TOPICS, compression, parted
+from pyros1.cli.failures import CommandError, UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
 
 
-def import_(invocation: Invocation) -> None:
-    """``bag import SOURCE -o OUT.bag``."""
-    parser = invocation.parser("import [options] SOURCE")
-    parser.description = (
-        "Make a bag of a ROS 2 bag: its folder, or an .mcap or .db3 file; or of an .mcap file with messages of ROS 1."
-    )
-    parser.add_option("-o", "--output", metavar="OUT", help="the bag to write; without it SOURCE.bag")
-    parser.add_option("-f", "--force", action="store_true", help="replace the bag if it is there")
-    parser.add_option("-q", "--quiet", action="store_true", help="suppress noncritical messages")
-    parser.add_option(
-        "--topics",
-        action="append",
-        default=[],
-        metavar="T1,T2",
-        help="only these topics, separated by commas; * stands for any characters. Can be given several times",
-    )
-    add_compression(parser, "none")
-    options, args = parser.parse_args(invocation.args)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Write a bag with the messages of a ROS 2 bag or MCAP file."""
     if len(args) != 1:
-        parser.error("You must specify one ROS 2 bag or MCAP file.")
+        raise UsageError("You must specify one ROS 2 bag or MCAP file.")
     source = os.path.normpath(args[0])
     target = options.output or os.path.splitext(source)[0] + ".bag"
     different(source, target)
-    patterns = [word for text in options.topics for word in text.split(",") if word]
+    patterns = parted(options.topics)
     there: list[str] = []
 
     def wanted(topic: str) -> bool:
@@ -61,6 +48,23 @@ def import_(invocation: Invocation) -> None:
         print(f"WARNING: {topic} is left out: {reason}", file=sys.stderr)
     if not options.quiet:
         print(f"{target}: {done.messages} messages of {done.topics} topic{'s' if done.topics != 1 else ''}")
+
+
+VERB = Verb(
+    "import",
+    "make a bag of a ROS 2 bag or MCAP file",
+    CHUNK_LIMIT_OPTION,
+    Option("-o", "--output", metavar="OUT", help="the bag to write; without it SOURCE.bag"),
+    Flag("-f", "--force", help="replace the bag if it is there"),
+    QUIET,
+    TOPICS,
+    *compression("none"),
+    Argument("SOURCE", "file"),
+    description="Make a bag of a ROS 2 bag: its folder, or an .mcap or .db3 file; or of an .mcap file with messages of "
+    "ROS 1.",
+    examples=[("run.mcap -o run.bag", "of ROS 1 or ROS 2"), ("rosbag2_folder", "into rosbag2_folder.bag")],
+    run=run,
+)
 
 
 def _size(source: str) -> int:

@@ -2,36 +2,31 @@
 
 from __future__ import annotations
 
-import errno
 import re
 import sys
 from typing import Any
 
-from pyros1.bag.errors import BagError, EncryptedError, UnindexedError
+from pyros1.bag.errors import BagError, EncryptedError
 from pyros1.bag.info import info_text, info_values, summarize, yaml_text
 from pyros1.bag.reader import BagReader
-from pyros1.cli.common import Invocation, flush
-from pyros1.shown import json_text
+from pyros1.cli.commands.bag._failures import report_bag_error
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.printing import print_json
 
-_WRITING = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
 _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(-?\d+)\]")
 
 
-def info(invocation: Invocation) -> int:
-    """``bag info [options] BAG...``."""
-    parser = invocation.parser("info [options] BAGFILE1 [BAGFILE2 BAGFILE3 ...]")
-    parser.description = "Summarize the contents of one or more bag files."
-    parser.add_option("-y", "--yaml", action="store_true", default=False, help="print information in YAML format")
-    parser.add_option("-k", "--key", help="print information on the given key, such as duration or topics[0].type")
-    parser.add_option("--freq", action="store_true", default=False, help="display topic message frequency statistics")
-    invocation.add_json(parser, "print one line of JSON per bag")
-    options, paths = parser.parse_args(invocation.args)
-    if not paths:
-        parser.error("You must specify at least 1 bag file.")
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print what is in bags."""
+    if not args:
+        raise UsageError("You must specify at least 1 bag file.")
     if options.key and not options.yaml:
-        parser.error("You can only specify key when printing in YAML format.")
+        raise UsageError("You can only specify key when printing in YAML format.")
     failed = False
-    for number, path in enumerate(paths):
+    for number, path in enumerate(args):
         try:
             with BagReader(path) as bag:
                 summary = summarize(bag, frequencies=options.freq)
@@ -42,9 +37,7 @@ def info(invocation: Invocation) -> int:
                 continue
             return 1
         if options.json:
-            import json  # noqa: PLC0415
-
-            print(json_text(json.dumps(_typed(info_values(summary)), ensure_ascii=False)))
+            print_json(_typed(info_values(summary)))
             continue
         if not options.yaml:
             print(info_text(summary))
@@ -52,26 +45,33 @@ def info(invocation: Invocation) -> int:
             _print_key(info_values(summary), options.key)
         else:
             print(yaml_text(info_values(summary)))
-        if number < len(paths) - 1:
+        if number < len(args) - 1:
             print("---")
     return int(failed)
 
 
-def report_bag_error(error: BagError | OSError, path: str) -> None:
-    """Print what is wrong with a bag, and what to do, to stderr."""
-    flush()
-    if isinstance(error, UnindexedError):
-        print(f"ERROR bag unindexed: {error}", file=sys.stderr)
-    elif isinstance(error, BagError):
-        print(f"ERROR reading {error}", file=sys.stderr)
-    else:
-        verb = "writing" if error.errno in _WRITING else "reading"
-        what = f"{verb} {path}" if error.filename in (None, path) else error.filename
-        print(f"ERROR {what}: {error.strerror or error}", file=sys.stderr)
+VERB = Verb(
+    "info",
+    "summarize the contents of one or more bag files",
+    CHUNK_LIMIT_OPTION,
+    Flag("-y", "--yaml", help="print information in YAML format"),
+    Option("-k", "--key", help="print information on the given key, such as duration or topics[0].type"),
+    Flag("--freq", help="display topic message frequency statistics"),
+    Flag("--json", help="print one line of JSON per bag", own=True),
+    Argument("BAGFILE", "bag", many=True),
+    usage="[options] BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
+    description="Summarize the contents of one or more bag files.",
+    examples=[
+        ("run.bag", "what a bag holds"),
+        ("-y -k topics[0].type run.bag", "one value, for scripts"),
+        ("--json run.bag", "for programs"),
+    ],
+    run=run,
+)
 
 
 def _typed(value: Any) -> Any:
-    """Values as YAML reads them: numbers that were texts with a fixed number of digits."""
+    """Return values as YAML reads them: numbers that were texts with a fixed number of digits."""
     if isinstance(value, dict):
         return {name: _typed_field(name, item) for name, item in value.items()}
     if isinstance(value, list):
@@ -95,7 +95,7 @@ def _print_key(values: dict[str, Any], key: str) -> None:
 
 
 def _find(value: Any, key: str) -> Any:
-    """The value of a path such as ``topics[0].type``."""
+    """Return the value of a path such as ``topics[0].type``."""
     position = 0
     while position < len(key):
         step = _STEP.match(key, position)

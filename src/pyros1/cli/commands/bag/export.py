@@ -7,16 +7,17 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from optparse import OptionParser, Values
 from typing import Any
 
 from pyros1.bag.api import Bag
 from pyros1.bag.edit import Choice
 from pyros1.bag.reader import RawMessage
-from pyros1.cli.bag_choice import add_choice, choice_of
-from pyros1.cli.bag_export_files import whole_or_nothing
-from pyros1.cli.bag_files import different
-from pyros1.cli.common import CommandError, Invocation, did_you_mean
+from pyros1.cli.commands.bag._files import different, whole_or_nothing
+from pyros1.cli.commands.bag._options import CHOICE, QUIET, choice_of
+from pyros1.cli.failures import CommandError, UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
 from pyros1.errors import MessageError
 from pyros1.timing import Time
@@ -47,51 +48,41 @@ _SHOWN_SKIPPED = 5
 _SHOWN_NAMES = 20
 
 
-def export(invocation: Invocation) -> int:
-    """``bag export BAG... --format F -o OUTPUT``."""
-    parser = _parser(invocation)
-    options, paths = parser.parse_args(invocation.args)
-    if not paths:
-        parser.error("You must specify at least one bag file.")
-    kind = _format(parser, options)
-    target = options.output or os.path.splitext(paths[0])[0] + FORMATS[kind]
-    for path in paths:
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Write what is in bags for other programs."""
+    if not args:
+        raise UsageError("You must specify at least one bag file.")
+    kind = _format(options)
+    target = options.output or os.path.splitext(args[0])[0] + FORMATS[kind]
+    for path in args:
         different(path, target)
     with ExitStack() as stack:
-        bags = [stack.enter_context(Bag(path, unindexed=False)) for path in paths]
+        bags = [stack.enter_context(Bag(path, unindexed=False)) for path in args]
         first = min(bags, key=lambda bag: bag.reader.start or sys.maxsize)
-        run = _Export(bags, choice_of(options, first.reader), images=kind in ("images", "video"))
+        wanted = _Export(bags, choice_of(options, first.reader), images=kind in ("images", "video"))
         part = target
         if target != _STDOUT:
             folder = kind in ("csv", "images", "video", "ros2") and _extension(target) not in _EXTENSIONS
             part = stack.enter_context(whole_or_nothing(target, folder=folder, force=bool(options.force)))
-        writer = _writer(kind, part, run.topics, options)
+        writer = _writer(kind, part, wanted.topics, options)
         stack.callback(writer.abort)
-        progress = stack.enter_context(Progress(target, run.size, quiet=options.quiet or target == _STDOUT))
-        count = run.into(writer, progress)
-        if not count and not run.skipped:
-            raise CommandError(f"there are no messages of the times chosen in {', '.join(paths)}")
+        progress = stack.enter_context(Progress(target, wanted.size, quiet=options.quiet or target == _STDOUT))
+        count = wanted.into(writer, progress)
+        if not count and not wanted.skipped:
+            raise CommandError(f"there are no messages of the times chosen in {', '.join(args)}")
         writer.close()
-    for text in (*run.skipped_texts(), *_renamed(writer)):
+    for text in (*wanted.skipped_texts(), *_renamed(writer)):
         print(text, file=sys.stderr)
     if target != _STDOUT and not options.quiet:
-        print(f"{target}: {count} messages of {len(run.topics)} topic{'s' if len(run.topics) != 1 else ''}")
-    return 1 if run.skipped else 0
+        print(f"{target}: {count} messages of {len(wanted.topics)} topic{'s' if len(wanted.topics) != 1 else ''}")
+    return 1 if wanted.skipped else 0
 
 
-def _renamed(writer: Any) -> Iterator[str]:
-    """What is to be said about names that ROS 2 does not allow."""
-    changed = writer.names.changed if hasattr(writer, "names") else {}
-    for what, name in list(changed.items())[:_SHOWN_NAMES]:
-        yield f"NOTE: {what} is called {name}, since ROS 2 does not allow its name"
-    if len(changed) > _SHOWN_NAMES:
-        yield f"NOTE: and {len(changed) - _SHOWN_NAMES} more"
-
-
-def _parser(invocation: Invocation) -> OptionParser:
-    parser = invocation.parser("export [options] BAGFILE1 [BAGFILE2 ...]")
-    parser.description = "Write what is in bags for other programs."
-    parser.add_option(
+VERB = Verb(
+    "export",
+    "write CSV, JSON, images, videos, MCAP files or ROS 2 bags",
+    CHUNK_LIMIT_OPTION,
+    Option(
         "--format",
         choices=list(FORMATS),
         metavar="F",
@@ -99,44 +90,63 @@ def _parser(invocation: Invocation) -> OptionParser:
         "images: image files; video: a video per topic; mcap: an MCAP file with ROS 2 messages, or with --ros1 (names "
         "that ROS 2 does not allow are changed: timeStamp to time_stamp, package Mocap to mocap); "
         "ros2: a ROS 2 bag. Not needed if the output's name says it",
-    )
-    parser.add_option(
-        "-o", "--output", metavar="OUT", help="file or folder to write; - prints CSV of one topic, and JSON"
-    )
-    parser.add_option("-f", "--force", action="store_true", help="replace what is there")
-    parser.add_option("-q", "--quiet", action="store_true", help="suppress noncritical messages")
-    add_choice(parser)
-    parser.add_option("--nostr", action="store_true", help="csv, jsonl: leave out texts")
-    parser.add_option("--noarr", action="store_true", help="csv, jsonl: leave out arrays")
-    parser.add_option("--bare", action="store_true", help="jsonl: messages only, without topic and time")
-    parser.add_option("--mosaic", action="store_true", help="images: leave Bayer images as the sensor has them")
-    parser.add_option("--storage", choices=["sqlite3", "mcap"], default="sqlite3", help="ros2: sqlite3 or mcap")
-    parser.add_option(
+    ),
+    Option("-o", "--output", metavar="OUT", help="file or folder to write; - prints CSV of one topic, and JSON"),
+    Flag("-f", "--force", help="replace what is there"),
+    QUIET,
+    *CHOICE,
+    Flag("--nostr", help="csv, jsonl: leave out texts"),
+    Flag("--noarr", help="csv, jsonl: leave out arrays"),
+    Flag("--bare", help="jsonl: messages only, without topic and time"),
+    Flag("--mosaic", help="images: leave Bayer images as the sensor has them"),
+    Option("--storage", choices=["sqlite3", "mcap"], default="sqlite3", help="ros2: sqlite3 or mcap"),
+    Option(
         "--distro",
         default=_DISTRIBUTION,
         metavar="D",
         help=f"ros2, mcap: the ROS 2 distribution whose types are used (default {_DISTRIBUTION})",
-    )
-    parser.add_option(
+    ),
+    Flag(
         "--ros1",
-        action="store_true",
         help="mcap: leave messages as they are, of ROS 1, instead of making them of ROS 2; `bag import` takes both",
-    )
-    return parser
+    ),
+    Argument("BAGFILE", "bag", many=True),
+    usage="[options] BAGFILE1 [BAGFILE2 ...]",
+    description="Write what is in bags for other programs.",
+    examples=[
+        ("run.bag --format csv --topics /odom,/imu", "tables run_csv/odom.csv and run_csv/imu.csv"),
+        ("run.bag -o - --format jsonl | jq .message", "lines of JSON for other programs"),
+        ("run.bag --format images -o frames", "image files, named by their stamps"),
+        ("run.bag -o camera.mp4 --topics /camera/image_raw --from 10 --to 20", "a video"),
+        ("a.bag b.bag -o run.mcap", "two bags for Foxglove"),
+        ("run.bag -o run.mcap --ros1", "the messages unchanged, as `mcap convert` does"),
+        ("run.bag --format ros2", "for `ros2 bag play run_ros2`"),
+    ],
+    run=run,
+)
 
 
-def _format(parser: OptionParser, options: Values) -> str:
+def _renamed(writer: Any) -> Iterator[str]:
+    """Yield what is to be said about names that ROS 2 does not allow."""
+    changed = writer.names.changed if hasattr(writer, "names") else {}
+    for what, name in list(changed.items())[:_SHOWN_NAMES]:
+        yield f"NOTE: {what} is called {name}, since ROS 2 does not allow its name"
+    if len(changed) > _SHOWN_NAMES:
+        yield f"NOTE: and {len(changed) - _SHOWN_NAMES} more"
+
+
+def _format(options: Any) -> str:
     output = options.output
     guess = _EXTENSIONS.get(_extension(output)) if output else None
     if options.format is None and guess is None:
-        parser.error("You must specify --format, or an output whose name says it: NAME.csv, .jsonl, .mcap, .mp4")
+        raise UsageError("You must specify --format, or an output whose name says it: NAME.csv, .jsonl, .mcap, .mp4")
     kind = str(options.format or guess)
     if guess is not None and guess != kind:
-        parser.error(f"--format {kind} and an output named {output} do not go together")
+        raise UsageError(f"--format {kind} and an output named {output} do not go together")
     if output == _STDOUT and kind not in ("csv", "jsonl"):
-        parser.error(f"--format {kind} needs a file or folder as output")
+        raise UsageError(f"--format {kind} needs a file or folder as output")
     if options.ros1 and kind != "mcap":
-        parser.error(f"--ros1 goes with --format mcap, not {kind}")
+        raise UsageError(f"--ros1 goes with --format mcap, not {kind}")
     return kind
 
 
@@ -144,9 +154,10 @@ def _extension(path: str) -> str:
     return os.path.splitext(path)[1].lower()
 
 
-def _writer(kind: str, part: str, topics: list[str], options: Values) -> Any:
+def _writer(kind: str, part: str, topics: list[str], options: Any) -> Any:
     if kind in ("csv", "jsonl"):
-        from pyros1.cli.bag_export_text import CsvWriter, JsonWriter  # noqa: PLC0415 - and so below: what is needed
+        # Here and below: what is needed, and no more.
+        from pyros1.cli.commands.bag._export_text import CsvWriter, JsonWriter  # noqa: PLC0415
 
         return CsvWriter(part, topics, options) if kind == "csv" else JsonWriter(part, options)
     if kind == "images":
@@ -281,7 +292,7 @@ class _Export:
 
 
 def _wanted(bag: Bag, choice: Choice, types: tuple[str, ...] | None) -> set[int]:
-    """Ids of the connections wanted, those with messages in the time wanted."""
+    """Return the ids of the connections wanted, those with messages in the time wanted."""
     used = {
         number
         for chunk in bag.reader.chunks

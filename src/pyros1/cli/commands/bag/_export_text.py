@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import os
 from contextlib import ExitStack
-from optparse import Values
 from typing import Any, TextIO
 
 from pyros1.bag.export.tables import Table
 from pyros1.bag.export.topic_names import FileNames
 from pyros1.cli.clean_output import data_stream
-from pyros1.cli.commands.topic._forms import Json
-from pyros1.cli.common import CommandError
+from pyros1.cli.failures import CommandError
+from pyros1.cli.shared.forms import Json
 from pyros1.cli.shared.pieces import Pieces
 from pyros1.msgs import Message
 from pyros1.timing import Time
@@ -32,7 +31,7 @@ class CsvWriter:
         CommandError: there are too many topics for a file.
     """
 
-    def __init__(self, target: str, topics: list[str], options: Values) -> None:
+    def __init__(self, target: str, topics: list[str], options: Any) -> None:
         self._folder = "" if target == STDOUT or target.lower().endswith(".csv") else target
         self._target = target
         if self._folder:
@@ -83,7 +82,7 @@ class JsonWriter:
         options: ``nostr`` and ``noarr`` leave out texts and arrays; ``bare`` writes the messages only.
     """
 
-    def __init__(self, target: str, options: Values) -> None:
+    def __init__(self, target: str, options: Any) -> None:
         self._bare = bool(options.bare)
         self._json = Json(options)
         self._own = target != STDOUT
