@@ -26,7 +26,8 @@ LEVELS = [
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
 OUTSIDE = {"__init__", "__main__", "packages"}  # the public API, the start of `python -m pyros1`, users' programs
 
-IMPURE = {
+IMPURE = {"socket", "selectors", "select", "threading", "time", "subprocess", "asyncio", "signal", "multiprocessing"}
+IMPURE |= {"os", "pathlib", "shutil", "tempfile"}
     "os",
     "pathlib",
     "shutil",

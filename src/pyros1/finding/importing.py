@@ -164,7 +164,7 @@ class MessageFinder:
 
 
 def installed(environ: Mapping[str, str]) -> MessageFinder:
-    """Return the process's import hook, installing one when there is none: before `generated.Hook`, whose work it does."""
+    """Return the process's import hook; install one if there is none, before `generated.Hook`, whose work it does."""
     for finder in sys.meta_path:
         if isinstance(finder, MessageFinder):
             return finder

@@ -1,7 +1,7 @@
 """Stubs of generated modules, for editors and type checkers: ``pyros1.msgs.<package>.msg`` and ``.srv`` as .pyi text.
 
-Everything that a stub imports has a name that begins with an underscore: no field, constant or type can have it, so that
-none can hide it. Pure.
+Everything that a stub imports has a name that begins with an underscore: no field, constant or type can have it, so
+that none can hide it. Pure.
 """
 
 from __future__ import annotations
