@@ -14,11 +14,11 @@ from collections.abc import Callable, Coroutine, Iterator
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
 import pyros1.aio
 from pyros1.aio import MOST_WAITING
 from pyros1.errors import NodeShutdownError, ServiceError, WaitTimeoutError
+from pyros1.msgs.std_msgs.msg import Float64
 
 
 def run(work: Callable[[], Coroutine[Any, Any, None]]) -> None:

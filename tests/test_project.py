@@ -28,20 +28,6 @@ OUTSIDE = {"__init__", "__main__", "packages"}  # the public API, the start of `
 
 IMPURE = {"socket", "selectors", "select", "threading", "time", "subprocess", "asyncio", "signal", "multiprocessing"}
 IMPURE |= {"os", "pathlib", "shutil", "tempfile"}
-    "os",
-    "pathlib",
-    "shutil",
-    "tempfile",
-    "socket",
-    "selectors",
-    "select",
-    "threading",
-    "time",
-    "subprocess",
-    "asyncio",
-    "signal",
-    "multiprocessing",
-}
 PURE = ["errors.py", "names.py", "timing.py", "expressions", "suggest.py", "shown.py", "values", "wire", "msgs"]
 
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64, String
 
 from pyros1.bag import BagWriter
+from pyros1.msgs.std_msgs.msg import Float64, String
 
 DEADLINE = 20.0
 BEGIN = 1_700_000_000 * 10**9

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from pyros1.msgs.std_msgs.msg import String
 
 import pyros1
 from pyros1.cli import registry
 from pyros1.cli.complete import join_parts, main, quote
 from pyros1.master import Master
 from pyros1.msgs import load_message
+from pyros1.msgs.std_msgs.msg import String
 from pyros1.tf import StaticTransformBroadcaster
 
 

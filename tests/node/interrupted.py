@@ -18,11 +18,10 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
-from pyros1.msgs.std_srvs.srv import SetBool
-
 import pyros1
 from pyros1.errors import NodeShutdownError
+from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
+from pyros1.msgs.std_srvs.srv import SetBool
 
 DEADLINE = 25.0
 PATIENCE = 15.0

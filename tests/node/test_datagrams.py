@@ -6,8 +6,8 @@ import socket
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64, String
 
+from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.wire.datagram import split
 from pyros1.wire.header import encode_header
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
+from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.net.loop import Loop
 
 PATIENCE = 10.0

@@ -8,9 +8,9 @@ import threading
 from typing import Any
 
 import pytest
+
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray
-
 from pyros1.net.loop import WRITE, Loop
 from pyros1.node.lane import Lane
 from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink

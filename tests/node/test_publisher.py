@@ -10,10 +10,10 @@ from math import inf
 from typing import Any
 
 import pytest
+
 from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64
-
 from pyros1.node.lane import TURN
 from pyros1.node.publishing.local_link import UNBOUNDED_LIMIT
 from pyros1.node.publishing.publication import Publication

@@ -6,8 +6,8 @@ import threading
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64, String
 
+from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.node.subscribing.delivery import FRESH
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import encode_header

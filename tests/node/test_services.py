@@ -7,9 +7,6 @@ import threading
 from typing import Any
 
 import pytest
-from pyros1.msgs.roscpp.srv import GetLoggers, SetLoggerLevel
-from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTwoIntsResponse
-from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
 
 from pyros1.errors import (
     MessageError,
@@ -20,6 +17,9 @@ from pyros1.errors import (
     ServiceUnavailableError,
     WaitTimeoutError,
 )
+from pyros1.msgs.roscpp.srv import GetLoggers, SetLoggerLevel
+from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTwoIntsResponse
+from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
 from pyros1.wire.header import encode_header
 
 

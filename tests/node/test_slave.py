@@ -6,9 +6,9 @@ import os
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
 from pyros1.errors import XmlRpcFault
+from pyros1.msgs.std_msgs.msg import Float64
 
 
 @pytest.fixture
