@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
+from pyros1.cli.commands.tf._drawing import Frame, children_of, dot, svg, text
 from pyros1.cli.main import entry
-from pyros1.cli.tf_drawing import Frame, children_of, dot, svg, text
 from pyros1.errors import PackageNotFoundError
 from pyros1.finding.packages import PackageIndex
 from pyros1.msgs import load_message

@@ -86,8 +86,9 @@ def test_the_build_makes_them() -> None:
 
 
 NASTY = {
-    "msg/Names.msg": "string str\nfloat64 float\nint32 int\nbool bool\nint32[] Sequence\nPoint Point\nTime b\nduration Time\n"
-    "string class\nint32 None_\nint32 X=3\nstring Y= a 'b' \\\"c\nuint8[] data\nuint8[4] four\ntime[] times\nPoint[2] points\n",
+    "msg/Names.msg": "string str\nfloat64 float\nint32 int\nbool bool\nint32[] Sequence\nPoint Point\nTime b\n"
+    "duration Time\nstring class\nint32 None_\nint32 X=3\nstring Y= a 'b' \\\"c\nuint8[] data\nuint8[4] four\n"
+    "time[] times\nPoint[2] points\n",
     "msg/Point.msg": "float64 x\n",
     "msg/Time.msg": "time data\n",
     "msg/True.msg": "int32 x\n",

@@ -95,26 +95,6 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
         **dict.fromkeys(("dump", "load"), ("configurable", "file")),
         "list": (),
     },
-    "tf": {
-        "buffer_server": (),
-        "change_notifier": (),
-        "echo": ("frame", "frame"),
-        "empty_listener": (),
-        "monitor": ("frame", "frame"),
-        "remap": (),
-        "static_transform_publisher": ("",) * 6 + ("frame", "frame"),
-        "tree": (),
-        "view_frames": (),
-    },
-    "topic_tools": {
-        "demux": ("topic+",),
-        "drop": ("topic", "", "", "topic"),
-        "mux": ("topic+",),
-        "relay": ("topic", "topic"),
-        "relay_field": ("topic", "topic", "message"),
-        "throttle": ("throttle", "topic"),
-        "transform": ("topic", "topic", "message"),
-    },
 }  # fmt: skip
 """Command -> verb -> kinds of its arguments."""
 

@@ -25,8 +25,6 @@ OLD = {
     "stack": ("pkg_stack", "find stacks: find list contents contains depends"),
     "setup": ("setup", "for shells: source <(pyros1 setup) gives the stock names and completion"),
     "unsetup": ("setup_undo", "take back what setup did to this shell"),
-    "topic_tools": ("topic_tools", "forward topics: relay drop throttle mux demux transform relay_field"),
-    "tf": ("tf", "show and publish coordinate frames: echo monitor tree view_frames static_transform_publisher"),
     "dynparam": ("dynparam", "show and change parameters of running nodes: list get set set_from_parameters load dump"),
     "diagnostic": ("diagnostic", "show what the robot's parts say of their state"),
     "unit": ("unit", "run one test program"),

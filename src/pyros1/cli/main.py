@@ -11,7 +11,6 @@ from pyros1.cli.clean_output import clean_output
 from pyros1.cli.legacy import OLD, legacy_name, run_old
 from pyros1.cli.packages_here import add_packages_here
 from pyros1.cli.records import GROUPS
-from pyros1.cli.running import run_command
 from pyros1.errors import Error
 
 _SPEAK_FOR_THEMSELVES = frozenset({"run", "launch"})
@@ -115,6 +114,8 @@ def _entry(words: list[str]) -> int:
 def _run(command: str, arguments: list[str]) -> int:
     try:
         add_packages_here(os.environ)
+        from pyros1.cli.running import run_command  # noqa: PLC0415 - help and completion run nothing
+
         with interrupts.raised():
             code = run_old(command, arguments) if command in OLD else run_command(command, arguments)
         if code:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from pyros1.cli import registry
 
@@ -26,15 +27,15 @@ INDEX: dict[str, tuple[Any, ...]] = {
 def text() -> str:
     """Return the table, as the records have it."""
     lines = [_HEAD]
-    for name, entry in sorted(registry.describe(module) for module in registry.modules()):
+    for name, told in sorted(registry.describe(module) for module in registry.modules()):
         lines.append(f"    {name!r}: (\n")
-        lines += [f"        {each!r},\n" for each in entry[:-1]]
+        lines += [f"        {each!r},\n" for each in told[:-1]]
         lines.append("        {\n")
-        told = {}
-        for module in registry.modules(entry.module):
-            told.update(registry.describe_verbs(module))
-        for verb, each in sorted(told.items()):
-            lines.append(f"            {verb!r}: {tuple(each)!r},\n")
+        verbs: dict[str, tuple[Any, ...]] = {}
+        for module in registry.modules(told[0]):
+            verbs.update(registry.describe_verbs(module))
+        for verb in registry.load_command(name).sorted(verbs):
+            lines.append(f"            {verb!r}: {verbs[verb]!r},\n")
         lines.append("        },\n    ),\n")
     return "".join([*lines, "}\n"])
 

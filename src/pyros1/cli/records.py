@@ -10,7 +10,7 @@ This module imports nothing that takes time: records are made whenever a command
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -96,7 +96,8 @@ class Verb:
         run: does the work.
         usage: what usage shows behind the name; None: made of the parts.
         description: lines of help between usage and options.
-        examples: pairs of what is typed behind the name, and what that does.
+        examples: pairs of what is typed behind the name, or a whole line if it begins with ``pyros1``, and what that
+            does.
         aliases: other names of it.
         own: stock's tool does not have it: the list of commands under that tool's name leaves it out.
         stock_about: the line in that list, where it must be another.
@@ -212,6 +213,11 @@ class Command:
         self.failure = failure
         self.stock_help = stock_help
         self.names_unknown = names_unknown
+
+    def sorted(self, verbs: Iterable[str]) -> list[str]:
+        """Return names of verbs in the order of their list."""
+        first = {name: number for number, name in enumerate(self.order)}
+        return sorted(verbs, key=lambda name: (first.get(name, len(first)), name))
 
     def help_words(self, *, as_stock: bool) -> Collection[str]:
         """Return the words that ask for the list of verbs."""

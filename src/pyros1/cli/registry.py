@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from importlib import import_module
-from typing import NamedTuple
+from typing import Any
 
 from pyros1.cli.index import INDEX
 from pyros1.cli.records import Command, Verb
@@ -21,53 +21,73 @@ SHELL_FUNCTIONS = ("roscd", "rospd", "rosd")
 _FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "commands")
 
 
-class VerbEntry(NamedTuple):
+class VerbEntry:
     """What is known of a verb without importing it; see `records.Verb`."""
 
-    module: str
-    about: str
-    stock_about: str
-    own: bool
-    usage: str
-    completes: tuple[str, ...]
-    aliases: tuple[str, ...]
+    __slots__ = ("about", "aliases", "completes", "module", "own", "stock_about", "usage")
+
+    def __init__(
+        self,
+        module: str,
+        about: str,
+        stock_about: str,
+        own: bool,
+        usage: str,
+        completes: tuple[str, ...],
+        aliases: tuple[str, ...],
+    ) -> None:
+        self.module = module
+        self.about = about
+        self.stock_about = stock_about
+        self.own = own
+        self.usage = usage
+        self.completes = completes
+        self.aliases = aliases
 
 
-class CommandEntry(NamedTuple):
+class CommandEntry:
     """What is known of a command without importing it; see `records.Command`.
 
     `verbs` is empty if it has none; `completes` then has the kinds of its arguments.
     """
 
-    module: str
-    about: str
-    group: str
-    stock: str
-    also: dict[str, tuple[str, ...]]
-    aliases: tuple[str, ...]
-    completes: tuple[str, ...]
-    verbs: dict[str, VerbEntry]
+    __slots__ = ("about", "aliases", "also", "completes", "group", "module", "stock", "verbs")
+
+    def __init__(
+        self,
+        module: str,
+        about: str,
+        group: str,
+        stock: str,
+        also: dict[str, tuple[str, ...]],
+        aliases: tuple[str, ...],
+        completes: tuple[str, ...],
+        verbs: dict[str, tuple[Any, ...]],
+    ) -> None:
+        self.module = module
+        self.about = about
+        self.group = group
+        self.stock = stock
+        self.also = also
+        self.aliases = aliases
+        self.completes = completes
+        self.verbs = {verb: VerbEntry(*told) for verb, told in verbs.items()}
 
 
 def commands() -> dict[str, CommandEntry]:
     """Return all commands by name."""
-    found = {name: _from_index(name) for name in INDEX}
+    found = {name: CommandEntry(*INDEX[name]) for name in INDEX}
     known = {entry.module for entry in found.values()}
     for module in modules():
         if module not in known:
-            name, entry = describe(module)
-            found[name] = entry
+            name, told = describe(module)
+            found[name] = CommandEntry(*told)
     return found
 
 
 def command(name: str) -> CommandEntry | None:
     """Return a command; None if there is none of that name."""
-    return _from_index(name) if name in INDEX else commands().get(name)
-
-
-def _from_index(name: str) -> CommandEntry:
-    entry = CommandEntry(*INDEX[name])
-    return entry._replace(verbs={verb: VerbEntry(*told) for verb, told in entry.verbs.items()})
+    return CommandEntry(*INDEX[name]) if name in INDEX else commands().get(name)
 
 
 def stock_names() -> dict[str, tuple[str, ...]]:
@@ -107,7 +127,7 @@ def command_name(word: str) -> str | None:
 
 
 def verbs(name: str) -> dict[str, VerbEntry]:
-    """Return the verbs of a command by name, empty if it has none."""
+    """Return the verbs of a command by name, in the order of its list; new ones at the end. Empty if it has none."""
     entry = command(name)
     if entry is None:
         return {}
@@ -115,8 +135,8 @@ def verbs(name: str) -> dict[str, VerbEntry]:
     known = {verb.module for verb in found.values()}
     for module in modules(entry.module):
         if module not in known:
-            found.update(describe_verbs(module))
-    return dict(sorted(found.items()))
+            found.update({verb: VerbEntry(*told) for verb, told in describe_verbs(module).items()})
+    return found
 
 
 def find_verb(name: str, word: str) -> str | None:
@@ -139,18 +159,18 @@ def load_verb(name: str, verb: str) -> Verb:
     return next(each for each in _records(verbs(name)[verb].module) if each.name == verb)
 
 
-def describe(module: str) -> tuple[str, CommandEntry]:
-    """Import a command and return its name and entry, without verbs."""
+def describe(module: str) -> tuple[str, tuple[Any, ...]]:
+    """Import a command and return its name and what its entry is made of, the verbs left out."""
     record = _load(module)
     also = {name: tuple(words) for name, words in record.also.items()}
     kinds = _kinds(record.verb) if record.verb else ()
-    return record.name, CommandEntry(module, record.about, record.group, record.stock, also, record.aliases, kinds, {})
+    return record.name, (module, record.about, record.group, record.stock, also, record.aliases, kinds, {})
 
 
-def describe_verbs(module: str) -> dict[str, VerbEntry]:
-    """Import a file of verbs and return their entries by name."""
+def describe_verbs(module: str) -> dict[str, tuple[Any, ...]]:
+    """Import a file of verbs and return what their entries are made of, by name."""
     return {
-        verb.name: VerbEntry(module, verb.about, verb.stock_about, verb.own, verb.usage, _kinds(verb), verb.aliases)
+        verb.name: (module, verb.about, verb.stock_about, verb.own, verb.usage, _kinds(verb), verb.aliases)
         for verb in _records(module)
     }
 

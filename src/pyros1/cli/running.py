@@ -86,7 +86,7 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
     """
     lines = [command.heading.format(program=program)]
     known = registry.verbs(command.name)
-    for name in sorted(known, key=lambda name: command.order.index(name) if name in command.order else len(known)):
+    for name in command.sorted(known):
         entry = known[name]
         if not (as_stock and entry.own):
             about = entry.stock_about if as_stock else entry.about

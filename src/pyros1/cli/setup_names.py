@@ -18,10 +18,8 @@ _TOOLS = {
     "roslaunch-deps": ("launch", "--deps"),
     "roslaunch-logs": ("launch", "--logs"),
     "dynparam": ("dynparam",),
-    "tf_remap": ("tf", "remap"),
-    "view_frames": ("tf", "view_frames"),
 }
-_NOT_STOCK = frozenset({"doctor", "dynparam", "pkg", "stack", "log", "tf", "tf2", "topic_tools", "setup", "unsetup"})
+_NOT_STOCK = frozenset({"doctor", "dynparam", "pkg", "stack", "log", "setup", "unsetup"})
 FUNCTIONS = ("roscd", "rospd", "rosd")
 """Names of what only a function of the shell can do: changing its folder."""
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.topic_tools_expression import MessageExpression, ModuleError, load_modules
-from pyros1.cli.topic_tools_transform import _filler, _transformer
+from pyros1.cli.commands.topic_tools._expression import MessageExpression, ModuleError, load_modules
+from pyros1.cli.commands.topic_tools.relay_field import filler
+from pyros1.cli.commands.topic_tools.transform import transformer
 from pyros1.expressions import ExpressionError
 from pyros1.msgs import Message, load_message
 from pyros1.timing import Time
@@ -91,14 +92,14 @@ def test_other_modules_are_refused() -> None:
 
 def test_a_wrong_expression_is_refused_at_once() -> None:
     with pytest.raises(ExpressionError, match="there is no name 'x'"):
-        _transformer("x + m", modules())
+        transformer("x + m", modules())
     with pytest.raises(ExpressionError, match="not an expression"):
-        _transformer("m +", modules())
+        transformer("m +", modules())
 
 
 def test_a_list_stands_for_the_fields() -> None:
-    assert _transformer("[m, 2]", modules())(1) == [1, 2]
-    assert _transformer("m", modules())("text") == ["text"]
+    assert transformer("[m, 2]", modules())(1) == [1, 2]
+    assert transformer("m", modules())("text") == ["text"]
 
 
 @pytest.mark.parametrize(
@@ -116,5 +117,5 @@ def test_a_list_stands_for_the_fields() -> None:
 def test_fields_are_texts_or_expressions(fields: str, expected: tuple[int, Time, str]) -> None:
     header: type[Message] = load_message("std_msgs/Header")
     made: Any
-    (made,) = _filler(fields, modules(), header, now)(load_message("std_msgs/String")("here"))
+    (made,) = filler(fields, modules(), header, now)(load_message("std_msgs/String")("here"))
     assert (made.seq, made.stamp, made.frame_id) == expected

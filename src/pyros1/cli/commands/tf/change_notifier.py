@@ -1,4 +1,4 @@
-"""``pyros1 tf change_notifier``: tells on /tf_changes when one frame has moved in another (L199)."""
+"""``tf change_notifier``: tells on /tf_changes when one frame has moved in another (L199)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.common import CommandError, Invocation
-from pyros1.cli.usage import Parser
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Verb
 from pyros1.errors import TimeMovedBackwardsError
 
 if TYPE_CHECKING:
@@ -19,17 +20,60 @@ _TYPE = "tf/tfMessage"
 _DISTANCE = 0.1
 _ANGLE = 0.1
 _FREQUENCY = 10.0
-_USAGE = """%prog change_notifier [_polling_frequency:=HZ] [_translational_update_distance:=METRES]
+_USAGE = """[_polling_frequency:=HZ] [_translational_update_distance:=METRES]
        [_angular_update_distance:=RADIANS]
 
 Publishes on tf_changes, latched, where a frame is in another one, when it has moved by more than the distance or has
 turned by more than twice the angle since it was last told. Looks HZ times a second (10). The parameter ~frame_pairs
 says which frames: a list of {source_frame: NAME, target_frame: NAME}, each with distances of its own if they are not
 0.1; without it: base_link in map."""
-_EXAMPLES = {
-    "%prog change_notifier": "tell when base_link moves in map",
-    "%prog change_notifier _frame_pairs:='[{source_frame: arm, target_frame: base_link}]'": "when the arm moves",
-}
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Run the node until it is told to end."""
+    if args:
+        raise UsageError(f"the frames are the parameter ~frame_pairs, not {args[0]!r}")
+    from pyros1.node import Node  # noqa: PLC0415 - help needs none
+    from pyros1.tf import Buffer, TransformException, TransformListener  # noqa: PLC0415
+
+    name = f"change_notifier_{time.time_ns()}"
+    with Node(name, argv=invocation.remapping_args, environ=invocation.environ) as node:
+        frequency = _number(node.params.get("~polling_frequency", _FREQUENCY), "~polling_frequency")
+        if frequency == 0:
+            raise CommandError("the parameter ~polling_frequency must be above 0")
+        pairs = _pairs(node)
+        buffer = Buffer()
+        TransformListener(node, buffer)
+        publisher: Any = node.advertise("tf_changes", _TYPE, queue_size=1, latch=True)
+        while node.ok():
+            changes = []
+            for pair in pairs:
+                try:
+                    transform = buffer.lookup_transform(pair.target, pair.source)
+                except TransformException as error:
+                    node.log.debug("%s", error)
+                    continue
+                if pair.moved(transform.transform):
+                    # As tf has it, names begin with a slash here.
+                    transform.header.frame_id, transform.child_frame_id = f"/{pair.target}", f"/{pair.source}"
+                    changes.append(transform)
+            if changes:
+                publisher.publish(changes)
+            with suppress(TimeMovedBackwardsError):
+                node.sleep(1 / frequency)
+
+
+VERB = Verb(
+    "change_notifier",
+    "tell on /tf_changes when frames have moved",
+    usage=_USAGE,
+    examples=[
+        ("", "tell when base_link moves in map"),
+        ("_frame_pairs:='[{source_frame: arm, target_frame: base_link}]'", "when the arm moves"),
+    ],
+    aliases=["tf_change_notifier"],
+    run=run,
+)
 
 
 @dataclass
@@ -65,43 +109,6 @@ class Pair:
         # A quaternion and its negative are the same rotation.
         dot = min(1.0, abs(p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w))
         return math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) > self.distance or math.acos(dot) > self.angle
-
-
-def main(invocation: Invocation) -> int:
-    """Run the node until it is told to end; returns the exit code, 1 if its parameters are not as they should be."""
-    parser = Parser("rostf", _USAGE, _EXAMPLES)
-    _, args = parser.parse_args(invocation.args)
-    if args:
-        parser.error(f"the frames are the parameter ~frame_pairs, not {args[0]!r}")
-    from pyros1.node import Node  # noqa: PLC0415 - help needs none
-    from pyros1.tf import Buffer, TransformException, TransformListener  # noqa: PLC0415
-
-    name = f"change_notifier_{time.time_ns()}"
-    with Node(name, argv=invocation.remapping_args, environ=invocation.environ) as node:
-        frequency = _number(node.params.get("~polling_frequency", _FREQUENCY), "~polling_frequency")
-        if frequency == 0:
-            raise CommandError("the parameter ~polling_frequency must be above 0")
-        pairs = _pairs(node)
-        buffer = Buffer()
-        TransformListener(node, buffer)
-        publisher: Any = node.advertise("tf_changes", _TYPE, queue_size=1, latch=True)
-        while node.ok():
-            changes = []
-            for pair in pairs:
-                try:
-                    transform = buffer.lookup_transform(pair.target, pair.source)
-                except TransformException as error:
-                    node.log.debug("%s", error)
-                    continue
-                if pair.moved(transform.transform):
-                    # As tf has it, names begin with a slash here.
-                    transform.header.frame_id, transform.child_frame_id = f"/{pair.target}", f"/{pair.source}"
-                    changes.append(transform)
-            if changes:
-                publisher.publish(changes)
-            with suppress(TimeMovedBackwardsError):
-                node.sleep(1 / frequency)
-    return 0
 
 
 def _pairs(node: Node) -> list[Pair]:

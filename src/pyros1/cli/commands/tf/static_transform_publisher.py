@@ -1,4 +1,4 @@
-"""``pyros1 tf static_transform_publisher``: a transform that does not change (L197).
+"""``tf static_transform_publisher``: a transform that does not change (L197).
 
 As tf's program, with a period, it is published on /tf again and again; as tf2_ros's, without, once and for all on
 /tf_static, which costs nothing.
@@ -9,8 +9,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from pyros1.cli.common import CommandError, Invocation, report
-from pyros1.cli.tf_node import open_node
+from pyros1.cli.commands.tf._node import open_node
+from pyros1.cli.failures import CommandError, report
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import leave_words
+from pyros1.cli.records import Argument, Flag, Verb
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -23,29 +26,24 @@ _TF2_USAGE = """Usage: static_transform_publisher x y z yaw pitch roll frame_id 
    or: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id
    or: static_transform_publisher /param_name
 Publishes on /tf_static, once for all who come later too, where child_frame_id is in frame_id."""
-_EXAMPLES = """
-Metres and radians. Without a period, on /tf_static, which is the better way; with a period, on /tf.
-
-Examples:
-  {0} 1 0 0.5 0 0 0 base_link lidar          1 m in front and 0.5 m above, not turned
-  {0} 0 0 0 1.5708 0 0 base_link camera      turned to the left by 90 degrees (yaw pitch roll)
-  {0} 0 0 0 0 0 0.7071 0.7071 base_link camera     the same as quaternion (x y z w)
-  {0} 1 0 0.5 0 0 0 base_link lidar 100      on /tf, every 100 ms
-  {0} /lidar_pose                            as the parameter says, a geometry_msgs/TransformStamped"""
+_ABOUT = "\nMetres and radians. Without a period, on /tf_static, which is the better way; with a period, on /tf."
 
 _WRONG = 255
 _UNIT = 1e-6
 
 
-def main(invocation: Invocation) -> int:
-    """Run the node until it is told to end; returns the exit code: 255 after wrong arguments, 1 if they make no sense.
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Run the node until it is told to end; return 255 after wrong arguments, 1 if they make no sense.
 
     The flags ``--tf`` and ``--tf2``, as first argument, admit only the forms of that package's program.
     """
-    words = list(invocation.args)
+    words = list(args)
     forms = words.pop(0) if words[:1] in (["--tf"], ["--tf2"]) else ""
     if words[:1] in (["-h"], ["--help"]):
-        print(*_usages(forms), _EXAMPLES.format(f"{invocation.program} static_transform_publisher"), sep="\n")
+        from pyros1.cli.help import examples_text  # noqa: PLC0415 - only help needs it
+
+        examples = examples_text(f"{invocation.program} {_NAME}", VERB.examples)
+        print(*_usages(forms), _ABOUT, examples, sep="\n", end="")
         return 0
     if not _form_fits(len(words), forms):
         report(f"{_NAME} exited due to not having the right number of arguments", _WRONG)
@@ -63,6 +61,29 @@ def main(invocation: Invocation) -> int:
         raise CommandError(f"the period must not be negative, it is {period * 1000:g} ms")
     rotation = _from_angles(*values[3:]) if len(values) == 6 else values[3:]
     return _publish(invocation, parent, child, values[:3], rotation, period)
+
+
+VERB = Verb(
+    _NAME,
+    "publish a transform that does not change",
+    Flag("--tf", hidden=True),
+    Flag("--tf2", hidden=True),
+    *map(Argument, ("x", "y", "z", "yaw", "pitch", "roll")),
+    Argument("frame_id", "frame"),
+    Argument("child_frame_id", "frame"),
+    Argument("period", optional=True),
+    usage="x y z yaw pitch roll frame_id child_frame_id [period]",
+    examples=[
+        ("1 0 0.5 0 0 0 base_link lidar", "1 m in front and 0.5 m above, not turned"),
+        ("0 0 0 1.5708 0 0 base_link camera", "turned to the left by 90 degrees (yaw pitch roll)"),
+        ("0 0 0 0 0 0.7071 0.7071 base_link camera", "the same as quaternion (x y z w)"),
+        ("1 0 0.5 0 0 0 base_link lidar 100", "on /tf, every 100 ms"),
+        ("/lidar_pose", "as the parameter says, a geometry_msgs/TransformStamped"),
+    ],
+    aliases=["static"],
+    parse=leave_words,
+    run=run,
+)
 
 
 def _usages(forms: str) -> list[str]:

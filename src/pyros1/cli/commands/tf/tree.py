@@ -1,37 +1,29 @@
-"""``pyros1 tf tree``: the tree of frames in the terminal, with rates and ages, live."""
+"""``tf tree``: the tree of frames in the terminal, with rates and ages, live."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.common import Invocation, print_json
-from pyros1.cli.tf_drawing import Frame, text
-from pyros1.cli.tf_node import Cures, number, open_node, pauser
-from pyros1.cli.usage import Parser
+from pyros1.cli.commands.tf._drawing import Frame, text
+from pyros1.cli.commands.tf._node import Cures, number, open_node, pauser
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Flag, Option, Verb
+from pyros1.cli.shared.printing import print_json
 
 if TYPE_CHECKING:
     from pyros1.tf.buffer import Buffer
 
 _CLEAR = "\033[H\033[J"
-_EXAMPLES = {
-    "%prog tree": "until Ctrl-C on a terminal, once otherwise",
-    "%prog tree --once -t 3": "once, after 3 s of listening",
-    "%prog tree --json": "once, as JSON",
-}
 
 
-def main(invocation: Invocation) -> int:
-    """Run the command; returns the exit code, 1 if no transform came."""
-    parser = Parser("rostf", "%prog tree [options]", _EXAMPLES)
-    parser.add_option("-t", "--time", metavar="SECONDS", default="1", help="listen so long before each picture (1)")
-    parser.add_option("--once", action="store_true", default=False, help="show it once")
-    parser.add_option("--json", action="store_true", default=False, help="print a JSON list of frames, once")
-    options, args = parser.parse_args(invocation.args)
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print the tree; return 1 if no transform came."""
     if args:
-        parser.error(f"tree takes no arguments, {args[0]!r} was given")
-    seconds = number(options.time, "the time", parser.error, positive=True)
+        raise UsageError(f"tree takes no arguments, {args[0]!r} was given")
+    seconds = number(options.time, "the time", positive=True)
     live = sys.stdout.isatty() and not options.once and not options.json
     with open_node(invocation, "tf_tree") as node:
         from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - wrong arguments need none
@@ -52,6 +44,21 @@ def main(invocation: Invocation) -> int:
                 if not live:
                     return 0 if frames or options.json else 1
     return 0
+
+
+VERB = Verb(
+    "tree",
+    "show the tree of frames with rates and ages, live",
+    Option("-t", "--time", metavar="SECONDS", default="1", help="listen so long before each picture (1)"),
+    Flag("--once", help="show it once"),
+    Flag("--json", help="print a JSON list of frames, once"),
+    examples=[
+        ("", "until Ctrl-C on a terminal, once otherwise"),
+        ("--once -t 3", "once, after 3 s of listening"),
+        ("--json", "once, as JSON"),
+    ],
+    run=run,
+)
 
 
 def _show(buffer: Buffer, now: Callable[[], float], live: bool) -> None:

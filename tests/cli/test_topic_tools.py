@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import pytest
 
-from pyros1.cli.topic_tools import main
-from pyros1.cli.topic_tools_usage import ABOUT
+from pyros1.cli import registry
+from pyros1.cli.main import entry
 from pyros1.finding.packages import PackageIndex
 
+Run = Callable[..., tuple[int, str, str]]
 
-@pytest.mark.parametrize("tool", ABOUT)
-def test_each_has_help_and_a_node(tool: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([tool, "--help"]) == 0
-    assert f"usage: {tool} " in capsys.readouterr().out
+
+@pytest.fixture
+def run(call_main: Run) -> Run:
+    return partial(call_main, entry, "pyros1", "topic_tools")
+
+
+@pytest.mark.parametrize("tool", registry.verbs("topic_tools"))
+def test_each_has_help_and_a_node(tool: str, run: Run) -> None:
+    code, out, _ = run(tool, "--help")
+    assert code == 0 and f"usage: {tool} " in out and "Examples:" in out
     assert PackageIndex({}, installs=[]).find_executable("topic_tools", tool)
 
 
@@ -33,7 +43,6 @@ def test_each_has_help_and_a_node(tool: str, capsys: pytest.CaptureFixture[str])
         ([], 64, "Tools:"),
     ],
 )
-def test_wrong_usage(words: list[str], code: int, text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(words) == code
-    captured = capsys.readouterr()
-    assert text in captured.out + captured.err
+def test_wrong_usage(words: list[str], code: int, text: str, run: Run) -> None:
+    done = run(*words)
+    assert done[0] == code and text in done[1] + done[2]

@@ -1,4 +1,4 @@
-"""``pyros1 tf monitor``: how late transforms are and how often they come (L196)."""
+"""``tf monitor``: how late transforms are and how often they come (L196)."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import threading
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.common import Invocation
-from pyros1.cli.tf_node import Cures, await_clock, open_node, pauser
-from pyros1.cli.usage import Parser
+from pyros1.cli.commands.tf._node import Cures, await_clock, open_node, pauser
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
 from pyros1.shown import one_line
 
 if TYPE_CHECKING:
@@ -22,21 +23,28 @@ _STEP = 0.01
 _STEPS = 21
 """Looks at the chain between two reports."""
 
-_EXAMPLES = {
-    "%prog monitor": "all frames and the nodes that publish them",
-    "%prog monitor map base_link": "the frames between two, and how old the transform is",
-}
 
-
-def main(invocation: Invocation) -> int:
-    """Run the command until it is interrupted; returns the exit code."""
-    parser = Parser("rostf", "%prog monitor [frame_a frame_b]", _EXAMPLES)
-    _, args = parser.parse_args(invocation.args)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print reports until the command is interrupted."""
     if len(args) not in (0, 2):
-        parser.error("give no frames, for all, or two")
+        raise UsageError("give no frames, for all, or two")
     with open_node(invocation, "tf_monitor") as node:
         _monitor(invocation, node, [name.removeprefix("/") for name in args])
-    return 0
+
+
+VERB = Verb(
+    "monitor",
+    "print how late transforms are, and how often they come",
+    Argument("frame_a", "frame", optional=True),
+    Argument("frame_b", "frame", optional=True),
+    usage="[frame_a frame_b]",
+    examples=[
+        ("", "all frames and the nodes that publish them"),
+        ("map base_link", "the frames between two, and how old the transform is"),
+    ],
+    aliases=["tf_monitor"],
+    run=run,
+)
 
 
 class Delays:

@@ -1,4 +1,4 @@
-"""``pyros1 tf view_frames``: the tree of frames as a file (L198)."""
+"""``tf view_frames``: the tree of frames as a file (L198)."""
 
 from __future__ import annotations
 
@@ -7,36 +7,24 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.common import CommandError, Invocation
-from pyros1.cli.tf_drawing import Frame, dot, svg, text
-from pyros1.cli.tf_node import Cures, number, open_node, pauser
-from pyros1.cli.usage import Parser
+from pyros1.cli.commands.tf._drawing import Frame, dot, svg, text
+from pyros1.cli.commands.tf._node import Cures, number, open_node, pauser
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Option, Verb
 from pyros1.errors import ServiceError
 
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-_EXAMPLES = {
-    "%prog view_frames": "listen for 5 s, write frames.gv, and frames.pdf or frames.svg",
-    "%prog view_frames -t 1 -o robot.svg": "listen for 1 s, write an SVG",
-    "%prog view_frames --node /move_base": "what that node knows",
-    "%prog view_frames -o frames.png": "by Graphviz, if it is installed",
-}
 _OWN = (".svg", ".gv", ".dot")
 
 
-def main(invocation: Invocation) -> int:
-    """Run the command; returns the exit code: 1 if there are no frames, or nothing can be drawn."""
-    parser = Parser("rostf", "%prog view_frames [options]", _EXAMPLES)
-    parser.add_option("--node", metavar="NODE", help="get the frames from this node, instead of listening")
-    parser.add_option(
-        "-o", "--output", metavar="FILE", help="a file to write: .svg, .gv, .dot, or with Graphviz .pdf .."
-    )
-    parser.add_option("-t", "--time", metavar="SECONDS", default="5", help="how long to listen (5)")
-    options, args = parser.parse_args(invocation.args)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Draw the tree of frames."""
     if args:
-        parser.error(f"a file is given with -o {args[0]}")
-    seconds = number(options.time, "the time", parser.error, positive=True)
+        raise UsageError(f"a file is given with -o {args[0]}")
+    seconds = number(options.time, "the time", positive=True)
     output = Path(options.output) if options.output else None
     _check(output)
     with open_node(invocation, "view_frames") as node:
@@ -47,7 +35,23 @@ def main(invocation: Invocation) -> int:
         for path in [output] if output else _usual():
             _write(path, frames, now, f"Frames at {now:.3f}, {source}")
             print(f"{path} written", flush=True)
-    return 0
+
+
+VERB = Verb(
+    "view_frames",
+    "draw the tree of frames into a file",
+    Option("--node", metavar="NODE", help="get the frames from this node, instead of listening"),
+    Option("-o", "--output", metavar="FILE", help="a file to write: .svg, .gv, .dot, or with Graphviz .pdf .."),
+    Option("-t", "--time", metavar="SECONDS", default="5", help="how long to listen (5)"),
+    examples=[
+        ("", "listen for 5 s, write frames.gv, and frames.pdf or frames.svg"),
+        ("-t 1 -o robot.svg", "listen for 1 s, write an SVG"),
+        ("--node /move_base", "what that node knows"),
+        ("-o frames.png", "by Graphviz, if it is installed"),
+    ],
+    aliases=["view"],
+    run=run,
+)
 
 
 def _usual() -> list[Path]:

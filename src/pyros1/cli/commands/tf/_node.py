@@ -7,7 +7,8 @@ from collections.abc import Callable
 from threading import Event
 from typing import TYPE_CHECKING
 
-from pyros1.cli.common import Invocation, did_you_mean
+from pyros1.cli.failures import UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
 from pyros1.errors import MasterError
 from pyros1.tf.errors import ConnectivityException, TransformException
 
@@ -64,20 +65,21 @@ def await_clock(node: Node) -> None:
     )
 
 
-def number(text: str, what: str, problem: Callable[[str], object], *, positive: bool = False) -> float:
+def number(text: str, what: str, *, positive: bool = False) -> float:
     """Return the number that a word is.
 
     Args:
         what: its name, for the error.
-        problem: told what is wrong; it must not return.
+
+    Raises:
+        UsageError: it is none.
     """
     try:
         value = float(text)
         if value - value != 0 or (positive and value <= 0):
             raise ValueError
     except ValueError:
-        problem(f"{what} must be a {'positive ' if positive else ''}number, not {text!r}")
-        raise
+        raise UsageError(f"{what} must be a {'positive ' if positive else ''}number, not {text!r}") from None
     return value
 
 

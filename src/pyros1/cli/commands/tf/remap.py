@@ -1,26 +1,21 @@
-"""``pyros1 tf remap``: renames the frames of transforms on their way from /tf_old to /tf (L199)."""
+"""``tf remap``: renames the frames of transforms on their way from /tf_old to /tf (L199)."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.common import CommandError, Invocation
-from pyros1.cli.tf_node import open_node
-from pyros1.cli.usage import Parser
+from pyros1.cli.commands.tf._node import open_node
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Verb
 
 _TYPE = "tf2_msgs/TFMessage"
-_EXAMPLES = {
-    "%prog remap _mappings:='[{old: base, new: robot1/base}]'": "rename one frame",
-    "pyros1 bag play a.bag /tf:=/tf_old": "and play a bag with the old names",
-}
 
 
-def main(invocation: Invocation) -> int:
-    """Run the node until it is told to end; returns the exit code, 1 if ~mappings is not as it should be."""
-    parser = Parser("rostf", "%prog remap [_mappings:='[{old: NAME, new: NAME}, ...]']", _EXAMPLES)
-    _, args = parser.parse_args(invocation.args)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Run the node until it is told to end."""
     if args:
-        parser.error(f"the mappings are the parameter ~mappings, not {args[0]!r}")
+        raise UsageError(f"the mappings are the parameter ~mappings, not {args[0]!r}")
     with open_node(invocation, "tf_remapper", tool=False) as node:
         mappings = _mappings(node.params.get("~mappings", []))
         print(f"Applying the following mappings to incoming tf frame ids {mappings}", flush=True)
@@ -37,7 +32,19 @@ def main(invocation: Invocation) -> int:
 
         node.subscribe("/tf_old", _TYPE, renamed, queue_size=100)
         node.spin()
-    return 0
+
+
+VERB = Verb(
+    "remap",
+    "rename frames: from /tf_old to /tf",
+    usage="[_mappings:='[{old: NAME, new: NAME}, ...]']",
+    examples=[
+        ("_mappings:='[{old: base, new: robot1/base}]'", "rename one frame"),
+        ("pyros1 bag play a.bag /tf:=/tf_old", "and play a bag with the old names"),
+    ],
+    aliases=["tf_remap"],
+    run=run,
+)
 
 
 def _mappings(value: Any) -> dict[str, str]:

@@ -1,15 +1,16 @@
-"""``pyros1 tf echo``: the transform between two frames, again and again (L195, L198)."""
+"""``tf echo``: the transform between two frames, again and again (L195, L198)."""
 
 from __future__ import annotations
 
 import sys
 from math import degrees
-from optparse import Values
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.common import Invocation, print_json
-from pyros1.cli.tf_node import Cures, await_clock, number, open_node
-from pyros1.cli.usage import Parser
+from pyros1.cli.commands.tf._node import Cures, await_clock, number, open_node
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.printing import print_json
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -20,55 +21,64 @@ _USAGE = """Usage: tf_echo source_frame target_frame [echo_rate]
 Prints where target_frame is in source_frame: the transform that takes data from target_frame into source_frame.
 echo_rate is in Hz, 1 if it is not given."""
 
-_EXAMPLES = {
-    "%prog echo map base_link": "where is base_link in map? once a second",
-    "%prog echo map base_link 10": "ten times a second",
-    "%prog echo map base_link -l 1 -p 6": "once, with six digits",
-    "%prog echo map base_link -o -0.5": "as it was half a second ago",
-    "%prog echo map base_link --json": "one JSON object per line",
-}
 
-
-def main(invocation: Invocation) -> int:
-    """Run the command; returns the exit code, 255 after wrong arguments and 1 if ``-l`` ended without any transform."""
-    if not invocation.args:
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print the transform again and again; return 255 after wrong arguments, 1 if ``-l`` ended without a transform."""
+    if not 2 <= len(args) <= 3:
         print(_USAGE)
         return 255
-    options, source, target = _arguments(invocation)
+    _check(options, args[2] if len(args) == 3 else options.rate)
     with open_node(invocation, "tf_echo") as node:
-        return _echo(invocation, node, options, source, target)
+        return _echo(invocation, node, options, *(name.removeprefix("/") for name in args[:2]))
     return 0
 
 
-def _arguments(invocation: Invocation) -> tuple[Values, str, str]:
-    parser = Parser("rostf", "%prog echo source_frame target_frame [rate] [options]", _EXAMPLES)
-    parser.add_option("-r", "--rate", metavar="HZ", help="how often (1)")
-    parser.add_option("-c", "--cache_time", metavar="SECONDS", default="10", help="length of the buffer (10)")
-    parser.add_option("-o", "--offset", metavar="SECONDS", help="look up this long after now, before it if negative")
-    parser.add_option("-t", "--time", metavar="SECONDS", help="look up at this time; default: the latest there is")
-    parser.add_option("-l", "--limit", metavar="COUNT", help="end after so many lookups")
-    parser.add_option("-p", "--precision", metavar="DIGITS", help="digits behind the point (3)")
-    parser.add_option("--json", action="store_true", default=False, help="print a JSON object per lookup")
-    parser.add_option("--tf2", action="store_true", default=False, help="print as tf2_tools echo.py does")
-    options, args = parser.parse_args(invocation.args)
-    if not 2 <= len(args) <= 3:
-        print(_USAGE)
-        raise SystemExit(255)
-    rate = args[2] if len(args) == 3 else options.rate
-    options.rate = 1.0 if rate is None else number(rate, "the rate", parser.error, positive=True)
-    options.cache_time = number(options.cache_time, "the cache time", parser.error, positive=True)
+VERB = Verb(
+    "echo",
+    "print the transform between two frames",
+    Option("-r", "--rate", metavar="HZ", help="how often (1)"),
+    Option("-c", "--cache_time", metavar="SECONDS", default="10", help="length of the buffer (10)"),
+    Option("-o", "--offset", metavar="SECONDS", help="look up this long after now, before it if negative"),
+    Option("-t", "--time", metavar="SECONDS", help="look up at this time; default: the latest there is"),
+    Option("-l", "--limit", metavar="COUNT", help="end after so many lookups"),
+    Option("-p", "--precision", metavar="DIGITS", help="digits behind the point (3)"),
+    Flag("--json", help="print a JSON object per lookup"),
+    Flag("--tf2", help="print as tf2_tools echo.py does"),
+    Argument("source_frame", "frame"),
+    Argument("target_frame", "frame"),
+    Argument("rate", optional=True),
+    usage="source_frame target_frame [rate] [options]",
+    examples=[
+        ("map base_link", "where is base_link in map? once a second"),
+        ("map base_link 10", "ten times a second"),
+        ("map base_link -l 1 -p 6", "once, with six digits"),
+        ("map base_link -o -0.5", "as it was half a second ago"),
+        ("map base_link --json", "one JSON object per line"),
+    ],
+    aliases=["tf_echo"],
+    run=run,
+)
+
+
+def _check(options: Any, rate: str | None) -> None:
+    """Make numbers of the options' values.
+
+    Raises:
+        UsageError: they are none.
+    """
+    options.rate = 1.0 if rate is None else number(rate, "the rate", positive=True)
+    options.cache_time = number(options.cache_time, "the cache time", positive=True)
     for name in ("offset", "time"):
         text = getattr(options, name)
-        setattr(options, name, None if text is None else number(text, f"the {name}", parser.error))
+        setattr(options, name, None if text is None else number(text, f"the {name}"))
     for name, what in (("limit", "the limit"), ("precision", "the precision")):
         text = getattr(options, name)
         if text is not None and not text.isdigit():
-            parser.error(f"{what} must be a whole number, not {text!r}")
+            raise UsageError(f"{what} must be a whole number, not {text!r}")
         setattr(options, name, None if text is None else int(text))
-    return options, args[0].removeprefix("/"), args[1].removeprefix("/")
 
 
-def _echo(invocation: Invocation, node: Node, options: Values, source: str, target: str) -> int:
+def _echo(invocation: Invocation, node: Node, options: Any, source: str, target: str) -> int:
     from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - wrong arguments need none
     from pyros1.tf.errors import TransformException  # noqa: PLC0415
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
@@ -102,7 +112,7 @@ def _echo(invocation: Invocation, node: Node, options: Values, source: str, targ
     return 0 if found or options.limit is None else 1
 
 
-def _precision(node: Node, options: Values) -> int:
+def _precision(node: Node, options: Any) -> int:
     """The parameter ~precision, as stock's, which says that it found it."""
     value = node.params.get("~precision", None)
     if not isinstance(value, int) or value < 0:
@@ -112,7 +122,7 @@ def _precision(node: Node, options: Values) -> int:
     return value
 
 
-def _show(transform: Any, options: Values, now: float) -> None:
+def _show(transform: Any, options: Any, now: float) -> None:
     from pyros1.tf.quaternions import euler_from_quaternion  # noqa: PLC0415
 
     v, q = transform.transform.translation, transform.transform.rotation
@@ -147,7 +157,7 @@ def _show(transform: Any, options: Values, now: float) -> None:
     )
 
 
-def _show_failure(error: Exception, options: Values, now: float, when: float, buffer: Buffer) -> None:
+def _show_failure(error: Exception, options: Any, now: float, when: float, buffer: Buffer) -> None:
     if options.json:
         print_json({"error": type(error).__name__, "text": str(error), "time": when})
         sys.stdout.flush()

@@ -1,0 +1,25 @@
+"""``pyros1 tf``: coordinate frames on live topics (L195-L199)."""
+
+from __future__ import annotations
+
+from pyros1.cli.records import Command
+
+COMMAND = Command(
+    "tf",
+    "show and publish coordinate frames",
+    group="look",
+    also={"tf_remap": ("remap",), "view_frames": ("view_frames",)},
+    heading="{program} shows and publishes coordinate frames.\n\nCommands:",
+    order=[
+        "echo",
+        "monitor",
+        "tree",
+        "view_frames",
+        "static_transform_publisher",
+        "remap",
+        "buffer_server",
+        "change_notifier",
+    ],
+    row="\t{program} {name:27} {about}",
+    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} echo -h'",
+)

@@ -1,0 +1,128 @@
+"""What the tools share: help and usage errors as of programs of their own, their nodes, arguments and parameters.
+
+The package ``topic_tools`` has each of them as a program, and users of stock's know them as such.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from pyros1 import names
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import leave_words
+from pyros1.cli.records import Argument, Run, Verb
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+    from pyros1.topic_tools.output import Output
+
+LAZY = "_lazy:=true        subscribe only while somebody listens"
+"""A line of `Tool`'s parameters."""
+
+
+class Tool(Verb):
+    """A tool without options, whose usage errors end it with exit code 1, as stock's.
+
+    Args:
+        name: as it is typed.
+        about: one line, for the list of tools and the tool's help.
+        arguments: in order.
+        run: does the work.
+        usage: what usage shows behind the name; None: made of the arguments.
+        parameters: lines of help on the node's parameters.
+        examples: as `Verb` has them.
+    """
+
+    __slots__ = ("_parameters", "_work")
+
+    def __init__(
+        self,
+        name: str,
+        about: str,
+        *arguments: Argument,
+        run: Run,
+        usage: str | None = None,
+        parameters: Sequence[str] = (),
+        examples: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        super().__init__(name, about, *arguments, run=self._run, usage=usage, examples=examples, parse=leave_words)
+        self._work = run
+        self._parameters = parameters
+
+    def _run(self, invocation: Invocation, options: Any, args: list[str]) -> int | None:
+        if "-h" in args or "--help" in args:
+            print(self._help(f"{invocation.program} {self.name}"))
+            return 0
+        try:
+            return self._work(invocation, options, args)
+        except UsageError as error:
+            if str(error):
+                print(f"{self.name}: {error}", file=sys.stderr)
+            print(f"\nusage: {self.name} {self.usage}\n")
+            return 1
+
+    def _help(self, called: str) -> str:
+        from pyros1.cli.help import examples_text  # noqa: PLC0415 - only help needs it
+
+        text = f"usage: {self.name} {self.usage}\n\n{self.about[0].upper()}{self.about[1:]}.\n"
+        if self._parameters:
+            text += "\nParameters:\n" + "".join(f"  {line}\n" for line in self._parameters)
+        return (text + examples_text(called, self.examples)).rstrip("\n")
+
+
+def open_node(invocation: Invocation, base: str) -> Node:
+    """Return a node of that name, made unique."""
+    from pyros1.node import Node  # noqa: PLC0415 - help needs none
+
+    if not names.is_legal_base_name(base):
+        raise UsageError(f"{base!r} cannot be a node's name")
+    return Node(base, anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
+
+
+def open_node_for(invocation: Invocation, topic: str, tool: str) -> Node:
+    """Return a node that is called by a topic and the tool."""
+    from pyros1.topic_tools.output import base_name  # noqa: PLC0415
+
+    return open_node(invocation, f"{base_name(topic)}_{tool}")
+
+
+def make_relay(node: Node, source: str, target: str, gate: Any = None, latch: bool | None = None) -> tuple[Any, Output]:
+    """Return what forwards messages from one topic to another, and its output.
+
+    Args:
+        gate: says which messages pass; None: all.
+        latch: latch the output; None: as the input does.
+    """
+    from pyros1.topic_tools.output import Output  # noqa: PLC0415
+    from pyros1.topic_tools.relay import Relay  # noqa: PLC0415
+
+    transports = ("udp", "tcp") if flag(node, "unreliable") else ("tcp",)
+    output = Output(node, target, latch)
+    return Relay(node, source, output, gate, transports), output
+
+
+def topics(arguments: list[str], tool: str) -> tuple[str, str]:
+    """Return input and output; the output's name is made from the input's if it is not given."""
+    if not 1 <= len(arguments) <= 2:
+        raise UsageError("")
+    return arguments[0], arguments[1] if len(arguments) > 1 else f"{arguments[0]}_{tool}"
+
+
+def flag(node: Node, name: str) -> bool:
+    """Return a private parameter that is true or false, false if it is not set."""
+    value = node.params.get(f"~{name}", False)
+    if value not in (True, False):
+        raise CommandError(f"the parameter ~{name} must be true or false, not {value!r}")
+    return bool(value)
+
+
+def number(node: Node, name: str, default: float) -> float:
+    """Return a private parameter that is a number greater than 0."""
+    value = node.params.get(f"~{name}", default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < math.inf:
+        raise CommandError(f"the parameter ~{name} must be a number greater than 0, not {value!r}")
+    return value

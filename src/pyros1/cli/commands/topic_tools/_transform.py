@@ -1,0 +1,119 @@
+"""What ``transform`` and ``relay_field`` share: messages made from messages by expressions (L193)."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1 import names
+from pyros1.cli.commands.topic_tools._expression import load_modules
+from pyros1.cli.commands.topic_tools._tool import open_node
+from pyros1.cli.failures import CommandError
+from pyros1.cli.help import examples_text
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.shared.fields import FieldPath, FieldPathError
+from pyros1.cli.shared.subscribing import Decoder
+from pyros1.errors import Error
+from pyros1.graph import Graph
+from pyros1.msgs import AnyMsg, Message, load_message
+from pyros1.node import Node
+from pyros1.topic_tools.output import QUEUE_SIZE
+
+ARGUMENTS = (Argument("input", "topic"), Argument("output_topic", "topic"), Argument("output_type", "message"))
+OPTIONS = (
+    Flag("--wait-for-start", help="wait for the input topic"),
+    Flag("--tcpnodelay", help="for compatibility: it is always so"),
+)
+Make = Callable[[Any], list[Any]]
+"""Makes the values to publish of a message or field."""
+Maker = Callable[[Mapping[str, Any], type[Message], Node], Make]
+"""Takes modules by name, the type of the output, and the node."""
+
+_LOOK_AGAIN = 0.2
+
+
+def parse(invocation: Invocation, verb: Verb, expression: str) -> tuple[Any, list[str]]:
+    """Parse the words of a verb as stock does, which takes several words behind an option.
+
+    Args:
+        expression: help on that argument.
+
+    Returns:
+        The values of options and arguments by name; and no words.
+
+    Raises:
+        SystemExit: help was asked for (0), or the words are wrong (2); what there is to say has been printed.
+    """
+    parser = argparse.ArgumentParser(
+        prog=verb.name,
+        description=verb.description,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=examples_text(f"{invocation.program} {verb.name}", verb.examples),
+    )
+    texts = {
+        "input": "input topic, or a field of it: /topic/field",
+        "output_topic": "output topic",
+        "output_type": "its type",
+        "expression": expression,
+    }
+    for argument in verb.arguments:
+        parser.add_argument(argument.name, nargs="?" if argument.optional else None, help=texts[argument.name])
+    for option in verb.options:
+        parser.add_argument(*option.names, help=option.help, **option.settings)
+    return parser.parse_args(invocation.args), []
+
+
+def publish(invocation: Invocation, tool: str, options: Any, maker: Maker) -> None:
+    """Publish what is made of messages, until the node ends."""
+    try:
+        output_class = load_message(options.output_type)
+        with open_node(invocation, tool) as node:
+            modules = load_modules(getattr(options, "modules", ()), node.now)
+            _Transform(node, options, output_class, maker(modules, output_class, node)).run()
+    except ValueError as error:
+        raise CommandError(str(error)) from error
+
+
+class _Transform:
+    """The node: decodes, picks the field, lets ``make`` make values of it, publishes them."""
+
+    def __init__(self, node: Node, options: Any, output_class: type[Message], make: Make) -> None:
+        self._node = node
+        self._make = make
+        self._decoder = Decoder()
+        topic, self._path = _find(node, options.input, bool(options.wait_for_start))
+        latch = bool(getattr(options, "latch", False))
+        self._publisher: Any = node.advertise(options.output_topic, output_class, queue_size=QUEUE_SIZE, latch=latch)
+        node.log.info("from %s to %s", options.input, options.output_topic)
+        node.subscribe(topic, AnyMsg, self._receive, queue_size=QUEUE_SIZE)
+
+    def run(self) -> None:
+        self._node.spin()
+
+    def _receive(self, raw: AnyMsg) -> None:
+        try:
+            message, _ = self._path.get(self._decoder.decode(raw))
+            self._publisher.publish(*self._make(message))
+        except (Error, TypeError, AttributeError) as error:
+            self._node.log.error("%s", error, throttle=1.0)
+
+
+def _find(node: Node, name: str, wait: bool) -> tuple[str, FieldPath]:
+    """Split the input into topic and field.
+
+    Raises:
+        CommandError: there is no such topic, and we are not to wait for it.
+    """
+    full = names.ns_join(node.namespace, name)
+    graph = Graph(node.master)
+    found = graph.find_topic(full)
+    while found is None and wait and node.sleep(_LOOK_AGAIN):
+        found = graph.find_topic(full)
+    if found is None:
+        raise CommandError(f"Wrong input topic (or topic field): {full}")
+    try:
+        return found[0], FieldPath(found[2])
+    except FieldPathError as error:
+        raise CommandError(f"Wrong input topic (or topic field): {full}: {error}") from None

@@ -1,0 +1,103 @@
+"""``topic_tools relay_field`` (L193)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
+from pyros1.cli.commands.topic_tools._transform import ARGUMENTS, OPTIONS, Make, parse, publish
+from pyros1.cli.failures import CommandError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.cli.shared.expression import is_function
+from pyros1.msgs import Message
+from pyros1.msgs.fill import fill_message
+from pyros1.timing import Time
+from pyros1.values import load_yaml
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Publish messages with fields made by expressions, until the node ends."""
+    publish(
+        invocation,
+        "relay_field",
+        options,
+        lambda modules, output_class, node: filler(options.expression, modules, output_class, node.now),
+    )
+
+
+VERB = Verb(
+    "relay_field",
+    "publishes expressions of m as fields",
+    *ARGUMENTS,
+    Argument("expression"),
+    *OPTIONS,
+    usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE YAML",
+    description="Publishes a message whose fields are given as YAML. Texts in it that are\n"
+    "expressions with known names are calculated from the message m of a topic, or of a field of it.",
+    examples=[("/chatter /header std_msgs/Header 'stamp: now\nframe_id: m.data'", "")],
+    parse=partial(parse, expression="the output's fields, as YAML"),
+    run=run,
+)
+
+
+def filler(text: str, modules: Mapping[str, Any], output_class: type[Message], now: Callable[[], Time]) -> Make:
+    """Return what makes the output of a message.
+
+    Raises:
+        CommandError: the text is not YAML of fields.
+        ExpressionError: an expression uses what is not allowed.
+    """
+    fields = _fields(text, modules)
+
+    def make(message: Any) -> list[Any]:
+        result = output_class()
+        fill_message(result, _evaluated(fields, {**modules, "m": message}), now())
+        return [result]
+
+    return make
+
+
+def _fields(text: str, modules: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the output's fields, with expressions in place of the texts that are some.
+
+    Raises:
+        CommandError: it is not YAML of fields.
+        ExpressionError: an expression uses what is not allowed.
+    """
+    fields = load_yaml(text)
+    if not isinstance(fields, dict):
+        raise CommandError(f"the output's fields must be given as YAML, such as 'data: m.data', not {text!r}")
+    return _with_expressions(fields, modules)
+
+
+def _with_expressions(fields: Mapping[str, Any], modules: Mapping[str, Any]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for name, value in fields.items():
+        result[name] = value
+        if isinstance(value, dict):
+            result[name] = _with_expressions(value, modules)
+        elif isinstance(value, str) and _is_expression(value, modules):
+            result[name] = MessageExpression(value)
+    return result
+
+
+def _is_expression(text: str, modules: Mapping[str, Any]) -> bool:
+    """Whether a text is Python of which all names are known: so map or base_link are frames, m.data is none."""
+    try:
+        used = names_used(text)
+    except (SyntaxError, ValueError):
+        return False
+    return used != {text.strip()} - {"m"} and all(name == "m" or name in modules or is_function(name) for name in used)
+
+
+def _evaluated(fields: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for name, value in fields.items():
+        if isinstance(value, MessageExpression):
+            result[name] = value.evaluate(values)
+        else:
+            result[name] = _evaluated(value, values) if isinstance(value, dict) else value
+    return result

@@ -1,0 +1,63 @@
+"""``topic_tools transform`` (L193)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
+from pyros1.cli.commands.topic_tools._transform import ARGUMENTS, OPTIONS, Make, parse, publish
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Publish what the expression makes, until the node ends."""
+    text = "m" if options.expression is None else options.expression
+    publish(invocation, "transform", options, lambda modules, *_: transformer(text, modules))
+
+
+VERB = Verb(
+    "transform",
+    "publishes what an expression makes of m",
+    *ARGUMENTS,
+    Argument("expression", optional=True),
+    Option(
+        "-i",
+        "--import",
+        dest="modules",
+        nargs="+",
+        default=[],
+        help="rospy, tf or packages of messages; math and numpy are there without",
+    ),
+    Flag("--latch", help="latch the output"),
+    *OPTIONS,
+    usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE [EXPRESSION]",
+    description="Publishes what an expression makes of each message m of a topic, or of a field of it.\n"
+    "A list or tuple stands for the fields of the output, in order.",
+    examples=[
+        ("/imu/orientation/x /degrees std_msgs/Float64 -- '-numpy.rad2deg(m)'", ""),
+        ("/imu/orientation /norm std_msgs/Float64 'numpy.linalg.norm([m.x, m.y, m.z, m.w])'", ""),
+        ("/odom /pose geometry_msgs/PoseStamped '[m.header, m.pose.pose]'", ""),
+    ],
+    parse=partial(parse, expression="of the message m; by default m itself"),
+    run=run,
+)
+
+
+def transformer(text: str, modules: Mapping[str, Any]) -> Make:
+    """Return what makes the fields of the output of a message.
+
+    Raises:
+        ExpressionError: the expression is malformed or uses what is not allowed.
+    """
+    expression = MessageExpression(text)
+    for name in sorted(names_used(text) - {"m"}):
+        expression.name(name, {**modules, "m": None})  # raises if there is no such name
+
+    def make(message: Any) -> list[Any]:
+        result = expression.evaluate({**modules, "m": message})
+        return list(result) if isinstance(result, (list, tuple)) else [result]
+
+    return make

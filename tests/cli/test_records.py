@@ -1,0 +1,204 @@
+"""The records of commands and verbs are whole, and suffice: a new verb is a new file and nothing else."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import pyros1
+from pyros1.cli import make_index, registry
+from pyros1.cli.complete_values import KINDS
+from pyros1.cli.main import entry
+from pyros1.cli.records import GROUPS, Verb
+
+SOURCE = Path(pyros1.__file__).parent
+Pyros1 = Callable[[str], tuple[int, str, str]]
+
+
+def records() -> list[tuple[str, Verb]]:
+    """Return all verbs, and what commands without verbs do, each with what is typed for it."""
+    found = []
+    for name in registry.commands():
+        found += [(f"{name} {verb}", registry.load_verb(name, verb)) for verb in registry.verbs(name)]
+        alone = registry.load_command(name).verb
+        found += [(name, alone)] if alone is not None else []
+    return found
+
+
+RECORDS = [pytest.param(line, verb, id=line) for line, verb in records()]
+
+
+def test_the_table_is_current() -> None:
+    """If not: python -m pyros1.cli.make_index"""
+    assert make_index.TARGET.read_text(encoding="utf-8") == make_index.text()
+
+
+def test_names_are_unique() -> None:
+    known = registry.commands()
+    names = [word for name, each in known.items() for word in (name, each.stock, *each.aliases, *each.also) if word]
+    assert [name for name, count in Counter(names).items() if count > 1] == []
+    for command in known:
+        verbs = registry.verbs(command)
+        words = [word for name, each in verbs.items() for word in (name, *each.aliases)]
+        assert [word for word, count in Counter(words).items() if count > 1] == [], command
+
+
+@pytest.mark.parametrize("name", registry.commands())
+def test_a_command_says_what_it_is(name: str) -> None:
+    command = registry.load_command(name)
+    assert command.name == name and command.about and command.group in GROUPS
+    assert bool(command.verb) != bool(registry.verbs(name)), "it either has verbs, or does something itself"
+    for words in command.also.values():
+        assert words[0].startswith("-") or registry.find_verb(name, words[0])
+    assert {*command.order} <= {*registry.verbs(name)}
+
+
+@pytest.mark.parametrize(("line", "verb"), RECORDS)
+def test_a_record_is_whole(line: str, verb: Verb) -> None:
+    assert verb.examples and (verb.about or " " not in line)
+    assert all(option.help or option.hidden for option in verb.options)
+    options = [name for option in verb.options for name in option.names]
+    assert len(options) == len({*options}), "each option once"
+    kinds = {kind for argument in verb.arguments for kind in argument.completes.split("|") if kind}
+    assert kinds <= {*KINDS}
+    assert not any(argument.many for argument in verb.arguments[:-1])
+
+
+@pytest.mark.parametrize(("line", "verb"), RECORDS)
+def test_help_shows_options_and_examples(line: str, verb: Verb, call_main: Any) -> None:
+    code, out, err = call_main(entry, "pyros1", *line.split(), "-h")
+    assert (code, err) == (0, "")
+    assert [option.names for option in verb.options if not option.hidden and option.names[-1] not in out] == []
+    for example, about in verb.examples:
+        assert example.partition("\n")[0] in out and about in out
+
+
+@pytest.mark.parametrize(("line", "verb"), [each for each in RECORDS if each.values[1].parse is None])  # type: ignore[union-attr]
+def test_wrong_options_end_with_usage_and_2(line: str, verb: Verb, call_main: Any) -> None:
+    code, out, err = call_main(entry, "pyros1", *line.split(), "--no-such-option")
+    assert (code, out) == (2, "")
+    assert err.startswith(f"Usage: pyros1 {line}") and err.endswith("error: no such option: --no-such-option\n")
+
+
+# A new verb -----------------------------------------------------------------------------------------------------------
+
+SHOUT = """
+from pyros1.cli.failures import UsageError
+from pyros1.cli.records import Argument, Flag, Option, Verb
+
+
+def run(invocation, options, args):
+    if not args:
+        raise UsageError("there is nothing to shout")
+    print(" ".join(args).upper() + "!" * options.strength + "?" * options.unsure, invocation.resolve("x"))
+
+
+VERB = Verb(
+    "shout",
+    "say it loudly",
+    Option("-s", "--strength", type="int", default=1, metavar="N", help="how loudly"),
+    Flag("--unsure", help="ask", own=True),
+    Argument("word", "throttle", many=True),
+    examples=[("-s 3 help", "very loudly")],
+    aliases=["yell"],
+    run=run,
+)
+"""
+MEGAPHONE = SHOUT.replace("VERB = Verb", "from pyros1.cli.records import Command\n\nSHOUT = Verb").replace(
+    '"shout"', '""'
+)
+MEGAPHONE += 'COMMAND = Command("megaphone", "shout", SHOUT, group="look", stock="rosmegaphone")\n'
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a pyros1 that has the verb ``topic shout`` and the command ``megaphone``, each a new file."""
+    target = tmp_path_factory.mktemp("copy") / "pyros1"
+    for path in SOURCE.rglob("*.py"):
+        relative = path.relative_to(SOURCE)
+        if relative.parts[0] == "cli":
+            (target / relative).parent.mkdir(parents=True, exist_ok=True)
+            (target / relative).write_bytes(path.read_bytes())
+    for path in SOURCE.iterdir():
+        if path.name != "cli":
+            (target / path.name).symlink_to(path)
+    (target / "cli/commands/topic/shout.py").write_text(SHOUT)
+    (target / "cli/commands/megaphone.py").write_text(MEGAPHONE)
+    return target.parent
+
+
+@pytest.fixture
+def new(package: Path, tmp_path: Path) -> Pyros1:
+    """Runs that pyros1, as a process; the first word may be the name of a stock tool."""
+
+    def run(line: str) -> tuple[int, str, str]:
+        called, *words = shlex.split(line)
+        program = tmp_path / called
+        program.write_text("import sys\nfrom pyros1.cli.main import entry\nsys.exit(entry())\n")
+        env = {**os.environ, "PYTHONPATH": str(package), "ROS_MASTER_URI": "http://127.0.0.1:9/"}
+        command = [sys.executable, str(program), *words]
+        done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60, check=False)
+        return done.returncode, done.stdout, done.stderr
+
+    return run
+
+
+def test_a_new_verb_runs(new: Pyros1) -> None:
+    assert new("pyros1 topic shout hello world") == (0, "HELLO WORLD! /x\n", "")
+    assert new("pyros1 topic yell -s 3 a --unsure __ns:=/robot") == (0, "A!!!? /robot/x\n", "")
+    assert new("rostopic shout a") == new("pyros1 topic shout a")
+
+
+def test_a_new_verb_is_listed(new: Pyros1) -> None:
+    code, out, _ = new("pyros1 topic -h")
+    assert code == 0 and "\n\tpyros1 topic pub\tpublish data to topic\n\tpyros1 topic shout\tsay it loudly\n" in out
+    assert "\n\trostopic shout\tsay it loudly\n" in new("rostopic")[1]
+    assert " shout " in new("pyros1 help")[1]
+    assert new("pyros1 topic shuot")[2].endswith("there is no 'shuot' (did you mean 'shout'?)\n")
+    assert "did you mean 'pyros1 topic shout'?" in new("pyros1 shout")[2]
+
+
+def test_a_new_verb_has_help(new: Pyros1) -> None:
+    code, out, _ = new("pyros1 topic shout -h")
+    assert code == 0 and out.startswith("Usage: pyros1 topic shout [options] word...\n")
+    assert "  -s N, --strength=N  how loudly\n  --unsure            ask\n" in out
+    assert out.endswith("\nExamples:\n  pyros1 topic shout -s 3 help  very loudly\n")
+    code, out, _ = new("rostopic shout -h")
+    assert code == 0 and "--strength" in out and "--unsure" not in out and "Examples" not in out, "as stock's would"
+
+
+def test_a_new_verb_is_completed(new: Pyros1) -> None:
+    def offered(line: str) -> list[str]:
+        code, out, err = new(f"pyros1 __complete bash '' {len(line.split(' ')) - 1} {line or repr('')}")
+        assert (code, err) == (0, "")
+        return out.split("\0")[:-1]
+
+    assert offered("pyros1 topic sh") == ["shout"]
+    assert offered("rostopic shou") == ["shout"]
+    assert offered("pyros1 topic shout --") == ["--help", "--strength", "--unsure"]
+    assert offered("pyros1 topic shout a m") == offered("pyros1 topic yell a b m") == ["messages"]
+    assert offered("pyros1 mega") == ["megaphone"]
+    assert offered("rosmegaphone --str") == ["--strength"]
+
+
+def test_wrong_usage_of_a_new_verb(new: Pyros1) -> None:
+    usage = "Usage: pyros1 topic shout [options] word...\n\npyros1 topic: error: "
+    assert new("pyros1 topic shout") == (2, "", usage + "there is nothing to shout\n")
+    assert new("pyros1 topic shout --loud a") == (2, "", usage + "no such option: --loud\n")
+    assert new("pyros1 topic shout -s x a") == (2, "", usage + "option -s: invalid integer value: 'x'\n")
+    assert new("rostopic shout") == (2, "", usage.replace("pyros1 topic", "rostopic") + "there is nothing to shout\n")
+
+
+def test_a_new_command_without_verbs(new: Pyros1) -> None:
+    assert new("pyros1 megaphone hello") == new("rosmegaphone hello") == (0, "HELLO! /x\n", "")
+    assert "\n  megaphone   shout\n" in new("pyros1 help")[1]
+    assert new("pyros1 megaphone -h")[1].startswith("Usage: pyros1 megaphone [options] word...\n")
+    assert new("pyros1 megaphone")[0] == 2
