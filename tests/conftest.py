@@ -67,7 +67,7 @@ def make_node(environ: dict[str, str]) -> Iterator[Callable[..., Node]]:
 def transport(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """Run a test twice: with links within the process, and with real connections between the nodes of the process."""
     if request.param == "tcp":
-        monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+        monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
     return str(request.param)
 
 

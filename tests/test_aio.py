@@ -14,11 +14,11 @@ from collections.abc import Callable, Coroutine, Iterator
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
 import pyros1.aio
 from pyros1.aio import MOST_WAITING
 from pyros1.errors import NodeShutdownError, ServiceError, WaitTimeoutError
+from pyros1.msgs.std_msgs.msg import Float64
 
 
 def run(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
@@ -209,7 +209,7 @@ def test_wrong_arguments_are_refused_at_once(environ: dict[str, str], make_node:
 def test_who_takes_messages_slowly_holds_the_publisher_back(
     environ: dict[str, str], make_node: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
     talker, count = make_node("talker"), 100 * MOST_WAITING
     publisher = talker.advertise("topic1", Float64, queue_size=None)
 
@@ -240,7 +240,7 @@ def test_who_takes_messages_slowly_holds_the_publisher_back(
 def test_a_stream_that_nobody_reads_holds_up_no_end(
     environ: dict[str, str], make_node: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
     publisher = make_node("talker").advertise("topic1", Float64, queue_size=0)
 
     async def work() -> None:

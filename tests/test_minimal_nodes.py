@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
 import pyros1
+from pyros1.msgs.std_msgs.msg import Float64
 
 SRC = Path(pyros1.__file__).parent
 SCRIPTS = SRC / "packages" / "minimal_nodes" / "scripts"

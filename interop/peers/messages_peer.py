@@ -28,10 +28,10 @@ import genpy.message
 from genmsg.msgs import bare_msg_type
 from rostopic import create_value_transform
 
+from pyros1.finding.library import Library
 from pyros1.msgs.dynamic import from_definition
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.fill import fill_message
-from pyros1.msgs.library import Library
 from pyros1.msgs.text import format_message
 from pyros1.timing import Duration, Time
 

@@ -21,6 +21,10 @@ from pyros1.starting import prepare as _prepare
 
 _prepare()  # before the imports that take time
 
+from pyros1.generated import install as _install  # noqa: E402
+
+_install()
+
 from typing import TYPE_CHECKING, Any  # noqa: E402
 
 if TYPE_CHECKING:

@@ -38,11 +38,11 @@ from pyros1.msgs import Service
 from pyros1.net.bell import STEP, Bell
 from pyros1.node import Node as SyncNode
 from pyros1.node.checks import check_callback, check_name, check_queue_size, check_timeout
-from pyros1.node.publisher import Publisher
-from pyros1.node.service_client import ServiceClient
-from pyros1.node.service_server import ServiceServer
+from pyros1.node.publishing.publisher import Publisher
+from pyros1.node.services.client import ServiceClient
+from pyros1.node.services.server import ServiceServer
 from pyros1.node.signals import SignalHandlers
-from pyros1.node.subscriber import Subscriber
+from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.timing import Time
 
 _M = TypeVar("_M")

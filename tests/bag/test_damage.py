@@ -340,9 +340,9 @@ def lie_of_content(path: Path) -> Path:
 
 PLAY = """
 import sys
-from pyros1.cli import bag
+from pyros1.cli.running import run_command
 for path in sys.argv[1:]:
-    print(path, bag.main(["play", "-d", "0", "--immediate", "--quiet", path]), file=sys.stderr)
+    print(path, run_command("bag", ["play", "-d", "0", "--immediate", "--quiet", path]), file=sys.stderr)
 """
 
 

@@ -15,7 +15,7 @@ import pytest
 import pyros1.bag
 from pyros1.bag.container import BagWriter
 from pyros1.bag.reader import BagReader
-from pyros1.cli import bag as command
+from pyros1.cli.running import run_command
 from pyros1.timing import Duration
 
 from .conftest import Make, values
@@ -26,7 +26,7 @@ Run = Callable[..., tuple[int, str, str]]
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, call_main: Any, tmp_path: Path) -> Run:
     monkeypatch.chdir(tmp_path)
-    return partial(call_main, command.main)
+    return partial(call_main, partial(run_command, "bag"))
 
 
 def headers(path: Path | str) -> list[tuple[str, dict[str, bytes]]]:

@@ -16,7 +16,7 @@ from pyros1.bag.errors import EncryptedError
 from pyros1.bag.reader import BagReader
 from pyros1.bag.records import RecordError
 from pyros1.bag.reindex import reindex
-from pyros1.cli import bag as command
+from pyros1.cli.running import run_command
 
 from .conftest import Make, values
 
@@ -49,7 +49,7 @@ def gpg(monkeypatch: pytest.MonkeyPatch) -> Gpg:
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, call_main: Any, tmp_path: Path, gpg: Gpg) -> Run:
     monkeypatch.chdir(tmp_path)
-    return partial(call_main, command.main)
+    return partial(call_main, partial(run_command, "bag"))
 
 
 @pytest.mark.parametrize("size", [0, 1, 15, 16, 17, 1000])

@@ -18,7 +18,6 @@ import pyros1.bag
 from pyros1.bag import BagWriter
 from pyros1.bag.export.extras import extra
 from pyros1.bag.export.legal_names import LegalNames
-from pyros1.cli import bag as command
 from pyros1.cli.running import run_command
 from pyros1.errors import Error
 from pyros1.msgs import Message, from_definition, load_message
@@ -29,6 +28,7 @@ from .made import header_of
 
 Run = Callable[..., tuple[int, str, str]]
 
+bag = partial(run_command, "bag")
 topic = partial(run_command, "topic")
 
 
@@ -36,7 +36,7 @@ topic = partial(run_command, "topic")
 def run(monkeypatch: pytest.MonkeyPatch, capsys: Any, tmp_path: Path) -> Run:
     monkeypatch.chdir(tmp_path)
 
-    def call(*words: object, main: Callable[[list[str]], int] = command.main) -> tuple[int, str, str]:
+    def call(*words: object, main: Callable[[list[str]], int] = bag) -> tuple[int, str, str]:
         try:
             code = main([str(word) for word in words])
         except SystemExit as end:

@@ -21,7 +21,7 @@ from pyros1.bag.export import mcap, mcap_writer
 from pyros1.bag.export.mcap_reader import McapReader, _module
 from pyros1.bag.reader import BagReader, RawMessage
 from pyros1.bag.records import U32, U64, Connection
-from pyros1.cli import bag as command
+from pyros1.cli.running import run_command
 from pyros1.errors import Error
 from pyros1.msgs import load_message
 
@@ -37,7 +37,7 @@ CHUNK = struct.Struct("<QQQI")
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, call_main: Any, tmp_path: Path) -> Run:
     monkeypatch.chdir(tmp_path)
-    return partial(call_main, command.main)
+    return partial(call_main, partial(run_command, "bag"))
 
 
 def zstd() -> Any:

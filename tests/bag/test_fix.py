@@ -12,7 +12,7 @@ import pytest
 import pyros1.bag
 from pyros1.bag import BagWriter
 from pyros1.bag.migration import Migrator, rule_text
-from pyros1.cli import bag as command
+from pyros1.cli.running import run_command
 from pyros1.msgs import from_definition
 
 from .conftest import Make
@@ -24,7 +24,7 @@ OLD = from_definition("std_msgs/Int32", "int16 value")
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, call_main: Any, tmp_path: Path) -> Callable[..., tuple[int, str, str]]:
     monkeypatch.chdir(tmp_path)
-    return partial(call_main, command.main)
+    return partial(call_main, partial(run_command, "bag"))
 
 
 @pytest.fixture

@@ -67,9 +67,13 @@ RUN = """
 import resource, sys
 import lz4.frame, bz2, optparse, json
 from pyros1.bag import api, edit, player, reindex, container, info
-from pyros1.cli import bag, topic, topic_echo, bag_edit, bag_export, bag_fix, bag_filter, bag_info
+from pyros1.cli import help, registry
+from pyros1.cli.running import run_command
 from pyros1.bag.export import mcap_writer
 import pyros1.msgs.dynamic, pyros1.msgs.yamltext
+for name in ("bag", "topic"):
+    for verb in registry.verbs(name):
+        registry.load_verb(name, verb)
 used = next(int(line.split()[1]) for line in open("/proc/self/status") if line.startswith("VmSize")) << 10
 limit = used + (int(sys.argv[1]) << 20)
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
@@ -81,7 +85,7 @@ if sys.argv[2] == "api":
     except pyros1.bag.BagError as error:
         sys.exit(str(error))
 else:
-    sys.exit({"bag": bag, "topic": topic}[sys.argv[2]].main(sys.argv[3:]))
+    sys.exit(run_command(sys.argv[2], sys.argv[3:]))
 """
 
 

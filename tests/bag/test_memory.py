@@ -32,7 +32,13 @@ import cryptography.hazmat.primitives.ciphers
 import pyros1.bag.export.mcap_writer, pyros1.msgs.yamltext, pyros1.msgs.json_form, pyros1.msgs.dynamic
 import pyros1.bag.files, pyros1.bag.edit, pyros1.bag.reindex, pyros1.bag.info
 from pyros1.bag import api, encryption, play_source
-from pyros1.cli import bag, bag_edit, bag_export, bag_export_text, bag_filter, bag_fix, bag_info, topic, topic_echo
+from pyros1.cli import help, registry
+from pyros1.cli.commands.bag import _export_text
+from pyros1.cli.running import run_command
+
+for name in ("bag", "topic"):
+    for verb in registry.verbs(name):
+        registry.load_verb(name, verb)
 
 def used(name):
     return next(int(line.split()[1]) for line in open("/proc/self/status") if line.startswith(name)) << 10
@@ -59,7 +65,7 @@ for line in sys.stdin:
         elif word == "play":
             code = ahead(rest[0])
         else:
-            code = {"bag": bag, "topic": topic}[word].main(rest)
+            code = run_command(word, rest)
     except BaseException:
         traceback.print_exc()
         code = 9

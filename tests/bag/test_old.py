@@ -12,7 +12,7 @@ import pyros1.bag
 from pyros1.bag.errors import UnindexedError
 from pyros1.bag.reader import BagReader
 from pyros1.bag.reindex import reindex
-from pyros1.cli.bag import main
+from pyros1.cli.running import run_command
 
 from .conftest import values
 from .made import old_messages, write_bag
@@ -100,7 +100,7 @@ def test_not_closed_it_says_so_and_is_reindexed(tmp_path: Path) -> None:
 def run(*words: str) -> tuple[int, str]:
     err = io.StringIO()
     with redirect_stdout(io.StringIO()), redirect_stderr(err):
-        code = main([*words])
+        code = run_command("bag", [*words])
     return code, err.getvalue()
 
 

@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.rosgraph_msgs.msg import Clock
-from pyros1.msgs.std_msgs.msg import Float64, Header, String
 
 from pyros1.bag import BagWriter
 from pyros1.bag.files import BagFile
@@ -22,6 +20,8 @@ from pyros1.bag.play_source import Bags, Played, ReadAhead
 from pyros1.bag.player import Player, PlayOptions, Status
 from pyros1.bag.reader import BagReader
 from pyros1.msgs import AnyMsg
+from pyros1.msgs.rosgraph_msgs.msg import Clock
+from pyros1.msgs.std_msgs.msg import Float64, Header, String
 
 PATIENCE = 20.0
 BEGIN = 1_700_000_000 * 10**9

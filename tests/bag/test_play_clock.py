@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
 from pyros1.bag import BagWriter
 from pyros1.bag.play_control import Control
 from pyros1.bag.play_source import Bags
 from pyros1.bag.player import Player, PlayOptions
 from pyros1.msgs import AnyMsg
+from pyros1.msgs.std_msgs.msg import Float64
 
 BEGIN = 1_700_000_000 * 10**9
 MS = 10**6

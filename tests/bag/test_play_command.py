@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64, String
 
 from pyros1.bag import BagWriter
+from pyros1.msgs.std_msgs.msg import Float64, String
 
 DEADLINE = 20.0
 BEGIN = 1_700_000_000 * 10**9
@@ -154,7 +154,7 @@ def test_the_terminal_is_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     import termios
 
     from pyros1.bag.play_control import Control
-    from pyros1.cli.bag_keyboard import Keyboard
+    from pyros1.bag.play_keyboard import Keyboard
 
     ours, theirs = pty.openpty()
     monkeypatch.setattr("os.tcgetpgrp", lambda descriptor: os.getpgrp())

@@ -6,16 +6,15 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from pyros1.msgs.geometry_msgs.msg import TransformStamped
-from pyros1.msgs.std_msgs.msg import Header, String
-from pyros1.msgs.tf2_msgs.msg import TFMessage
-
 from pyros1.bag import BagWriter
 from pyros1.bag.play_control import Control
 from pyros1.bag.play_source import Bags
 from pyros1.bag.play_static import StaticTransforms
 from pyros1.bag.player import Player, PlayOptions
 from pyros1.msgs import AnyMsg
+from pyros1.msgs.geometry_msgs.msg import TransformStamped
+from pyros1.msgs.std_msgs.msg import Header, String
+from pyros1.msgs.tf2_msgs.msg import TFMessage
 
 PATIENCE = 20.0
 BEGIN = 1_700_000_000 * 10**9

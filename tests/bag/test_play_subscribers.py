@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
-from pyros1.msgs.std_msgs.msg import Header, String
 
 from pyros1.bag import BagWriter
 from pyros1.bag.play_control import Control
 from pyros1.bag.play_source import Bags
 from pyros1.bag.player import Player, PlayOptions
+from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
+from pyros1.msgs.std_msgs.msg import Header, String
 from pyros1.timing import Time
 
 PATIENCE = 20.0
@@ -118,7 +118,7 @@ def test_a_slow_subscriber_loses_nothing_with_a_queue_without_limit(
 def test_what_a_slow_subscriber_loses_is_counted(
     make_node: Any, player: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)  # real connections
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)  # real connections
     path, count = tmp_path / "x.bag", 100
     with BagWriter(path) as bag:
         conn = bag.add_connection("/t", header_of(String))

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64, Header, String
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.reader import BagReader
@@ -22,6 +21,7 @@ from pyros1.bag.record_model import RecordOptions
 from pyros1.bag.record_names import FileNames
 from pyros1.bag.recorder import Events, Recorder
 from pyros1.msgs import AnyMsg
+from pyros1.msgs.std_msgs.msg import Float64, Header, String
 from pyros1.wire.handshake import TopicType
 
 DEADLINE = 20.0
@@ -375,7 +375,6 @@ def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp
 
 def test_sim_time_is_recorded(start: Any, make_node: Any, tmp_path: Path) -> None:
     from pyros1.msgs.rosgraph_msgs.msg import Clock
-
     from pyros1.timing import Time
 
     node = make_node("talker")

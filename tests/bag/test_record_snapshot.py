@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64, String
-from pyros1.msgs.std_srvs.srv import SetBool, Trigger
 
 from pyros1.bag.reader import BagReader
 from pyros1.bag.record_model import RecordOptions, Source, Topic
 from pyros1.bag.record_names import FileNames
 from pyros1.bag.snapshot import Ring, Snapshots
+from pyros1.msgs.std_msgs.msg import Float64, String
+from pyros1.msgs.std_srvs.srv import SetBool, Trigger
 
 S = 10**9
 DEADLINE = 20.0

@@ -8,10 +8,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from pyros1.msgs.std_msgs.msg import Float64
-
 import pyros1
 from pyros1.bag.reader import BagReader
+from pyros1.msgs.std_msgs.msg import Float64
 
 SCRIPTS = Path(pyros1.__file__).parent / "packages" / "minimal_nodes" / "scripts"
 DEADLINE = 20.0

@@ -14,14 +14,14 @@ from functools import partial
 from typing import Any
 
 import pytest
-from pyros1.msgs.sensor_msgs.msg import JointState
-from pyros1.msgs.std_msgs.msg import Bool, Empty, Float64, String
-from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 
 from pyros1.cli import registry
 from pyros1.cli.commands.topic.plot import expand
 from pyros1.cli.main import entry
 from pyros1.msgs import load_message, load_service
+from pyros1.msgs.sensor_msgs.msg import JointState
+from pyros1.msgs.std_msgs.msg import Bool, Empty, Float64, String
+from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 
 
 @pytest.fixture
@@ -364,6 +364,13 @@ def test_plot_draws_what_comes(run: Any, make_node: Callable[..., Any]) -> None:
 
 def test_help_has_examples_but_under_stock_names(run: Any) -> None:
     assert "Examples:\n  pyros1 topic echo /pose" in run("topic", "echo", "-h")[1]
+
+
+@pytest.mark.parametrize("word", ["help", "-h", "--help"])
+def test_help_of_one_verb(run: Any, word: str) -> None:
+    assert run("bag", word, "info") == run("bag", "info", "-h")
+    assert run("topic", word, "echo") == run("topic", "echo", "-h")
+    assert run("bag", word, "none") == run("bag", word)
 
 
 VERBS = ["topic", "node", "service", "param", "msg", "srv", "log", "tf", "dynparam", "bag", "topic_tools"]

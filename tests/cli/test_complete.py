@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from pyros1.msgs.std_msgs.msg import String
 
 import pyros1
+from pyros1.cli import registry
 from pyros1.cli.complete import join_parts, main, quote
 from pyros1.master import Master
 from pyros1.msgs import load_message
+from pyros1.msgs.std_msgs.msg import String
 from pyros1.tf import StaticTransformBroadcaster
 
 
@@ -159,6 +160,13 @@ def test_nothing_is_imported_that_verbs_do_not_need() -> None:
         check=False,
     )
     assert (done.returncode, done.stdout) == (0, "echo\0"), done.stderr
+
+
+def test_tables_name_real_commands() -> None:
+    assert all(words[0] in registry.commands() for words in registry.stock_names().values())
+    stock = "roscore roslaunch rosrun rostopic rosnode rosservice rosparam rosmsg rossrv rosmsg-proto rosbag rosversion"
+    stock += " roswtf rosclean rosgraph rosconsole rostest rospack rosstack catkin_create_pkg rosed roscp rosls"
+    assert {*stock.split()} <= {*registry.stock_names()}
 
 
 def test_frames(capsys: pytest.CaptureFixture[str], master: Master, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,10 +12,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from pyros1 import Time
 from pyros1.cli import diagnostic
+from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 Run = Callable[..., tuple[int, str, str]]
 STATUS = [

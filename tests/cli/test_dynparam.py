@@ -10,18 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.dynamic_reconfigure.msg import (
-    BoolParameter,
-    Config,
-    ConfigDescription,
-    DoubleParameter,
-    Group,
-    GroupState,
-    IntParameter,
-    ParamDescription,
-    StrParameter,
-)
-from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 
 from pyros1.cli import dynparam
 from pyros1.cli.dynparam_values import (
@@ -34,7 +22,19 @@ from pyros1.cli.dynparam_values import (
     request,
 )
 from pyros1.errors import NodeShutdownError, WaitTimeoutError
-from pyros1.msgs.packages import PackageIndex
+from pyros1.finding.packages import PackageIndex
+from pyros1.msgs.dynamic_reconfigure.msg import (
+    BoolParameter,
+    Config,
+    ConfigDescription,
+    DoubleParameter,
+    Group,
+    GroupState,
+    IntParameter,
+    ParamDescription,
+    StrParameter,
+)
+from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 
 Run = Callable[..., tuple[int, str, str]]
 SIZES = "{'enum': [{'name': 'Small', 'type': 'int', 'value': 0}, {'name': 'Large', 'type': 'int', 'value': 2}]}"

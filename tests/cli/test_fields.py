@@ -7,10 +7,10 @@ import contextlib
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyros1.msgs.geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped
-from pyros1.msgs.sensor_msgs.msg import JointState
 
 from pyros1.cli.shared.fields import FieldPath, FieldPathError
+from pyros1.msgs.geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped
+from pyros1.msgs.sensor_msgs.msg import JointState
 
 
 def _poses() -> PoseArray:

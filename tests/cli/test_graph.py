@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import String
-from pyros1.msgs.std_srvs.srv import Empty
 
 from pyros1.cli import graph_cmd
+from pyros1.msgs.std_msgs.msg import String
+from pyros1.msgs.std_srvs.srv import Empty
 
 LOG_SERVICES = ("get_loggers", "set_logger_level")
 Run = Callable[..., tuple[int, str, str]]

@@ -10,10 +10,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from pyros1.msgs.rosgraph_msgs.msg import Log
 
 from pyros1 import Time
 from pyros1.cli import log
+from pyros1.msgs.rosgraph_msgs.msg import Log
 
 Run = Callable[..., tuple[int, str, str]]
 

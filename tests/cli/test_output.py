@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
 from pyros1.cli.setup import make_programs
 from pyros1.cli.setup_names import stock_names
+from pyros1.msgs.std_msgs.msg import Float64
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 FULL = "ERROR: cannot write to standard output: No space left on device\n"

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import pyros1
-from pyros1.cli import make_index, registry, setup_names
+from pyros1.cli import make_index, registry
 from pyros1.cli.complete_values import KINDS
 from pyros1.cli.main import entry
 from pyros1.cli.records import GROUPS, Verb
@@ -49,13 +49,6 @@ def test_names_are_unique() -> None:
         verbs = registry.verbs(command)
         words = [word for name, each in verbs.items() for word in (name, *each.aliases)]
         assert [word for word, count in Counter(words).items() if count > 1] == [], command
-
-
-def test_stock_names_mean_commands() -> None:
-    stock = "roscore roslaunch rosrun rostopic rosnode rosservice rosparam rosmsg rossrv rosmsg-proto rosbag rosversion"
-    stock += " roswtf rosclean rosgraph rosconsole rostest rospack rosstack catkin_create_pkg rosed roscp rosls"
-    assert {*stock.split()} <= {*registry.stock_names(), *setup_names.stock_names()}
-    assert registry.stock_names()["view_frames"] == ("tf", "view_frames")
 
 
 @pytest.mark.parametrize("name", registry.commands())

@@ -9,7 +9,7 @@ import pytest
 
 from pyros1.cli import registry
 from pyros1.cli.main import entry
-from pyros1.msgs.packages import PackageIndex
+from pyros1.finding.packages import PackageIndex
 
 Run = Callable[..., tuple[int, str, str]]
 

@@ -16,13 +16,13 @@ from typing import Any
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
-from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
-from pyros1.msgs.std_msgs.msg import Int32, String
 
 from pyros1.cli import wtf
 from pyros1.doctor import asking, here, system
 from pyros1.master.server import Master
 from pyros1.msgs.dynamic import from_definition
+from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
+from pyros1.msgs.std_msgs.msg import Int32, String
 from pyros1.net.master_client import MasterClient
 
 Found = dict[str, dict[str, Any]]

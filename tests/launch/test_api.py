@@ -12,7 +12,7 @@ import pytest
 from pyros1.errors import XmlRpcFault
 from pyros1.launch.api import LaunchServer
 from pyros1.launch.console import Console
-from pyros1.launch.process import ProcessSpec
+from pyros1.launch.process_spec import ProcessSpec
 from pyros1.launch.supervisor import Supervisor
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.xmlrpc_client import XmlRpcClient

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from pyros1.errors import LaunchError
+from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 from pyros1.launch.command_line import locate, node_environment, node_words
 from pyros1.launch.plan import NodePlan
-from pyros1.msgs.packages import OWN_PACKAGES, PackageIndex
 
 OWN = Path(OWN_PACKAGES) / "minimal_nodes" / "scripts" / "minimal_publisher"
 

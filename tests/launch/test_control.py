@@ -16,7 +16,7 @@ from pyros1.errors import Error
 from pyros1.launch.api import LaunchServer
 from pyros1.launch.console import Console
 from pyros1.launch.control import URIS, Launch, Status, running_launches
-from pyros1.launch.process import ProcessSpec
+from pyros1.launch.process_spec import ProcessSpec
 from pyros1.launch.supervisor import Supervisor
 from pyros1.launch.usage import group_usages
 from pyros1.master.server import Master

@@ -17,7 +17,8 @@ import pytest
 from pyros1.errors import LaunchError
 from pyros1.launch.console import Console
 from pyros1.launch.plan import MachinePlan, NodePlan
-from pyros1.launch.process import Process, ProcessSpec
+from pyros1.launch.process import Process
+from pyros1.launch.process_spec import ProcessSpec
 from pyros1.launch.remote import SSH_VARIABLE, Machine, make_machine, ssh_words
 from pyros1.launch.remote_process import RemoteProcess
 from pyros1.launch.supervisor import Supervisor

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pyros1.finding.packages import PackageIndex
 from pyros1.launch.resources import Resources
-from pyros1.msgs.packages import PackageIndex
 
 
 def make(folder: Path) -> Path:

@@ -10,7 +10,7 @@ import threading
 
 import pytest
 
-from pyros1.launch.process import ProcessSpec
+from pyros1.launch.process_spec import ProcessSpec
 from pyros1.launch.screen import Screen
 
 

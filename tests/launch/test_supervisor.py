@@ -16,7 +16,8 @@ import pytest
 
 from pyros1.errors import LaunchError
 from pyros1.launch.console import Console
-from pyros1.launch.process import Process, ProcessSpec
+from pyros1.launch.process import Process
+from pyros1.launch.process_spec import ProcessSpec
 from pyros1.launch.screen import Screen
 from pyros1.launch.supervisor import Supervisor, install_signals
 from pyros1.launch.warden import leaderless

@@ -17,7 +17,7 @@ DEADLINE = 20.0
 LAUNCHER = """
 import sys, time
 from pyros1.launch.console import Console
-from pyros1.launch.process import ProcessSpec
+from pyros1.launch.process_spec import ProcessSpec
 from pyros1.launch.supervisor import Supervisor
 supervisor = Supervisor(Console(), sigint_timeout=0.2, sigterm_timeout=0.2, guarded=True)
 for number, script in enumerate(sys.argv[1:]):

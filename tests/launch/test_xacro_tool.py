@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.launch.xacro_tool import MISSING, xacro_words
-from pyros1.msgs.packages import OWN_PACKAGES
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 # The real one asks for packages in this way.

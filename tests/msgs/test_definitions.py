@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from pyros1.finding.library import SHIPPED, Library
 from pyros1.msgs.factory import make_message_class
-from pyros1.msgs.library import SHIPPED, Library
 
 LIBRARY = Library({}, installs=[])
 FILES = sorted(path for path in Path(SHIPPED).rglob("*") if path.is_file())

@@ -11,11 +11,11 @@ from typing import Any
 from xmlrpc.client import Fault, dumps, loads
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
 from pyros1.cli.main import entry
 from pyros1.errors import Error, MasterMethodError, ParameterNotSetError
 from pyros1.master.server import Master
+from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.net.hosts import parse_uri
 from pyros1.net.master_client import MasterClient
 from pyros1.node import Node

@@ -18,11 +18,10 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
-from pyros1.msgs.std_srvs.srv import SetBool
-
 import pyros1
 from pyros1.errors import NodeShutdownError
+from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
+from pyros1.msgs.std_srvs.srv import SetBool
 
 DEADLINE = 25.0
 PATIENCE = 15.0
@@ -279,9 +278,9 @@ def main() -> None:
         pyros1.net.poller._ONESHOT = 0
         pyros1.net.loop._Epoll = pyros1.net.loop._Portable  # type: ignore[misc, assignment]
     if transport == "tcp":
-        import pyros1.node.connector
+        import pyros1.node.subscribing.connector
 
-        pyros1.node.connector.find_local_context = lambda uri: None
+        pyros1.node.subscribing.connector.find_local_context = lambda uri: None
     size = None if not rest or rest[0] == "None" else int(rest[0])
     kind, _, what = scenario.partition(":")
     if kind == "publishing":

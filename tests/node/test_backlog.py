@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.node.backlog import Backlog
+from pyros1.node.subscribing.backlog import Backlog
 
 
 @given(st.integers(1, 5), st.lists(st.tuples(st.sampled_from("abc"), st.integers())))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from typing import Any
 
-from pyros1.node.callbacks import CallbackQueue
+from pyros1.node.callback_queue import CallbackQueue
 
 
 def test_order_of_arrival() -> None:

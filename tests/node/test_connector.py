@@ -7,16 +7,16 @@ import threading
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64, String
 
+from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.wire.header import encode_header
 
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many attempts in a short time."""
-    monkeypatch.setattr("pyros1.node.connector.FIRST_REST", 0.01)
-    monkeypatch.setattr("pyros1.node.connector.LONGEST_REST", 0.02)
+    monkeypatch.setattr("pyros1.node.subscribing.dialogue.FIRST_REST", 0.01)
+    monkeypatch.setattr("pyros1.node.subscribing.dialogue.LONGEST_REST", 0.02)
 
 
 def frame(number: float) -> bytes:
@@ -99,7 +99,7 @@ def test_a_publisher_that_closes_instead_of_answering(make_node: Any, fake_node:
 def test_a_silent_publisher_is_given_up_and_tried_again(
     make_node: Any, fake_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.connector.STEP_TIMEOUT", 0.1)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.STEP_TIMEOUT", 0.1)
     fake, got = fake_node("/fake"), collect()
     fake.publish("/t")
     make_node("listener").subscribe("t", Float64, got)
@@ -113,7 +113,7 @@ def test_a_silent_publisher_is_given_up_and_tried_again(
 def test_a_publisher_whose_api_is_silent(
     make_node: Any, master: Any, collect: Any, fake_node: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.connector.STEP_TIMEOUT", 0.1)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.STEP_TIMEOUT", 0.1)
     fake, got = fake_node("/fake"), collect()
     with socket.create_server(("127.0.0.1", 0)) as silent:
         silent.settimeout(10)
@@ -127,8 +127,8 @@ def test_a_publisher_whose_api_is_silent(
 def test_a_publisher_that_does_not_answer_is_named_once(
     make_node: Any, fake_node: Any, watch_log: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.connector.STEP_TIMEOUT", 0.1)
-    monkeypatch.setattr("pyros1.node.connector.SILENCE", 0.05)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.STEP_TIMEOUT", 0.1)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.SILENCE", 0.05)
     fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
     log = watch_log(listener)
     with socket.create_server(("127.0.0.1", 0)) as silent:

@@ -6,8 +6,8 @@ import socket
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64, String
 
+from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.wire.datagram import split
 from pyros1.wire.header import encode_header
 
@@ -17,8 +17,8 @@ UDP = {"transports": "udp"}
 @pytest.fixture(autouse=True)
 def apart(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes of one process do not find each other, and attempts come quickly."""
-    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
-    monkeypatch.setattr("pyros1.node.connector.FIRST_REST", 0.01)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
+    monkeypatch.setattr("pyros1.node.subscribing.dialogue.FIRST_REST", 0.01)
 
 
 def transports(node: Any) -> list[str]:
@@ -159,7 +159,7 @@ def test_bad_offers_are_refused_and_tcp_is_still_there(make_node: Any, call_node
 
 
 def test_there_is_an_end_to_subscribers(make_node: Any, call_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.publication.MOST_LINKS", 3)
+    monkeypatch.setattr("pyros1.node.publishing.publication.MOST_LINKS", 3)
     talker = make_node("talker")
     talker.advertise("t", Float64)
     fields = {"callerid": "/x", "topic": "/t", "type": "std_msgs/Float64", "md5sum": Float64._md5sum}

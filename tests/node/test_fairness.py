@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
+from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.net.loop import Loop
 
 PATIENCE = 10.0
@@ -72,7 +72,7 @@ def flood(fake_node: Any) -> Iterator[Callable[[float], None]]:
 @pytest.fixture(autouse=True)
 def short_queues(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let few messages wait where nobody has set a bound: they only delay those behind them."""
-    monkeypatch.setattr("pyros1.node.reader.UNBOUNDED_LIMIT", 50)
+    monkeypatch.setattr("pyros1.node.subscribing.delivery.UNBOUNDED_LIMIT", 50)
 
 
 @pytest.fixture

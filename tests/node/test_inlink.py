@@ -12,18 +12,18 @@ import pytest
 
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.msgs.large import SplitBody, decode_split, layout
-from pyros1.node.inlink import LARGE, InLink
+from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
 
 IMAGE: Any = load_message("sensor_msgs/Image")
 
 
 @pytest.fixture
-def pair() -> Iterator[tuple[socket.socket, InLink]]:
+def pair() -> Iterator[tuple[socket.socket, TcpSource]]:
     with socket.create_server(("127.0.0.1", 0)) as server:
         sender = socket.create_connection(server.getsockname())
         receiver, _ = server.accept()
     with sender, receiver:
-        yield sender, InLink(receiver, "http://127.0.0.1:1/", {}, b"")
+        yield sender, TcpSource(receiver, "http://127.0.0.1:1/", {}, b"")
 
 
 def image(number: int, size: int, frame_id: str = "camera") -> Any:
@@ -37,7 +37,7 @@ def frame(message: Any) -> bytes:
     return len(body).to_bytes(4, "little") + body
 
 
-def receive(link: InLink, count: int, cls: Any = IMAGE) -> tuple[list[Any], int]:
+def receive(link: TcpSource, count: int, cls: Any = IMAGE) -> tuple[list[Any], int]:
     """Return so many messages, and how many of them came in pieces. Learns as a subscription does."""
     where = layout(cls)
     assert where is not None
@@ -67,7 +67,7 @@ def send(sender: socket.socket, data: bytes) -> threading.Thread:
     return thread
 
 
-def test_a_large_frame_like_the_last_one_is_received_in_pieces(pair: tuple[socket.socket, InLink]) -> None:
+def test_a_large_frame_like_the_last_one_is_received_in_pieces(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
     sent = [image(i, LARGE + 1000 * i) for i in range(5)]
     thread = send(sender, b"".join(map(frame, sent)))
@@ -80,7 +80,7 @@ def test_a_large_frame_like_the_last_one_is_received_in_pieces(pair: tuple[socke
 
 @pytest.mark.parametrize("seed", range(8))
 def test_any_mixture_of_sizes_and_shapes_arrives_whole_and_in_order(
-    pair: tuple[socket.socket, InLink], seed: int
+    pair: tuple[socket.socket, TcpSource], seed: int
 ) -> None:
     sender, link = pair
     chance = random.Random(seed)
@@ -92,7 +92,7 @@ def test_any_mixture_of_sizes_and_shapes_arrives_whole_and_in_order(
     assert got == sent
 
 
-def test_undecoded_messages_arrive_in_one_piece(pair: tuple[socket.socket, InLink]) -> None:
+def test_undecoded_messages_arrive_in_one_piece(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
     sent = [image(i, LARGE * (1 + i % 3)) for i in range(20)] + [image(20, 3), image(21, LARGE)]
     thread = send(sender, b"".join(map(frame, sent)))
@@ -101,7 +101,7 @@ def test_undecoded_messages_arrive_in_one_piece(pair: tuple[socket.socket, InLin
     assert [message._buff for message in got] == [IMAGE._encode(message) for message in sent]
 
 
-def test_a_frame_that_stops_in_the_middle_holds_nobody_up(pair: tuple[socket.socket, InLink]) -> None:
+def test_a_frame_that_stops_in_the_middle_holds_nobody_up(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
     whole = frame(image(1, LARGE))
     link.expect(len(whole) - 4, LARGE, 0, True)
@@ -114,7 +114,7 @@ def test_a_frame_that_stops_in_the_middle_holds_nobody_up(pair: tuple[socket.soc
     assert got == [image(1, LARGE)]
 
 
-def test_a_claimed_size_is_not_believed_beforehand(pair: tuple[socket.socket, InLink]) -> None:
+def test_a_claimed_size_is_not_believed_beforehand(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
     head = frame(image(1, LARGE))[:-LARGE]
     link.expect(len(head) - 4 + LARGE, LARGE, 0, True)
@@ -126,7 +126,7 @@ def test_a_claimed_size_is_not_believed_beforehand(pair: tuple[socket.socket, In
     assert len(link.buffer.data) <= 32 << 20
 
 
-def test_the_end_of_the_stream(pair: tuple[socket.socket, InLink]) -> None:
+def test_the_end_of_the_stream(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
     link.expect(LARGE + 100, LARGE, 0, True)
     sender.close()

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
 import pyros1
 from pyros1.errors import MasterError, NodeShutdownError
 from pyros1.interrupts import DELIBERATE
+from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node import Node
 
 SRC = str(Path(pyros1.__file__).parent.parent)

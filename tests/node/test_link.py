@@ -8,19 +8,19 @@ import threading
 from typing import Any
 
 import pytest
+
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray
-
 from pyros1.net.loop import WRITE, Loop
 from pyros1.node.lane import Lane
-from pyros1.node.link import SubscriberLink, WaitingLink
+from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
 
 IMAGE_SIZE = 1 << 20
 
 
 @pytest.fixture(autouse=True)
 def tcp(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
 
 
 def greet(peer: Any, type: Any = Float64, topic: str = "/t", **fields: str) -> Any:
@@ -202,7 +202,7 @@ def linked(loop: Any) -> Any:
     links: list[Any] = []
 
     def make(queue_size: int | None) -> Any:
-        link_class = WaitingLink if queue_size is None else SubscriberLink
+        link_class = WaitingLink if queue_size is None else TcpLink
         lane = Lane(loop.call_soon)
         link = link_class(loop, lane, near, {"callerid": "/far"}, b"", queue_size, lambda _: closed.set())
         links.append(link)
@@ -306,7 +306,7 @@ class Greedy:
 
 
 def test_a_long_queue_is_sent_in_turns(linked: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.link.TURN", 10_000)
+    monkeypatch.setattr("pyros1.node.publishing.tcp_link.TURN", 10_000)
     link, _, _ = linked(0)
     sizes: list[int] = []
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
 
 from pyros1.errors import ServiceError
+from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
 from pyros1.node.log import DEBUG, ERROR, FATAL, INFO, WARN, Log, LogSink, default_log_file, level_from_name
 from pyros1.timing import Time
 

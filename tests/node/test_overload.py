@@ -113,7 +113,7 @@ def test_a_publisher_that_went_leaves_no_latched_message(make_node: Any, transpo
         changed.clear()
     done = threading.Event()
     listener.subscribe("t", Float64, late)
-    subscription.reader.submit(done.set)
+    subscription.delivery.submit(done.set)
     assert done.wait(5) and late.items == []
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import threading
 from typing import Any
 
+from pyros1.msgs import AnyMsg
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.std_msgs.msg import Header, String
-
-from pyros1.msgs import AnyMsg
 from pyros1.wire.handshake import TopicType
 
 PATIENCE = 20.0

@@ -10,21 +10,21 @@ from math import inf
 from typing import Any
 
 import pytest
+
 from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64
-
 from pyros1.node.lane import TURN
-from pyros1.node.link import SubscriberLink
-from pyros1.node.local import UNBOUNDED_LIMIT
-from pyros1.node.publication import Publication
+from pyros1.node.publishing.local_link import UNBOUNDED_LIMIT
+from pyros1.node.publishing.publication import Publication
+from pyros1.node.publishing.tcp_link import TcpLink
 from pyros1.wire.handshake import Refusal
 
 BIG = 20_000_000
 
 
 def over_tcp(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
 
 
 def greet(peer: Any, type: Any, topic: str = "/t") -> Any:
@@ -148,7 +148,7 @@ def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(
         talker._context.loop.run(link._linger_over, timeout=5)
         link.close()
 
-    monkeypatch.setattr("pyros1.node.link._wait_writable", wait)
+    monkeypatch.setattr("pyros1.node.publishing.tcp_link._wait_writable", wait)
     link.finish(inf)
     assert locked == [False] and not link.connected
 
@@ -262,13 +262,13 @@ def test_whoever_has_the_greeting_gets_what_is_published_next(
     talker = make_node("talker")
     publisher = talker.advertise("t", Float64, queue_size=10)
     known: list[bool] = []
-    send_now = SubscriberLink._send_now
+    send_now = TcpLink._send_now
 
-    def note(link: SubscriberLink, frame: Any) -> None:
+    def note(link: TcpLink, frame: Any) -> None:
         known.append(link in publisher._publication.links)
         send_now(link, frame)
 
-    monkeypatch.setattr(SubscriberLink, "_send_now", note)
+    monkeypatch.setattr(TcpLink, "_send_now", note)
     peer = greet(raw_peer(talker), Float64)
     publisher.publish(1.0)
     assert peer.frame() == Float64._encode(Float64(1.0))

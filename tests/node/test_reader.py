@@ -6,9 +6,9 @@ import threading
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64, String
 
-from pyros1.node.reader import FRESH
+from pyros1.msgs.std_msgs.msg import Float64, String
+from pyros1.node.subscribing.delivery import FRESH
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import encode_header
 
@@ -104,7 +104,7 @@ def test_a_publisher_without_queue_waits_for_a_slow_subscriber_in_the_process(
     count = 3000
     publishing = in_thread(lambda: [publisher.publish(number) for number in range(count)])
     assert gate.entered.acquire(timeout=5)
-    assert publishing.thread.is_alive() and subscriber._subscription.reader.waiting <= 1000
+    assert publishing.thread.is_alive() and subscriber._subscription.delivery.waiting <= 1000
     gate.open()
     publishing.join()
     while gate.got[-1] != count - 1:
@@ -290,7 +290,7 @@ def test_slow_callbacks_of_several_new_links_are_no_trouble(
         threading.Event().wait(5 * FRESH)
         got(message)
 
-    reader = listener.subscribe("t", Float64, slow, queue_size=1)._subscription.reader
+    reader = listener.subscribe("t", Float64, slow, queue_size=1)._subscription.delivery
     held, go_on, there = threading.Event(), threading.Event(), threading.Event()
     add = reader.add
 
@@ -334,7 +334,7 @@ def test_a_node_that_spins_keeps_the_newest(
     for number in range(1500):
         publisher.publish(number)
     probe.wait(1500)
-    waiting = subscriber._subscription.reader
+    waiting = subscriber._subscription.delivery
     arrived = threading.Event()
     listener._topics.subscribe("/t", Float64, lambda m: m.data == 1500 and arrived.set(), 1, direct=True)
     publisher.publish(1500)
@@ -399,7 +399,7 @@ def test_unregistering_does_not_wait_for_a_pause_in_the_messages(
         subscriber = listener.subscribe("t", Float64, lambda _: flowing.set(), queue_size=queue_size)
         while not flowing.is_set():
             listener.spin_once(0.1)
-        reader = subscriber._subscription.reader
+        reader = subscriber._subscription.delivery
         subscriber.unregister()
         assert not reader._links and not reader._ownership.locked()
     finally:

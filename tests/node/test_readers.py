@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from pyros1.msgs import load_message
-from pyros1.node import readers
+from pyros1.node.subscribing import threads as readers
 
 Float64: Any = load_message("std_msgs/Float64")
 
@@ -91,7 +91,7 @@ class Script:
         with self._changed:
             assert self._changed.wait_for(lambda: condition(list(self.limits.values())), 10), self.limits
 
-    def all_wait(self, pool: readers.Readers) -> list[float]:
+    def all_wait(self, pool: readers.DeliveryThreads) -> list[float]:
         self.until(lambda limits: self._answers.empty() and len(limits) == len(pool._threads) == pool._waiting)
         return list(self.limits.values())
 
@@ -125,7 +125,7 @@ class Work:
 
 def test_threads_whose_rest_is_over_at_the_same_moment_do_not_all_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(readers, "Poller", Script)
-    pool = readers.Readers("pool", lambda error: None)
+    pool = readers.DeliveryThreads("pool", lambda error: None)
     script: Any = pool._poller
     pool._lock = SlowLock()  # type: ignore[assignment]
     together = threading.Barrier(4, timeout=10)
@@ -217,7 +217,9 @@ def test_a_subscription_for_which_there_is_no_thread_leaves_nothing(
 ) -> None:
     talker, listener, got = make_node("talker"), make_node("listener"), collect()
     with monkeypatch.context() as patch:
-        patch.setattr(readers.Readers, "wake", lambda *_: (_ for _ in ()).throw(RuntimeError("can't start new thread")))
+        patch.setattr(
+            readers.DeliveryThreads, "wake", lambda *_: (_ for _ in ()).throw(RuntimeError("can't start new thread"))
+        )
         with pytest.raises(RuntimeError, match="new thread"):
             listener.subscribe("t", Float64, got)
     listener.subscribe("t", Float64, got)
@@ -241,7 +243,7 @@ def test_an_error_that_cannot_be_told_ends_no_thread(
     with monkeypatch.context() as patch:
         patch.setattr(type(listener.log), "exception", fail)
         for _ in range(4):  # more than there are threads
-            subscriber._subscription.reader.submit(fail)
+            subscriber._subscription.delivery.submit(fail)
         listener._context.loop.call_soon(fail)
         listener._context.loop.call_soon(reported.set)
         assert reported.wait(5)
@@ -256,12 +258,14 @@ def test_a_fault_does_not_end_a_thread(make_node: Any, collect: Any, monkeypatch
     subscriber = listener.subscribe("t", Float64, got)
     errors: list[Exception] = []
     noticed = threading.Event()
-    monkeypatch.setattr(listener._context.readers, "_on_error", lambda error: (errors.append(error), noticed.set()))
+    monkeypatch.setattr(
+        listener._context.delivery_threads, "_on_error", lambda error: (errors.append(error), noticed.set())
+    )
 
     def fail() -> None:
         raise RuntimeError("a fault")
 
-    subscriber._subscription.reader.submit(fail)
+    subscriber._subscription.delivery.submit(fail)
     assert noticed.wait(5) and str(errors[0]) == "a fault"
     publisher = talker.advertise("t", Float64, queue_size=1)
     assert publisher.wait_for_subscribers(timeout=5)

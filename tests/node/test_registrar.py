@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.msgs.std_srvs.srv import Empty
 
 from pyros1.errors import MasterError, MasterUnreachableError, NodeShutdownError
 from pyros1.master.server import Master
+from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.msgs.std_srvs.srv import Empty
 
 
 @pytest.fixture

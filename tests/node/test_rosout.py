@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
 from pyros1.msgs.std_msgs.msg import Header
-
 from pyros1.node.rosout import RosoutAggregator
 from pyros1.timing import Time
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
+from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.wire.header import MAX_HEADER_SIZE, encode_header
 
 

@@ -7,9 +7,6 @@ import threading
 from typing import Any
 
 import pytest
-from pyros1.msgs.roscpp.srv import GetLoggers, SetLoggerLevel
-from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTwoIntsResponse
-from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
 
 from pyros1.errors import (
     MessageError,
@@ -20,6 +17,9 @@ from pyros1.errors import (
     ServiceUnavailableError,
     WaitTimeoutError,
 )
+from pyros1.msgs.roscpp.srv import GetLoggers, SetLoggerLevel
+from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTwoIntsResponse
+from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
 from pyros1.wire.header import encode_header
 
 
@@ -168,7 +168,7 @@ def test_a_persistent_client_may_be_shared_by_threads(server: Any, caller: Any, 
 
 
 def test_too_many_calls_are_refused(server: Any, caller: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.service_server.MOST_CALLS", 3)
+    monkeypatch.setattr("pyros1.node.services.server.MOST_CALLS", 3)
     inside, leave = threading.Semaphore(0), threading.Event()
 
     def wait(request: Any) -> Any:
@@ -468,8 +468,8 @@ def threads_of(node: Any) -> list[str]:
 def test_idle_and_slow_clients_cost_no_threads_and_hinder_nobody(
     server: Any, caller: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.service_server.MOST_CALLS", 8)
-    monkeypatch.setattr("pyros1.node.service_link.LINGER", 0.001)
+    monkeypatch.setattr("pyros1.node.services.server.MOST_CALLS", 8)
+    monkeypatch.setattr("pyros1.node.services.connection.LINGER", 0.001)
     server.advertise_service("popular", SetBool, lambda request: (request.data, ""))
     server.advertise_service("other", Empty, lambda request: {})
     peers = [raw_peer(server).greet(service="/popular", md5sum="*", callerid="/p", persistent="1") for _ in range(40)]
@@ -490,7 +490,7 @@ def test_idle_and_slow_clients_cost_no_threads_and_hinder_nobody(
 def test_calls_of_one_service_leave_room_for_the_others(
     server: Any, caller: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.service_server.MOST_CALLS", 1)
+    monkeypatch.setattr("pyros1.node.services.server.MOST_CALLS", 1)
     inside, leave = threading.Event(), threading.Event()
     server.advertise_service("slow", Empty, lambda request: inside.set() or (leave.wait(10) and {}) or {})
     server.advertise_service("other", Empty, lambda request: {})
@@ -509,7 +509,7 @@ def test_calls_of_one_service_leave_room_for_the_others(
 def test_requests_that_come_together_are_all_answered(
     server: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch, linger: float
 ) -> None:
-    monkeypatch.setattr("pyros1.node.service_link.LINGER", linger)
+    monkeypatch.setattr("pyros1.node.services.connection.LINGER", linger)
     server.advertise_service("s", SetBool, lambda request: (request.data, ""))
     peer = raw_peer(server)
     header = {"service": "/s", "md5sum": "*", "callerid": "/raw", "persistent": "1"}
@@ -575,7 +575,7 @@ def test_a_self_call_goes_to_whoever_the_master_names(make_node: Any) -> None:
 def test_a_call_that_nobody_spins_for_is_told(
     make_node: Any, caller: Any, in_thread: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.service_server.PATIENCE", 0.0)
+    monkeypatch.setattr("pyros1.node.services.server.PATIENCE", 0.0)
     node = make_node("spinner", callbacks="spin")
     log = watch_log(node)
     node.advertise_service("s", Empty, lambda request: {})
@@ -595,7 +595,7 @@ def test_types_by_name(server: Any, caller: Any) -> None:
 
 def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A client that sends byte after byte keeps no thread for longer than REQUEST_TIMEOUT."""
-    monkeypatch.setattr("pyros1.node.service_link.REQUEST_TIMEOUT", 0.2)
+    monkeypatch.setattr("pyros1.node.services.connection.REQUEST_TIMEOUT", 0.2)
     server = make_node("server")
     server.advertise_service("s", SetBool, lambda request: (True, ""))
     header = {"callerid": "/slow", "service": "/s", "md5sum": "*", "persistent": "1"}

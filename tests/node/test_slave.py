@@ -6,9 +6,9 @@ import os
 from typing import Any
 
 import pytest
-from pyros1.msgs.std_msgs.msg import Float64
 
 from pyros1.errors import XmlRpcFault
+from pyros1.msgs.std_msgs.msg import Float64
 
 
 @pytest.fixture
@@ -74,7 +74,7 @@ def test_bus_info_and_stats_s02_s03(
     make_node: Any, call_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch, transport_name: str
 ) -> None:
     if transport_name == "TCPROS":
-        monkeypatch.setattr("pyros1.node.connector.find_local_context", lambda uri: None)
+        monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
     talker, listener, got = make_node("talker", rosout=False), make_node("listener", rosout=False), collect()
     listener.subscribe("t", Float64, got)
     publisher = talker.advertise("t", Float64)

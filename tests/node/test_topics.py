@@ -7,13 +7,13 @@ import threading
 from typing import Any
 
 import pytest
-from pyros1.msgs.geometry_msgs.msg import PointStamped, Vector3
-from pyros1.msgs.sensor_msgs.msg import Image
-from pyros1.msgs.std_msgs.msg import Empty, Float64, Float64MultiArray, Header, String
 
 from pyros1.errors import MessageError, NodeError, NodeShutdownError, SerializationError, WaitTimeoutError
 from pyros1.msgs import AnyMsg, from_definition
-from pyros1.node.publisher import topic_type
+from pyros1.msgs.geometry_msgs.msg import PointStamped, Vector3
+from pyros1.msgs.sensor_msgs.msg import Image
+from pyros1.msgs.std_msgs.msg import Empty, Float64, Float64MultiArray, Header, String
+from pyros1.node.topic_type import topic_type
 
 FLOAT64_MD5 = "fdb28210bfa9d7c91146260178d9a584"
 

@@ -214,6 +214,10 @@ class BagReader:
         self.file.expect(chunk.pos for chunk in self.chunks)
         return map(self.header, self.chunks)
 
+    def content_size(self) -> int:
+        """Return the bytes of all that is in the bag, before compression."""
+        return sum(header.size for header in self.headers())
+
     def header(self, chunk: Chunk) -> ChunkHeader:
         """Return a chunk's header; of messages outside of chunks, one that fits.
 

@@ -112,7 +112,7 @@ def _frames(_: Line) -> list[str]:
 
 def _types(line: Line, kind: str) -> list[str]:
     """Packages with a slash behind, then the types of the one that was chosen."""
-    from pyros1.msgs.library import Library  # noqa: PLC0415
+    from pyros1.finding.library import Library  # noqa: PLC0415
 
     library = Library(os.environ)
     package, slash, _ = line.token.partition("/")
@@ -161,7 +161,7 @@ def _template(mode: str, name: str, one_line: bool) -> str:
 
 
 def _packages(_: Line) -> list[str]:
-    from pyros1.packaging.crawl import all_packages  # noqa: PLC0415
+    from pyros1.finding.crawl import all_packages  # noqa: PLC0415
 
     return sorted({found.name for found in all_packages(os.environ)})
 
@@ -169,7 +169,7 @@ def _packages(_: Line) -> list[str]:
 def _places(line: Line) -> list[str]:
     """Folders in a package, and the places with names of their own."""
     from pyros1.cli.pkg_files import folder_of, special_places  # noqa: PLC0415
-    from pyros1.msgs.packages import is_folder  # noqa: PLC0415
+    from pyros1.finding.packages import is_folder  # noqa: PLC0415
 
     place, slash, _ = line.token.rpartition("/")
     if not slash:
@@ -180,13 +180,13 @@ def _places(line: Line) -> list[str]:
 
 def _package_files(line: Line) -> list[str]:
     from pyros1.cli.pkg_files import folder_of  # noqa: PLC0415
-    from pyros1.msgs.packages import files_below  # noqa: PLC0415
+    from pyros1.finding.packages import files_below  # noqa: PLC0415
 
     return sorted({name for _, files in files_below(folder_of(line.given[0])) for name in files})
 
 
 def _executables(line: Line) -> list[str]:
-    from pyros1.msgs.packages import PackageIndex  # noqa: PLC0415
+    from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
 
     return PackageIndex(os.environ).executables(line.given[0])
 
@@ -195,7 +195,7 @@ def _executables(line: Line) -> list[str]:
 
 
 def _files(line: Line, *endings: str) -> list[str]:
-    from pyros1.msgs.packages import is_folder  # noqa: PLC0415
+    from pyros1.finding.packages import is_folder  # noqa: PLC0415
 
     folder, slash, start = line.token.rpartition("/")
     result = []

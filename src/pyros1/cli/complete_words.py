@@ -5,7 +5,6 @@ from __future__ import annotations
 # Kinds of the arguments in order; the last is repeated if it ends with "+". Several kinds are parted by "|".
 _TOPICS = ("topic+",)
 _NODES = ("node+",)
-_BAGS = ("bag+",)
 _PLACES = ("package|place",)
 
 VERBS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -88,22 +87,6 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
         **dict.fromkeys(("contains", "contains-path", "contents", "depends", "depends1", "find"), ("package",)),
         **dict.fromkeys(("depends-on", "depends-on1", "depends-why", "depends-indent"), ("package",)),
         **dict.fromkeys(("help", "list", "list-names", "profile"), ()),
-    },
-    "bag": {
-        "check": _BAGS,
-        "compress": _BAGS,
-        "decompress": _BAGS,
-        "decrypt": _BAGS,
-        "encrypt": _BAGS,
-        "export": _BAGS,
-        "filter": ("bag", "file"),
-        "fix": ("bag", "file"),
-        "info": _BAGS,
-        "merge": _BAGS,
-        "play": _BAGS,
-        "record": _TOPICS,
-        "reindex": _BAGS,
-        "split": _BAGS,
     },
     "log": {"echo": ("node",), "get": ("node",), "list": ("node",), "set": ("node",)},
     "clean": {"check": (), "purge": ()},

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from pyros1.cli.common import MASTER_TIMEOUT, program_name
 from pyros1.errors import Error, LaunchError, MasterError, ParameterNotSetError
+from pyros1.finding.packages import files_below, package_of
 from pyros1.launch.check import missing_parts
 from pyros1.launch.depends import FileNeeds, file_needs, owner, undeclared
 from pyros1.launch.loader import load_plan
@@ -18,7 +19,6 @@ from pyros1.launch.resources import Resources
 from pyros1.launch.scope import ArgNotSetError
 from pyros1.launch.words import find_files, parse_arguments
 from pyros1.launch.world import make_resources
-from pyros1.msgs.packages import files_below, package_of
 
 
 def _parser(tool: str, usage: str) -> OptionParser:

@@ -29,7 +29,6 @@ OLD = {
     "diagnostic": ("diagnostic", "show what the robot's parts say of their state"),
     "unit": ("unit", "run one test program"),
     "msg-proto": ("msg_proto", "print a message or service request to fill in"),
-    "bag": ("bag", "record, play, look at and change bags: info reindex filter compress merge ..."),
 }
 """Command -> module in pyros1.cli, and what it does."""
 CALLED_OTHERWISE = {"rosconsole": "log", "rospack": "pkg", "rosstack": "stack"}

@@ -15,7 +15,7 @@ from pyros1.errors import DefinitionError, UnknownTypeError
 if TYPE_CHECKING:
     from optparse import OptionParser
 
-    from pyros1.msgs.library import Library
+    from pyros1.finding.library import Library
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
 
@@ -73,7 +73,7 @@ Type {program} <command> -h for more detailed usage
 
 @cache
 def _library() -> Library:
-    from pyros1.msgs.library import Library  # noqa: PLC0415
+    from pyros1.finding.library import Library  # noqa: PLC0415
 
     return Library(os.environ)
 
@@ -139,7 +139,7 @@ def package(invocation: Invocation) -> None:
     name = args[0] if args else _from_stdin()
     library = _library()
     if not library.has_package(name):
-        from pyros1.msgs.packages import PackageIndex  # noqa: PLC0415
+        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
 
         known = PackageIndex(os.environ).paths()
         if name not in known:

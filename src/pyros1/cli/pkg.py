@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from pyros1.cli.common import did_you_mean, print_json, program_name
 from pyros1.errors import Error, PackageNotFoundError
-from pyros1.msgs.packages import OWN_PACKAGES
-from pyros1.packaging.crawl import Found, all_packages, find_quickly
+from pyros1.finding.crawl import Found, all_packages, find_quickly
+from pyros1.finding.packages import OWN_PACKAGES
 
 if TYPE_CHECKING:
-    from pyros1.packaging.graph import Packages
+    from pyros1.finding.dependencies import Packages
 
 _ALIASES = {"deps": "depends", "deps1": "depends1", "deps-indent": "depends-indent", "deps-why": "depends-why",
             "deps-manifests": "depends-manifests", "deps-msgsrv": "depends-msgsrv", "deps-on": "depends-on",
@@ -80,7 +80,7 @@ class Request:
 def _package_here() -> str:
     from pathlib import Path  # noqa: PLC0415
 
-    from pyros1.packaging.manifest import ManifestError, read_manifest  # noqa: PLC0415
+    from pyros1.finding.manifest import ManifestError, read_manifest  # noqa: PLC0415
 
     here = Path.cwd()
     for folder in (here, *here.parents):
@@ -102,7 +102,7 @@ def known_to(stock: str) -> list[Found]:
 
 def packages(stock: str) -> Packages:
     """What a tool knows, with what each needs."""
-    from pyros1.packaging.graph import Packages  # noqa: PLC0415
+    from pyros1.finding.dependencies import Packages  # noqa: PLC0415
 
     return Packages(known_to(stock))
 

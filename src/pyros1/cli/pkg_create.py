@@ -9,9 +9,10 @@ from pathlib import Path
 
 from pyros1.cli.common import did_you_mean
 from pyros1.cli.packages_here import add_packages_here
-from pyros1.msgs.library import SHIPPED
-from pyros1.packaging.crawl import all_packages
-from pyros1.packaging.create import CreateError, NewPackage, create, name_problem
+from pyros1.finding.crawl import all_packages
+from pyros1.finding.create import CreateError, create, name_problem
+from pyros1.finding.library import SHIPPED
+from pyros1.finding.new_package import NewPackage
 
 EXAMPLES = """
 examples:

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable
 from pyros1.cli.common import print_json
 from pyros1.cli.pkg import PkgError, Request, packages
 from pyros1.errors import PackageNotFoundError
-from pyros1.packaging.crawl import places, profile
-from pyros1.packaging.graph import Packages
-from pyros1.packaging.manifest import Manifest
+from pyros1.finding.crawl import places, profile
+from pyros1.finding.dependencies import Packages
+from pyros1.finding.manifest import Manifest
 
 
 def _print(request: Request, names: Iterable[str]) -> None:
@@ -213,7 +213,7 @@ def _profile(request: Request) -> None:
 
 def _contents(request: Request) -> None:
     """Print the packages of a stack: those in a rosbuild stack's folder; a catkin package is its own stack."""
-    from pyros1.packaging.crawl import all_packages  # noqa: PLC0415
+    from pyros1.finding.crawl import all_packages  # noqa: PLC0415
 
     name = request.package()
     found = all_packages(os.environ)
@@ -228,7 +228,7 @@ def _contents(request: Request) -> None:
 
 
 def _contains(request: Request) -> None:
-    from pyros1.packaging.crawl import all_packages  # noqa: PLC0415
+    from pyros1.finding.crawl import all_packages  # noqa: PLC0415
 
     name = request.package("no package given")
     found = all_packages(os.environ)

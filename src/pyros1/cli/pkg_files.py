@@ -11,8 +11,8 @@ from collections.abc import Callable
 
 from pyros1.cli.common import did_you_mean
 from pyros1.errors import Error
-from pyros1.msgs.packages import files_below
-from pyros1.packaging.crawl import all_packages
+from pyros1.finding.crawl import all_packages
+from pyros1.finding.packages import files_below
 
 NAMES = {"cd": "roscd", "ls": "rosls", "edit": "rosed", "cat": "roscat", "cp": "roscp", "mv": "rosmv"}
 """Verb -> the stock tools' name."""

@@ -10,9 +10,9 @@ from pathlib import Path
 from pyros1.cli.common import program_name
 from pyros1.cli.usage import examples_text
 from pyros1.errors import PackageNotFoundError
+from pyros1.finding.packages import PackageIndex
 from pyros1.launch.command_line import executable_words, is_own, own_python_environment
 from pyros1.launch.shebang import script_trouble
-from pyros1.msgs.packages import PackageIndex
 from pyros1.suggest import argument_hint, did_you_mean
 
 USAGE = """Usage: %prog [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]

@@ -37,7 +37,8 @@ def run_command(name: str, argv: list[str]) -> int:
     if verb is None:
         found = registry.find_verb(name, invocation.verb)
         if found is None:
-            return _no_such_verb(command, invocation)
+            about = _asked_about(command, invocation)
+            return run_command(name, [about, "-h"]) if about else _no_such_verb(command, invocation)
         verb = registry.load_verb(name, found)
     try:
         return _run(verb, invocation)
@@ -91,6 +92,13 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
             about = entry.stock_about if as_stock else entry.about
             lines.append(command.row.format(program=program, name=name, about=about, usage=entry.usage))
     return "\n".join([*lines, command.footing.format(program=program)])
+
+
+def _asked_about(command: Command, invocation: Invocation) -> str | None:
+    """Return the verb whose help is asked for, as in ``topic help echo``, None if that is not so."""
+    if not invocation.args or invocation.verb not in command.help_words(as_stock=invocation.as_stock):
+        return None
+    return registry.find_verb(command.name, invocation.args[0])
 
 
 def _no_such_verb(command: Command, invocation: Invocation) -> int:

@@ -41,12 +41,12 @@ def main(argv: list[str]) -> int:
 def _test(parser: OptionParser, options: Values, words: list[str]) -> int:
     # What runs tests is imported after the command line proved right.
     from pyros1.cli.launch import print_exception  # noqa: PLC0415
+    from pyros1.finding.packages import package_of  # noqa: PLC0415
     from pyros1.launch.junit import Case, Results, write_results  # noqa: PLC0415
     from pyros1.launch.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.testing import TestRun, name_from_path, results_file, results_folder  # noqa: PLC0415
     from pyros1.launch.words import WordsError, find_files  # noqa: PLC0415
     from pyros1.launch.world import make_resources  # noqa: PLC0415
-    from pyros1.msgs.packages import package_of  # noqa: PLC0415
 
     resources = make_resources()
     missing = len(words) == 1 and not os.path.isfile(words[0])

@@ -17,11 +17,11 @@ from pyros1 import shown
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.usage import Parser
 from pyros1.errors import Error
+from pyros1.finding.packages import package_of
 from pyros1.launch.junit import Case, Results, read_results, summary, write_results
 from pyros1.launch.supervisor import install_signals
 from pyros1.launch.testing import results_file, results_folder
 from pyros1.launch.warden import leaderless
-from pyros1.msgs.packages import package_of
 
 _TIME_LIMIT = 60.0
 _CASE = "runTest"

@@ -13,7 +13,7 @@ from pyros1 import __version__
 from pyros1.cli.common import did_you_mean, print_json, program_name
 from pyros1.cli.usage import examples_text
 from pyros1.errors import PackageNotFoundError
-from pyros1.msgs.packages import PackageIndex
+from pyros1.finding.packages import PackageIndex
 
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _VERSION = re.compile(r"<version[^>]*>\s*([^<\s]+)\s*</version>")

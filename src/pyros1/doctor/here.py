@@ -158,7 +158,7 @@ def check_packages(environ: Mapping[str, str]) -> list[str]:
     # Only --all needs these; defusedxml has no stubs.
     from defusedxml.ElementTree import ParseError, parse  # type: ignore[import-untyped]  # noqa: PLC0415
 
-    from pyros1.msgs.packages import PackageIndex  # noqa: PLC0415
+    from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
 
     problems = []
     for name, folder in sorted(PackageIndex(environ).paths().items()):

@@ -152,8 +152,8 @@ def group_exists(pid: int) -> bool:
 def finder() -> Callable[[str, str], list[str]]:
     """Return what finds the words that start a node: with pyros1 if that is here, or else with stock ROS."""
     try:
+        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
         from pyros1.launch.command_line import executable_words, locate  # noqa: PLC0415
-        from pyros1.msgs.packages import PackageIndex  # noqa: PLC0415
     except ImportError:
         return _ask_rosrun
     packages = PackageIndex(os.environ)

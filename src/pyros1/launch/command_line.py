@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.launch.plan import NodePlan
 from pyros1.launch.resources import PackageFinder
 from pyros1.launch.shebang import script_trouble
-from pyros1.msgs.packages import OWN_PACKAGES
 
 _PACKAGE_FOLDER = Path(__file__).resolve().parent.parent
 

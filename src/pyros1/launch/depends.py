@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pyros1.errors import LaunchError
+from pyros1.finding.packages import package_of
 from pyros1.launch.plan import Plan
-from pyros1.msgs.packages import package_of
 
 _DECLARING = ("depend", "exec_depend", "run_depend")
 

@@ -27,7 +27,8 @@ from pyros1.errors import LaunchError
 from pyros1.launch.conditions import parse_seconds
 from pyros1.launch.console import Console
 from pyros1.launch.plan import MachinePlan, NodePlan
-from pyros1.launch.process import Process, ProcessSpec
+from pyros1.launch.process import Process
+from pyros1.launch.process_spec import ProcessSpec
 from pyros1.launch.remote_process import RemoteProcess
 from pyros1.launch.screen import Screen
 from pyros1.launch.usage import UNKNOWN, Usage

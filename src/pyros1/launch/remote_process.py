@@ -8,18 +8,27 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-from pyros1.launch.plan import NodePlan
+from pyros1.launch.plan import MachinePlan, NodePlan
 from pyros1.launch.process import Process
 from pyros1.launch.usage import UNKNOWN, Usage
-
-if TYPE_CHECKING:
-    from pyros1.launch.remote import Machine
 
 _LOST = 255
 ANSWER_TIME = 10.0
 """Seconds in which the other machine has to say that a node was started."""
+
+
+class Machine(Protocol):
+    """What a process needs of the connection to its machine; see `over_ssh.Machine`."""
+
+    plan: MachinePlan
+    master_uri: str
+
+    @property
+    def lost(self) -> bool: ...
+    def send(self, message: dict[str, Any]) -> None: ...
+    def usage(self, label: str) -> Usage: ...
 
 
 class RemoteProcess(Process):

@@ -16,7 +16,7 @@ _Paths = list[Path]
 
 
 class PackageFinder(Protocol):
-    """The part of `pyros1.msgs.packages.PackageIndex` that launching needs."""
+    """The part of `pyros1.finding.packages.PackageIndex` that launching needs."""
 
     def find(self, name: str) -> Path:
         """Return the package's folder; raises PackageNotFoundError."""

@@ -10,10 +10,9 @@ import contextlib
 import os
 import threading
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
-if TYPE_CHECKING:
-    from pyros1.launch.process import ProcessSpec
+from pyros1.launch.process_spec import ProcessSpec
 
 _CHUNK = 65536
 _COLOURS = (36, 33, 35, 32, 34, 96, 93, 95, 92, 94)

@@ -14,7 +14,8 @@ from pyros1.launch.console import Console
 from pyros1.launch.logs import ros_home
 from pyros1.launch.options import Options
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan, TestPlan
-from pyros1.launch.process import Process, ProcessSpec
+from pyros1.launch.process import Process
+from pyros1.launch.process_spec import ProcessSpec
 from pyros1.launch.resources import PackageFinder
 from pyros1.launch.supervisor import Supervisor
 from pyros1.net.hosts import is_local

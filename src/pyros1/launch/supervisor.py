@@ -16,7 +16,8 @@ from typing import Literal
 from pyros1.errors import LaunchError
 from pyros1.interrupts import Insistence, catch
 from pyros1.launch.console import Console
-from pyros1.launch.process import Process, ProcessSpec
+from pyros1.launch.process import Process
+from pyros1.launch.process_spec import ProcessSpec
 from pyros1.launch.screen import Screen
 from pyros1.launch.warden import Warden
 

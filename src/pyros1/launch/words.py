@@ -7,9 +7,9 @@ import re
 import sys
 
 from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.launch.loader import STDIN
 from pyros1.launch.resources import Resources
-from pyros1.msgs.packages import OWN_PACKAGES
 from pyros1.suggest import argument_hint, did_you_mean
 
 _MOST_NAMES = 20

@@ -6,8 +6,8 @@ import os
 import sys
 
 from pyros1.errors import LaunchError
+from pyros1.finding.packages import PackageIndex
 from pyros1.launch.resources import Resources
-from pyros1.msgs.packages import PackageIndex
 
 _COMMAND_TIMEOUT_S = 600.0
 

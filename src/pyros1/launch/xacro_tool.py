@@ -14,7 +14,7 @@ import sys
 import types
 
 from pyros1.errors import PackageNotFoundError
-from pyros1.msgs.packages import OWN_PACKAGES, PackageIndex
+from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 
 MISSING = "xacro is not installed: pip install pyros1[xacro]"
 _NAMES = ("xacro", "xacro.py")

@@ -12,14 +12,9 @@ Definitions come from packages on ROS_PACKAGE_PATH, stock ROS installations, and
 
 from __future__ import annotations
 
-import os
-
+from pyros1 import generated
 from pyros1.msgs.base import AnyMsg, Message, Service
 from pyros1.msgs.dynamic import DefinitionCache, from_definition
-from pyros1.msgs.importing import installed
-
-# An import statement has no place for arguments: where definitions are, the process's own environment decides.
-_finder = installed(os.environ)
 
 
 def load_message(type_name: str) -> type[Message]:
@@ -32,12 +27,14 @@ def load_message(type_name: str) -> type[Message]:
         UnknownTypeError: no definition was found.
         DefinitionError: the definition is wrong; the text names file and line.
     """
-    return _finder.message(type_name)
+    made: type[Message] = generated.finder().message(type_name)
+    return made
 
 
 def load_service(type_name: str) -> type[Service]:
     """Return the class of a service type; arguments and errors as for :func:`load_message`."""
-    return _finder.service(type_name)
+    made: type[Service] = generated.finder().service(type_name)
+    return made
 
 
 __all__ = ["AnyMsg", "DefinitionCache", "Message", "Service", "from_definition", "load_message", "load_service"]

@@ -44,6 +44,11 @@ _MAKERS = {
 """Which module generates a function."""
 
 
+def _module(name: str) -> Any:
+    """Return the module of that name: it needs this one, and most messages are never encoded, checked or printed."""
+    return import_module("pyros1.msgs." + name)
+
+
 class Writable(Protocol):
     """What :meth:`Message.serialize` writes to."""
 
@@ -58,8 +63,7 @@ class MessageType(type):
         if name not in _MAKERS:
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
         owner = message_class(cls)
-        module = import_module("pyros1.msgs." + _MAKERS[name])  # most classes are never encoded, decoded or copied
-        function = staticmethod(getattr(module, "make" + name)(owner))
+        function = staticmethod(getattr(_module(_MAKERS[name]), "make" + name)(owner))
         setattr(owner, name, function)
         return function.__func__
 
@@ -120,10 +124,8 @@ class Message(metaclass=MessageType):
     _connection_header: dict[str, str] | None
 
     def __init__(self, *args: Any, **kwds: Any) -> None:
-        from pyros1.msgs.constructor import make_init  # noqa: PLC0415  it needs this module
-
         cls = message_class(type(self))
-        cls.__init__ = make_init(cls)  # type: ignore[method-assign]  # the specialised one takes its place
+        cls.__init__ = _module("constructor").make_init(cls)  # type: ignore[method-assign]  # the specialised one takes its place
         cls.__init__(self, *args, **kwds)
 
     def serialize(self, buff: Writable) -> None:
@@ -150,9 +152,7 @@ class Message(metaclass=MessageType):
         except DeserializationError:
             raise
         except Exception as error:
-            from pyros1.msgs.check import explain  # noqa: PLC0415  it needs this module
-
-            raise explain(cls, data, 0, len(data), exact=False) from error
+            raise _module("check").explain(cls, data, 0, len(data), exact=False) from error
         for name in cls.__slots__:
             setattr(self, name, getattr(message, name))
         return self
@@ -163,16 +163,12 @@ class Message(metaclass=MessageType):
 
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
         """Read as :meth:`deserialize`, with numpy arrays in place of tuples of numbers."""
-        from pyros1.msgs.array_views import numpy_view  # noqa: PLC0415  numpy programs only
-
-        body, view = bytes(data), numpy_view(numpy)
+        body, view = bytes(data), _module("array_views").numpy_view(numpy)
         return self._deserialize(body, lambda cls: cls._read_arrays(body, 0, len(body), view))
 
     def _check_types(self, exc: Exception | None = None) -> None:
         """Raise SerializationError if a value does not fit its field."""
-        from pyros1.msgs.check import check  # noqa: PLC0415  as above
-
-        check(self, exc)
+        _module("check").check(self, exc)
 
     def _get_types(self) -> list[str]:
         return self._slot_types
@@ -192,9 +188,8 @@ class Message(metaclass=MessageType):
     __hash__ = None  # type: ignore[assignment]  # messages can change
 
     def __str__(self) -> str:
-        from pyros1.msgs.text import format_message  # noqa: PLC0415  printing is rare
-
-        return format_message(self)
+        text: str = _module("text").format_message(self)
+        return text
 
     __repr__ = __str__
 
@@ -282,12 +277,10 @@ class AnyMsg:
             DeserializationError: the bytes are not such a message.
         """
         if cls is None:
-            from pyros1.msgs.dynamic import from_definition  # noqa: PLC0415  it needs this module
-
             header = self._connection_header or {}
             if "type" not in header or "message_definition" not in header:
                 raise DefinitionError("the connection header carries no type and message_definition")
-            cls = from_definition(header["type"], header["message_definition"])
+            cls = _module("dynamic").from_definition(header["type"], header["message_definition"])
         message: Message = cls._decode(self._buff, 0, len(self._buff))
         message._connection_header = self._connection_header
         return message

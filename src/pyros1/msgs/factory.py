@@ -60,7 +60,7 @@ def make_message_class(
         "__slots__": slots,
         "__module__": module,
         "__qualname__": short,
-        "__doc__": f"Message type {spec.name}.",
+        "__doc__": spec.text or f"Message type {spec.name}, without fields.",  # not a copy: texts may be long
         **constants,
         "_type": spec.name,
         "_md5sum": md5sum,
@@ -87,7 +87,7 @@ def make_service_class(
     short = spec.name.partition("/")[2]
     body: dict[str, Any] = {
         "__module__": module,
-        "__doc__": f"Service type {spec.name}.",
+        "__doc__": spec.text or f"Service type {spec.name}, without fields.",
         "_type": spec.name,
         "_md5sum": digests.md5(spec),
         "_full_text": digests.full_text(spec),

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Any, Protocol
 
 from pyros1 import shown
 from pyros1.net.background import Background, write_to_terminal
 from pyros1.net.repeats import Repeats
 
-if TYPE_CHECKING:
-    from pyros1.net.loop import Loop
+
+class Reporting(Protocol):
+    """Who reports: a loop."""
+
+    name: str
+
+    def call_later(self, seconds: float, function: Callable[..., object], *args: Any) -> Any: ...
 
 
 class ErrorReports:
@@ -19,7 +25,7 @@ class ErrorReports:
         loop: who reports.
     """
 
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, loop: Reporting) -> None:
         self._repeats = Repeats(loop.call_later)
         self._thread = Background(f"{loop.name}:errors", write_to_terminal)
 

@@ -11,10 +11,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from time import monotonic
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from pyros1.net.loop import Loop
+from typing import Any, Final, Protocol
 
 MAX_THREADS: Final = 8
 MAX_REMEMBERED: Final = 1000
@@ -52,10 +49,18 @@ def look_up(host: str) -> list[str]:
     return list(dict.fromkeys(str(entry[4][0]) for entry in found))
 
 
+class Answered(Protocol):
+    """Who is answered: a loop."""
+
+    name: str
+
+    def call_soon(self, function: Callable[..., object], *args: Any) -> None: ...
+
+
 class Resolver:
     """Looks up names for one loop. All methods on the loop."""
 
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, loop: Answered) -> None:
         self._loop = loop
         self._known: dict[str, tuple[float, list[str], OSError | None]] = {}
         self._waiting: dict[str, list[OnResolved]] = {}

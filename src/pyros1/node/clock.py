@@ -13,7 +13,7 @@ from pyros1.node.checks import check_positive
 from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
-    from pyros1.node.callbacks import CallbackQueue
+    from pyros1.node.callback_queue import CallbackQueue
     from pyros1.node.log import Log
 
 LONGEST_PERIOD = 1e9

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 from collections.abc import Callable, Mapping
 from functools import cached_property
@@ -12,17 +13,42 @@ from pyros1.errors import NodeShutdownError, UnknownHostError
 from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
 from pyros1.node.checks import check_timeout
-from pyros1.node.readers import Readers
+from pyros1.node.subscribing.threads import DeliveryThreads
 
 if TYPE_CHECKING:
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.rpc_caller import RpcCaller
-    from pyros1.node.callbacks import CallbackQueue
+    from pyros1.node.callback_queue import CallbackQueue
     from pyros1.node.log import Log
-    from pyros1.node.publication import Publication
-    from pyros1.node.service_server import ServiceServer
+    from pyros1.node.subscribing.sources import HandingSource, Receiver
+    from pyros1.wire.handshake import TopicType
 
 _MOST_HOSTS = 1000
+
+
+class Published(Protocol):
+    """What others see of a topic that a node publishes; see `publishing.publication.Publication`."""
+
+    topic: str
+
+    @property
+    def type(self) -> TopicType: ...
+    @property
+    def links(self) -> tuple[Any, ...]: ...
+    def accept(self, sock: socket.socket, header: dict[str, str]) -> None: ...
+    def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> Any: ...
+    def connect_local(
+        self, receiver: Receiver, uri: str, header: dict[str, str], on_closed: Callable[[Any], None]
+    ) -> HandingSource: ...
+
+
+class Provided(Protocol):
+    """What others see of a service that a node provides; see `services.server.ServiceServer`."""
+
+    type: type[Any]
+    uri: str
+
+    def call_here(self, request: bytes, header: dict[str, str]) -> bytes: ...
 
 
 class Context:
@@ -63,19 +89,19 @@ class Context:
         self.address: LocalAddress | None = None
         self.stopping = stopping
         self.tells_late_publishers = True
-        self.publications: dict[str, Publication] = {}
-        self.services: dict[str, ServiceServer] = {}
+        self.publications: dict[str, Published] = {}
+        self.services: dict[str, Provided] = {}
         self._unknown_hosts: set[str] = set()
 
     @cached_property
-    def readers(self) -> Readers:
+    def delivery_threads(self) -> DeliveryThreads:
         """Made with the first subscription."""
-        return Readers(self.name, lambda error: self.log.exception("trouble with subscriptions", error=error))
+        return DeliveryThreads(self.name, lambda error: self.log.exception("trouble with subscriptions", error=error))
 
-    def close_readers(self, timeout: float) -> None:
+    def close_delivery_threads(self, timeout: float) -> None:
         """End the threads, if there are any; wait for them at most ``timeout`` seconds."""
-        if "readers" in self.__dict__:
-            self.readers.close(timeout)
+        if "delivery_threads" in self.__dict__:
+            self.delivery_threads.close(timeout)
 
     def warn_of_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
         """Say that a publisher's host name cannot be resolved; once for each host. On the loop."""

@@ -2,36 +2,67 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import Error
+from pyros1.errors import Error, MasterMethodError
 from pyros1.msgs import load_message, load_service
-from pyros1.node.log import NAMES, LogSink, Record, level_from_name
+from pyros1.node.log import NAMES, Log, LogSink, Record, level_from_name
+from pyros1.node.topic_type import topic_type
 
 if TYPE_CHECKING:
-    from pyros1.node.node import Node
+    from pyros1.node.services.provided import Services
+    from pyros1.node.topics import Topics
 
 QUEUE_SIZE = 100
 
 
-def publish_log(node: Node, sink: LogSink) -> None:
+def offer_log(
+    log: Log,
+    sink: LogSink,
+    name: str,
+    topics: Topics,
+    services: Services,
+    resolve: Callable[[str], str],
+    rosout: bool,
+) -> None:
+    """Publish a node's log, and let others see and set its levels, as far as the master allows it.
+
+    Args:
+        log, sink: the node's log, and where it goes.
+        name: the node's full name.
+        topics, services: what it offers.
+        resolve: returns the full name that a name stands for in the node.
+        rosout: publish the log.
+    """
+    offers: list[Callable[[], None]] = [lambda: _offer_levels(sink, services, resolve)]
+    if rosout:
+        offers.insert(0, lambda: _publish_log(sink, name, topics, resolve))
+    for offer in offers:
+        try:
+            offer()
+        except MasterMethodError as error:
+            log.warn("others can see or set less of this node's log: %s", error)
+
+
+def _publish_log(sink: LogSink, name: str, topics: Topics, resolve: Callable[[str], str]) -> None:
     """Publish what a node logs on /rosout, latched."""
     log_class: Any = load_message("rosgraph_msgs/Log")
-    publisher = node.advertise("/rosout", log_class, queue_size=QUEUE_SIZE, latch=True)
+    publisher = topics.advertise(resolve("/rosout"), log_class, topic_type(log_class), QUEUE_SIZE, True, {})
 
     def publish(record: Record) -> None:
-        if publisher.name not in node._context.publications:
+        if publisher.name not in topics.publications:
             return  # the node has ended; the message has been printed
         try:
             message = log_class()
             message.header.stamp = record.stamp
             message.level = record.level
-            message.name = node.name
+            message.name = name
             message.msg = record.text
             message.file = record.file
             message.function = record.function
             message.line = record.line
-            message.topics = [*node._context.publications, *node._topics.subscriptions]
+            message.topics = [*topics.publications, *topics.subscriptions]
             publisher.publish(message)
         except Error:
             pass  # the node is closing; the message has been printed
@@ -39,8 +70,8 @@ def publish_log(node: Node, sink: LogSink) -> None:
     sink.publish = publish
 
 
-def offer_levels(node: Node, sink: LogSink) -> None:
-    """Let others see and set a node's log levels."""
+def _offer_levels(sink: LogSink, services: Services, resolve: Callable[[str], str]) -> None:
+    """Let others see and set a node\'s log levels."""
     get_loggers = load_service("roscpp/GetLoggers")
     logger_class = load_message("roscpp/Logger")
 
@@ -53,6 +84,6 @@ def offer_levels(node: Node, sink: LogSink) -> None:
         sink.levels[request.logger] = level_from_name(request.level)
         return {}
 
-    node._services.advertise(node.resolve("~get_loggers"), get_loggers, list_loggers, direct=True)
+    services.advertise(resolve("~get_loggers"), get_loggers, list_loggers, direct=True)
     set_logger_level = load_service("roscpp/SetLoggerLevel")
-    node._services.advertise(node.resolve("~set_logger_level"), set_logger_level, set_level, direct=True)
+    services.advertise(resolve("~set_logger_level"), set_logger_level, set_level, direct=True)

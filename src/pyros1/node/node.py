@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1 import names, shown
-from pyros1.errors import Error, MasterMethodError, NodeShutdownError
+from pyros1.errors import Error, NodeShutdownError
 from pyros1.msgs import Service, load_message
 from pyros1.net.bell import Event
 from pyros1.net.hosts import host_from_environment
@@ -19,24 +19,25 @@ from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import checks, logging_api
-from pyros1.node.callbacks import CallbackQueue
+from pyros1.node.callback_queue import CallbackQueue
 from pyros1.node.clock import Clock, Rate, Timer, TimerEvent
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
 from pyros1.node.life import Life
 from pyros1.node.log import ERROR, WARN, Log, LogSink, default_log_file, level_from_name, trace_of
 from pyros1.node.parameters import Parameters
-from pyros1.node.publisher import Publisher, topic_type
+from pyros1.node.private_parameters import left_over, misspelt, set_private
+from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.registrar import Registrar, await_master
 from pyros1.node.server import TcprosServer
-from pyros1.node.service_client import ServiceClient, wait_for_service
-from pyros1.node.service_server import ServiceServer
-from pyros1.node.services import Services
+from pyros1.node.services.client import ServiceClient, wait_for_service
+from pyros1.node.services.provided import Services
+from pyros1.node.services.server import ServiceServer
 from pyros1.node.slave import SlaveApi
-from pyros1.node.subscriber import Subscriber
-from pyros1.node.subscription import Hints
+from pyros1.node.subscribing.hints import Hints
+from pyros1.node.subscribing.subscriber import Subscriber
+from pyros1.node.topic_type import topic_type
 from pyros1.node.topics import Topics
-from pyros1.node.values import left_over, misspelt, set_private
 from pyros1.timing import Time
 from pyros1.wire.handshake import TopicType
 
@@ -160,11 +161,7 @@ class Node:
         self._registrar.start()
         if sim_time is True:
             self._use_simulated_time()
-        for offer in (logging_api.publish_log, logging_api.offer_levels) if rosout else (logging_api.offer_levels,):
-            try:
-                offer(self, self._sink)
-            except MasterMethodError as error:
-                self.log.warn("others can see or set less of this node's log: %s", error)
+        logging_api.offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout)
 
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()

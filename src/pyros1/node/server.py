@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.loop import TimerHandle
     from pyros1.node.context import Context
-    from pyros1.node.service_server import ServiceServer
+    from pyros1.node.services.server import ServiceServer
 
 HEADER_TIMEOUT = 10.0
 MOST_GREETINGS = 256

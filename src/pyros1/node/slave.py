@@ -17,7 +17,7 @@ from pyros1.wire.handshake import Refusal
 if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.parameters import Parameters
-    from pyros1.node.subscription import Subscription
+    from pyros1.node.subscribing.subscription import Subscription
 
 Triple = list[Any]
 
@@ -173,7 +173,7 @@ class SlaveApi:
 
     def _request_datagrams(self, topic: str, offer: Triple) -> Triple | None:
         """Link a subscriber that has offered a socket for datagrams (T58, T59)."""
-        from pyros1.node.datagrams import read_offer  # noqa: PLC0415 - few nodes need it
+        from pyros1.wire.datagram import read_offer  # noqa: PLC0415 - few nodes need it
 
         publication = self._context.publications[topic]
         try:

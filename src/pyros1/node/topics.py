@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from pyros1.errors import NodeError, WaitTimeoutError
 from pyros1.net.bell import Event
 from pyros1.node.checks import check_timeout
-from pyros1.node.publication import FAREWELL, Publication
-from pyros1.node.publisher import Publisher
-from pyros1.node.subscriber import Subscriber, array_view
-from pyros1.node.subscription import Hints, Subscription
+from pyros1.node.publishing.publication import FAREWELL, Publication
+from pyros1.node.publishing.publisher import Publisher
+from pyros1.node.subscribing.hints import Hints
+from pyros1.node.subscribing.subscriber import Subscriber, array_view
+from pyros1.node.subscribing.subscription import Subscription
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -33,10 +34,12 @@ class Topics:
         registrar: its line to the master.
 
     Attributes:
-        subscriptions: by topic; changed by whole replacement, so that readers need no lock.
+        publications, subscriptions: by topic; changed by whole replacement, so that readers need no lock. The others of
+            this process see the former as ``context.publications``.
     """
 
     def __init__(self, context: Context, registrar: Callable[[], Registrar]) -> None:
+        self.publications: dict[str, Publication] = {}
         self.subscriptions: dict[str, Subscription] = {}
         self._context = context
         self._registrar = registrar
@@ -57,7 +60,7 @@ class Topics:
         context = self._context
         with self._lock:
             context.check_running()
-            publication = context.publications.get(name)
+            publication = self.publications.get(name)
             if publication is not None:
                 if publication.type.md5sum != wire_type.md5sum:
                     raise NodeError(
@@ -69,7 +72,7 @@ class Topics:
                 return Publisher(publication, message_class, lambda: self._unadvertise(publication))
             created = Publication(context, name, message_class, wire_type, queue_size, latch, headers)
             created.handles = 1
-            context.publications = {**context.publications, name: created}
+            self._publish({**self.publications, name: created})
         try:
             self._registrar().register("registerPublisher", name, wire_type.name, context.uri)
         except BaseException:
@@ -87,9 +90,12 @@ class Topics:
 
     def _drop_publication(self, publication: Publication) -> None:
         with self._lock:
-            others = {k: v for k, v in self._context.publications.items() if v is not publication}
-            self._context.publications = others
+            self._publish({k: v for k, v in self.publications.items() if v is not publication})
         publication.close()
+
+    def _publish(self, publications: dict[str, Publication]) -> None:
+        self.publications = publications
+        self._context.publications = {**publications}
 
     # Subscribing ------------------------------------------------------------------------------------------------------
 
@@ -183,12 +189,13 @@ class Topics:
         """End all links and reader threads."""
         until = time.perf_counter() + LONGEST_CALLBACK  # one deadline for all: many callbacks may not return
         for subscription in self.subscriptions.values():
-            subscription.reader.stop()
+            subscription.delivery.stop()
         for subscription in self.subscriptions.values():
             subscription.close(max(0.0, until - time.perf_counter()))
-        self._context.close_readers(max(0.1, until - time.perf_counter()))
+        self._context.close_delivery_threads(max(0.1, until - time.perf_counter()))
         with self._lock:  # no new subscriber finds a publication that is about to close
-            publications, self._context.publications = self._context.publications, {}
+            publications = self.publications
+            self._publish({})
         until = time.perf_counter() + FAREWELL  # one deadline for all: a stuck subscriber may have many topics
         for publication in publications.values():
             publication.close(until)

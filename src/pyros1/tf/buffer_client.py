@@ -17,7 +17,7 @@ from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
     from pyros1.node import Node
-    from pyros1.node.subscriber import Subscriber
+    from pyros1.node.subscribing.subscriber import Subscriber
     from pyros1.tf.buffer import Span, When
 
 _QUEUE = 10

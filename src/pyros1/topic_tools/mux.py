@@ -9,7 +9,7 @@ from typing import Any
 
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
-from pyros1.node.subscriber import Subscriber
+from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.topic_tools.output import QUEUE_SIZE, Output
 from pyros1.topic_tools.selection import Selection
 

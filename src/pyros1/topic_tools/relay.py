@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pyros1.errors import Error, NodeError
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
-from pyros1.node.subscriber import Subscriber
+from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.topic_tools.output import QUEUE_SIZE, Output
 
 Gate = Callable[[AnyMsg], bool]

@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from typing import Any
+
+from pyros1.wire.header import decode_header
 
 DATA0, DATAN = 0, 1
 SMALLEST_SIZE, LARGEST_SIZE = 64, 65507
@@ -85,3 +88,27 @@ class Assembler:
     def _drop(self) -> None:
         self.lost += bool(self._parts)
         self._parts, self._blocks = [], 0
+
+
+def read_offer(offer: list[Any]) -> tuple[dict[str, str], tuple[str, int], int] | None:
+    """Return header, place and datagram size of a subscriber's offer, or None if it is none.
+
+    Raises:
+        ProtocolError: the header is broken.
+    """
+    match offer:
+        case ["UDPROS", bytes(header), str(host), int(port), int(size), *_] if 0 < port < 65536:
+            return decode_header(header), (host, port), min(max(size, SMALLEST_SIZE), LARGEST_SIZE)
+    return None
+
+
+def read_answer(answer: list[Any]) -> tuple[dict[str, str], tuple[str, int], int] | None:
+    """Return header, place and connection number of a publisher's answer (T59), or None if it is none.
+
+    Raises:
+        ProtocolError: the header is broken.
+    """
+    match answer:
+        case ["UDPROS", str(host), int(port), int(connection), int(), bytes(header), *_]:
+            return decode_header(header), (host, port), connection & 0xFFFFFFFF
+    return None

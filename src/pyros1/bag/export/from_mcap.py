@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from pyros1.bag.container import BagWriter
 from pyros1.bag.errors import BagError
-from pyros1.bag.export.imports import Imported
+from pyros1.bag.export.imported import Imported
 from pyros1.bag.export.mcap import ROS1_ENCODING, ROS1_SCHEMA, Channel
 from pyros1.bag.export.mcap_reader import McapReader
 from pyros1.errors import MessageError

@@ -15,7 +15,7 @@ from rosbags.typesys.store import Typestore
 
 from pyros1.bag.container import BagWriter
 from pyros1.bag.errors import BagError
-from pyros1.bag.export.imports import Imported
+from pyros1.bag.export.imported import Imported
 from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, used_types
 from pyros1.bag.records import RECORD_OVERHEAD
 from pyros1.errors import MessageError, UnknownTypeError

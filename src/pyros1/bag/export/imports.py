@@ -4,25 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from pyros1.bag.errors import BagError
-
-
-@dataclass
-class Imported:
-    """What was imported.
-
-    Attributes:
-        messages: written.
-        topics: how many.
-        skipped: topic -> why ROS 1 has no place for it.
-    """
-
-    messages: int = 0
-    topics: int = 0
-    skipped: dict[str, str] = field(default_factory=dict)
+from pyros1.bag.export.imported import Imported
 
 
 def import_bag(

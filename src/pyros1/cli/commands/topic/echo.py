@@ -8,12 +8,12 @@ from collections.abc import Callable
 from typing import Any
 
 from pyros1.cli.clean_output import data_stream
-from pyros1.cli.commands.topic._forms import Json, Plot, Show, Text
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.expression import Expression, ExpressionError
 from pyros1.cli.shared.fields import FieldPath, FieldPathError
+from pyros1.cli.shared.forms import Json, Plot, Show, Text
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
 from pyros1.errors import MessageError

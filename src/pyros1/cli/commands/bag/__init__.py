@@ -1,0 +1,21 @@
+"""``pyros1 bag``: rosbag (L90-L145)."""
+
+from __future__ import annotations
+
+from pyros1.cli.commands.bag._failures import failure
+from pyros1.cli.records import Command
+
+COMMAND = Command(
+    "bag",
+    "record, play, look at and change bags",
+    group="files",
+    stock="rosbag",
+    heading="Usage: {program} <subcommand> [options] [args]\n\n"
+    "A bag is a file of recorded ROS messages: record, play, look at and change them.\n\n"
+    "Available subcommands:",
+    row="   {name:13} {about}",
+    footing="\nType {program} <subcommand> -h for more detailed usage",
+    failure=failure,
+    stock_help=("", "-h", "--help", "help"),
+    names_unknown=True,
+)

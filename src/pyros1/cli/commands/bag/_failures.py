@@ -1,0 +1,34 @@
+"""What ``bag`` says of bags that cannot be read, and of files that cannot be written."""
+
+from __future__ import annotations
+
+import errno
+import sys
+
+from pyros1.bag.errors import BagError, UnindexedError
+from pyros1.cli.failures import flush
+from pyros1.cli.output import NAME
+
+_WRITING = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
+
+
+def failure(error: Exception) -> str | None:
+    """Return the text of an error of a bag or file, None if it is another."""
+    if isinstance(error, UnindexedError):
+        return f"ERROR bag unindexed: {error}"
+    if isinstance(error, BagError):
+        return f"ERROR reading {error}"
+    if isinstance(error, OSError) and error.filename != NAME:
+        return f"ERROR {error.filename}: {error.strerror}" if error.filename else f"ERROR: {error.strerror or error}"
+    return None
+
+
+def report_bag_error(error: BagError | OSError, path: str) -> None:
+    """Print what is wrong with one bag of several, and what to do, to stderr."""
+    flush()
+    if isinstance(error, BagError):
+        print(failure(error), file=sys.stderr)
+    else:
+        verb = "writing" if error.errno in _WRITING else "reading"
+        what = f"{verb} {path}" if error.filename in (None, path) else error.filename
+        print(f"ERROR {what}: {error.strerror or error}", file=sys.stderr)

@@ -1,0 +1,120 @@
+"""Options that several verbs of ``bag`` have: which messages are wanted, times, and compression."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from datetime import datetime
+from decimal import Decimal, InvalidOperation
+from typing import Any
+
+from pyros1.bag.edit import Choice
+from pyros1.bag.reader import BagReader
+from pyros1.bag.records import NS
+from pyros1.cli.failures import CommandError, did_you_mean
+from pyros1.cli.records import Flag, Option
+
+QUIET = Flag("-q", "--quiet", help="suppress noncritical messages")
+TOPICS = Option(
+    "--topics",
+    action="append",
+    metavar="T1,T2",
+    help="only these topics, separated by commas; * stands for any characters. Can be given several times",
+)
+CHOICE = (
+    TOPICS,
+    Option(
+        "--from",
+        dest="begin",
+        metavar="TIME",
+        help="only from TIME on: seconds from the beginning of the bag, or from its end if negative; "
+        "@1795205431.7: seconds since 1970; 2026-11-20T20:10:31: local time",
+    ),
+    Option("--to", dest="end", metavar="TIME", help="only until TIME, as for --from"),
+    Option(
+        "--drop-connections",
+        action="append",
+        metavar="C1,C2",
+        help="leave out what came from these: names of nodes, or numbers of connections",
+    ),
+)
+"""Which messages of a bag are wanted: see `choice_of`."""
+
+
+def compression(default: str) -> tuple[Option, Option]:
+    """Return the options ``--bz2`` and ``--lz4``; `default` is the compression without them."""
+    settings: dict[str, Any] = {"action": "store_const", "dest": "compression", "default": default}
+    return (
+        Option("-j", "--bz2", const="bz2", help="use BZ2 compression", **settings),
+        Option("--lz4", const="lz4", help="use lz4 compression", **settings),
+    )
+
+
+def choice_of(options: Any, bag: BagReader) -> Choice:
+    """Return what the options of `CHOICE` choose.
+
+    Args:
+        options: their values.
+        bag: the one whose times seconds are counted from.
+
+    Raises:
+        CommandError: a time is none, or there is nothing between the times.
+    """
+    begin = None if options.begin is None else parse_time(options.begin, bag, "--from")
+    end = None if options.end is None else parse_time(options.end, bag, "--to")
+    if begin is not None and end is not None and begin > end:
+        raise CommandError(f"--from {options.begin} is later than --to {options.end}", 2)
+    return Choice(parted(options.topics), begin, end, frozenset(parted(options.drop_connections)))
+
+
+def chosen(options: Any) -> bool:
+    """Return whether any option of `CHOICE` was given."""
+    return any((options.topics, options.begin, options.end, options.drop_connections))
+
+
+def warn_of_strangers(choice: Choice, bags: Sequence[BagReader]) -> None:
+    """Say which of the topics and connections that were named are in none of the bags: misspelt ones, most likely."""
+    connections = [one for bag in bags for one in bag.connections.values()]
+    topics = {one.topic for one in connections}
+    for name in choice.topics:
+        if not any(Choice([name]).connections(bag) for bag in bags):
+            print(f"WARNING: {name} is not in the bag{did_you_mean(name, topics)}", file=sys.stderr)
+    callers = {one.callerid for one in connections}
+    for name in sorted(choice.drop):
+        if name not in callers and name not in {str(one.id) for one in connections}:
+            print(f"WARNING: no connection of the bag is {name}{did_you_mean(name, callers)}", file=sys.stderr)
+
+
+def parted(texts: list[str] | None) -> list[str]:
+    """Return the words of an option that takes some, parted by commas, and can be given several times."""
+    return [word for text in texts or () for word in text.split(",") if word]
+
+
+def parse_time(text: str, bag: BagReader | None, option: str) -> int:
+    """Return a time from the command line, in nanoseconds.
+
+    Args:
+        text: seconds from the beginning of the bag, or from its end if negative; ``@`` and seconds since 1970; or a
+            local date and time such as ``2026-11-20T20:10:31``.
+        bag: the bag; None if only an absolute time makes sense.
+        option: named in errors.
+
+    Raises:
+        CommandError: it is none of these.
+    """
+    try:
+        if text.startswith("@"):
+            return int(Decimal(text[1:]) * NS)
+        try:
+            offset = int(Decimal(text) * NS)
+        except InvalidOperation:
+            return round(datetime.fromisoformat(text).timestamp() * 1e6) * 1000
+    except (InvalidOperation, ValueError, OverflowError):
+        raise CommandError(
+            f"{option}: {text!r} is not a time: give seconds from the beginning (negative ones count from the end), "
+            "@ and seconds since 1970, or a date such as 2026-11-20T20:10:31",
+            2,
+        ) from None
+    if bag is None:
+        return offset
+    return (bag.end if text.startswith("-") else bag.start) + offset

@@ -1,0 +1,81 @@
+"""What the verbs share that make a new bag of each one."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.bag.errors import BagError
+from pyros1.cli.commands.bag._failures import report_bag_error
+from pyros1.cli.commands.bag._files import different, new_file
+from pyros1.cli.commands.bag._options import QUIET
+from pyros1.cli.failures import UsageError
+from pyros1.cli.records import Argument, Flag, Option
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+
+OPTIONS = (
+    CHUNK_LIMIT_OPTION,
+    Option("--output-dir", metavar="DIR", help="write to directory DIR"),
+    Flag("-f", "--force", help="force overwriting of backup file if it exists"),
+    QUIET,
+)
+"""The options of `rewrite_each`."""
+BAGS = Argument("BAGFILE", "bag", many=True)
+USAGE = "[options] BAGFILE1 [BAGFILE2 ...]"
+
+
+def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str], object]) -> int:
+    """Make a new bag of each one, in its place with the old one kept as ``NAME.orig.bag``, or in a folder.
+
+    The old file is moved only when the new one is complete.
+
+    Args:
+        options: values of `OPTIONS`.
+        paths: the bags.
+        operation: given the old file and the new one, writes that.
+
+    Returns:
+        The exit code: 1 if a file could not be made.
+
+    Raises:
+        UsageError: there are no bags.
+    """
+    if not paths:
+        raise UsageError("You must specify at least one bag file.")
+    failed = False
+    for path in paths:
+        try:
+            if options.output_dir is not None:
+                target = os.path.join(options.output_dir, os.path.basename(path))
+                different(path, target)
+                with new_file(target) as part:
+                    operation(path, part)
+                continue
+            stem, extension = os.path.splitext(path)
+            backup = f"{stem}.orig{extension}"
+            if os.path.exists(backup) and not options.force:
+                if not options.quiet:
+                    print(f"Skipping {path}. Backup path {backup} already exists.", file=sys.stderr)
+                continue
+            with new_file(path) as part:
+                operation(path, part)
+                shutil.copymode(path, part)
+                _keep(path, backup)
+        except (BagError, OSError) as error:
+            report_bag_error(error, path)
+            failed = True
+    return int(failed)
+
+
+def _keep(path: str, backup: str) -> None:
+    """Give a file another name as well, so that there is one under its own at every moment."""
+    link = f"{backup}.tmp"
+    try:
+        os.link(path, link)
+    except OSError:
+        os.replace(path, backup)  # the file system knows no links
+    else:
+        os.replace(link, backup)

@@ -1,0 +1,65 @@
+"""``bag record --snapshot``: the last messages stay in memory until somebody wants them in a bag."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.bag.errors import BagError
+from pyros1.bag.record_follow import Ending, follow, wait_for_time
+from pyros1.bag.record_model import RecordOptions
+from pyros1.bag.record_names import Selection
+from pyros1.bag.record_topics import TopicSearch
+from pyros1.bag.snapshot import Snapshots
+from pyros1.cli.commands.bag._live import LiveLine, size_text
+from pyros1.node import Node
+from pyros1.shown import one_line
+
+
+def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, options: Any, ending: Ending) -> int:
+    """Keep messages, and answer ``~snapshot`` (std_srvs/Trigger) and ``~enable`` (std_srvs/SetBool), until the end.
+
+    Returns:
+        The exit code.
+    """
+    line = LiveLine(not options.quiet, log=node.log)
+    search = TopicSearch(node, selection)
+    if not wait_for_time(node, ending):
+        return 0
+    snapshots = Snapshots(
+        node, settings, options.snapshot_duration, int(options.snapshot_size * (1 << 20)), node.log.warn
+    )
+
+    def trigger(request: Any) -> tuple[bool, str]:
+        try:
+            path, messages = snapshots.write()
+        except BagError as error:
+            return False, str(error)
+        except OSError as error:
+            return False, f"cannot write {error.filename or 'the bag'}: {error.strerror}"
+        if not path:
+            return False, "there is nothing to write yet"
+        line.say(f"Wrote {messages} messages to '{path}'.")
+        return True, f"{messages} messages in {path}"
+
+    def enable(request: Any) -> tuple[bool, str]:
+        enabled = bool(request.data)
+        snapshots.enable(enabled)
+        line.say("Messages are kept." if enabled else "Messages are not kept for now.")
+        return True, ""
+
+    def subscribe(name: str) -> None:
+        line.say(f"Subscribing to {one_line(name)}")
+        snapshots.subscribe(name)
+
+    service = node.resolve("~snapshot")
+    node.advertise_service("~snapshot", "std_srvs/Trigger", trigger)
+    node.advertise_service("~enable", "std_srvs/SetBool", enable)
+    line.say(f"Keeping the last messages; write them with: rosservice call {service}")
+    follow(
+        search,
+        ending,
+        subscribe,
+        lambda: line.show(f"{len(snapshots.topics)} topics, {size_text(snapshots.bytes)} in memory"),
+    )
+    line.clear()
+    return 0

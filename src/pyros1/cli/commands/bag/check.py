@@ -1,0 +1,65 @@
+"""``bag check`` (L139)."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from pyros1.bag.api import Bag
+from pyros1.bag.migrate import Migration, make_migrator, migration_lines, migrations
+from pyros1.bag.migration import rule_text
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print what the messages of a bag need to fit the definitions of this system."""
+    if not args:
+        raise UsageError("You must specify a bag file to check.")
+    if options.append and options.rulefile is None:
+        raise UsageError("Cannot specify -a without also specifying -g.")
+    if options.rulefile is not None and os.path.isfile(options.rulefile) != options.append:
+        reason = "does not exist, and so -a is invalid" if options.append else "already exists. Include -a to append"
+        raise UsageError(f"The file {options.rulefile} {reason}.")
+    migrator = make_migrator([*args[1:], *([options.rulefile] if options.append else [])])
+    with Bag(args[0], unindexed=False) as bag:
+        needed = migrations(bag, migrator)
+    if not needed:
+        print("Bag file does not need any migrations.")
+        return
+    print("The following migrations need to occur:")
+    print(*migration_lines(needed), sep="\n")
+    print(f"\n{_write_rules(needed, options.rulefile)}")
+
+
+VERB = Verb(
+    "check",
+    "see whether the messages fit the definitions of this system",
+    CHUNK_LIMIT_OPTION,
+    Option("-g", "--genrules", dest="rulefile", help="generate a rulefile named RULEFILE"),
+    Flag("-a", "--append", help="append to the end of an existing rulefile after loading it"),
+    Flag("-n", "--noplugins", help="do not load rulefiles via plugins"),
+    Argument("BAG", "bag"),
+    Argument("EXTRARULES", "file", many=True, optional=True),
+    usage="BAG [-g RULEFILE] [EXTRARULES1 EXTRARULES2 ...]",
+    description="Determine whether a bag is playable in the current system, or if it can be migrated. "
+    "Rule files are Python programs, and are executed.",
+    run=run,
+)
+
+
+def _write_rules(needed: list[Migration], path: str | None) -> str:
+    """Append the rules that are missing to a file, if one is named; return what there is to say."""
+    missing = {old._md5sum: (old, new) for _, _, steps in needed for old, new in steps}
+    if path is None and missing:
+        return "To generate rules, please run with -g <rulefile>"
+    if path is None:
+        return "All rules defined.  Bag is ready to be migrated"
+    texts = [rule_text(old, new) for old, new in missing.values() if new is not None]
+    if not texts:
+        return f"No additional rule files needed to be generated.  {path} not created."
+    with open(path, "a", encoding="utf-8") as file:
+        file.write("".join(texts))
+    return f"The necessary rule files have been written to: {path}"

@@ -1,0 +1,55 @@
+"""``bag compress`` and ``bag decompress`` (L142)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.bag import edit
+from pyros1.bag.reader import BagReader
+from pyros1.cli.commands.bag._options import compression
+from pyros1.cli.commands.bag._rewrite import BAGS, OPTIONS, USAGE, rewrite_each
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Verb
+from pyros1.cli.shared.progress import Progress
+
+
+def compress(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Make new bags, compressed as the options say."""
+    return _recompress(options, args, options.compression)
+
+
+def decompress(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Make new bags without compression."""
+    return _recompress(options, args, "none")
+
+
+VERBS = [
+    Verb(
+        "compress",
+        "compress one or more bag files",
+        *OPTIONS,
+        *compression("bz2"),
+        BAGS,
+        usage=USAGE,
+        description="Compress one or more bag files.",
+        examples=[("--lz4 *.bag", "in place, with backups")],
+        run=compress,
+    ),
+    Verb(
+        "decompress",
+        "decompress one or more bag files",
+        *OPTIONS,
+        BAGS,
+        usage=USAGE,
+        description="Decompress one or more bag files.",
+        run=decompress,
+    ),
+]
+
+
+def _recompress(options: Any, paths: list[str], wanted: str) -> int:
+    def operation(source: str, target: str) -> None:
+        with BagReader(source) as bag, Progress(source, bag.content_size(), quiet=options.quiet) as progress:
+            edit.copy(bag.messages(), target, compression=wanted, cipher=bag.file.cipher, progress=progress)
+
+    return rewrite_each(options, paths, operation)

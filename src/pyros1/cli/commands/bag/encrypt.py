@@ -1,0 +1,79 @@
+"""``bag encrypt`` and ``bag decrypt`` (L144)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.bag import edit
+from pyros1.bag.encryption import AES, ENCRYPTORS, Cipher, KeyUnavailableError, new_cipher
+from pyros1.bag.reader import BagReader
+from pyros1.cli.commands.bag._options import compression
+from pyros1.cli.commands.bag._rewrite import BAGS, OPTIONS, USAGE, rewrite_each
+from pyros1.cli.failures import CommandError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Option, Verb
+from pyros1.cli.shared.progress import Progress
+
+
+def encrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Make new bags, encrypted for a user of gpg."""
+    if options.plugin not in ENCRYPTORS:
+        hint = did_you_mean(options.plugin, ENCRYPTORS)
+        raise CommandError(f"there is no encryptor {options.plugin!r}{hint}; there are {', '.join(ENCRYPTORS)}")
+    return _rewrite(options, args, options.param if options.plugin == AES else None)
+
+
+def decrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Make new bags, not encrypted."""
+    return _rewrite(options, args, None)
+
+
+VERBS = [
+    Verb(
+        "encrypt",
+        "encrypt one or more bag files",
+        *OPTIONS,
+        Option("-p", "--plugin", default=AES, metavar="PLUGIN", help="encryptor plugin name (Default: %default)"),
+        Option(
+            "-r",
+            "--param",
+            default="*",
+            metavar="PARAM",
+            help="encryptor plugin parameter: whose public key of gpg is used (Default: %default, gpg's default key)",
+        ),
+        *compression("none"),
+        BAGS,
+        usage=USAGE,
+        description="Encrypt one or more bag files.",
+        run=encrypt,
+    ),
+    Verb(
+        "decrypt",
+        "decrypt one or more bag files",
+        *OPTIONS,
+        *compression("none"),
+        BAGS,
+        usage=USAGE,
+        description="Decrypt one or more bag files.",
+        run=decrypt,
+    ),
+]
+
+
+def _rewrite(options: Any, paths: list[str], user: str | None) -> int:
+    """Make new bags, encrypted for a user of gpg, or plain."""
+
+    def operation(source: str, target: str) -> None:
+        with BagReader(source) as bag, Progress(source, bag.content_size(), quiet=options.quiet) as progress:
+            messages = bag.messages()
+            edit.copy(messages, target, compression=options.compression, cipher=_cipher(user), progress=progress)
+
+    return rewrite_each(options, paths, operation)
+
+
+def _cipher(user: str | None) -> Cipher | None:
+    """Return a cipher with a key of its own for each bag."""
+    try:
+        return None if user is None else new_cipher(user)
+    except KeyUnavailableError as error:
+        raise CommandError(str(error)) from None

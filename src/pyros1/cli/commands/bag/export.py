@@ -1,0 +1,309 @@
+"""``bag export``: what is in bags as CSV, JSON, images, videos, MCAP or a ROS 2 bag."""
+
+from __future__ import annotations
+
+import heapq
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import Any
+
+from pyros1.bag.api import Bag
+from pyros1.bag.edit import Choice
+from pyros1.bag.reader import RawMessage
+from pyros1.cli.commands.bag._files import different, whole_or_nothing
+from pyros1.cli.commands.bag._options import CHOICE, QUIET, choice_of
+from pyros1.cli.failures import CommandError, UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.progress import Progress
+from pyros1.errors import MessageError
+from pyros1.timing import Time
+
+FORMATS = {
+    "csv": "_csv",
+    "jsonl": ".jsonl",
+    "images": "_images",
+    "video": "_video",
+    "mcap": ".mcap",
+    "ros2": "_ros2",
+}
+"""Format -> what the output's name ends with if none is given."""
+
+_EXTENSIONS = {
+    ".csv": "csv",
+    ".jsonl": "jsonl",
+    ".ndjson": "jsonl",
+    ".mcap": "mcap",
+    ".mp4": "video",
+    ".mkv": "video",
+    ".avi": "video",
+    ".mov": "video",
+}
+_STDOUT = "-"
+_DISTRIBUTION = "jazzy"
+_SHOWN_SKIPPED = 5
+_SHOWN_NAMES = 20
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Write what is in bags for other programs."""
+    if not args:
+        raise UsageError("You must specify at least one bag file.")
+    kind = _format(options)
+    target = options.output or os.path.splitext(args[0])[0] + FORMATS[kind]
+    for path in args:
+        different(path, target)
+    with ExitStack() as stack:
+        bags = [stack.enter_context(Bag(path, unindexed=False)) for path in args]
+        first = min(bags, key=lambda bag: bag.reader.start or sys.maxsize)
+        wanted = _Export(bags, choice_of(options, first.reader), images=kind in ("images", "video"))
+        part = target
+        if target != _STDOUT:
+            folder = kind in ("csv", "images", "video", "ros2") and _extension(target) not in _EXTENSIONS
+            part = stack.enter_context(whole_or_nothing(target, folder=folder, force=bool(options.force)))
+        writer = _writer(kind, part, wanted.topics, options)
+        stack.callback(writer.abort)
+        progress = stack.enter_context(Progress(target, wanted.size, quiet=options.quiet or target == _STDOUT))
+        count = wanted.into(writer, progress)
+        if not count and not wanted.skipped:
+            raise CommandError(f"there are no messages of the times chosen in {', '.join(args)}")
+        writer.close()
+    for text in (*wanted.skipped_texts(), *_renamed(writer)):
+        print(text, file=sys.stderr)
+    if target != _STDOUT and not options.quiet:
+        print(f"{target}: {count} messages of {len(wanted.topics)} topic{'s' if len(wanted.topics) != 1 else ''}")
+    return 1 if wanted.skipped else 0
+
+
+VERB = Verb(
+    "export",
+    "write CSV, JSON, images, videos, MCAP files or ROS 2 bags",
+    CHUNK_LIMIT_OPTION,
+    Option(
+        "--format",
+        choices=list(FORMATS),
+        metavar="F",
+        help="csv: a table per topic, as `topic echo -b -p` prints it; jsonl: a line of JSON per message; "
+        "images: image files; video: a video per topic; mcap: an MCAP file with ROS 2 messages, or with --ros1 (names "
+        "that ROS 2 does not allow are changed: timeStamp to time_stamp, package Mocap to mocap); "
+        "ros2: a ROS 2 bag. Not needed if the output's name says it",
+    ),
+    Option("-o", "--output", metavar="OUT", help="file or folder to write; - prints CSV of one topic, and JSON"),
+    Flag("-f", "--force", help="replace what is there"),
+    QUIET,
+    *CHOICE,
+    Flag("--nostr", help="csv, jsonl: leave out texts"),
+    Flag("--noarr", help="csv, jsonl: leave out arrays"),
+    Flag("--bare", help="jsonl: messages only, without topic and time"),
+    Flag("--mosaic", help="images: leave Bayer images as the sensor has them"),
+    Option("--storage", choices=["sqlite3", "mcap"], default="sqlite3", help="ros2: sqlite3 or mcap"),
+    Option(
+        "--distro",
+        default=_DISTRIBUTION,
+        metavar="D",
+        help=f"ros2, mcap: the ROS 2 distribution whose types are used (default {_DISTRIBUTION})",
+    ),
+    Flag(
+        "--ros1",
+        help="mcap: leave messages as they are, of ROS 1, instead of making them of ROS 2; `bag import` takes both",
+    ),
+    Argument("BAGFILE", "bag", many=True),
+    usage="[options] BAGFILE1 [BAGFILE2 ...]",
+    description="Write what is in bags for other programs.",
+    examples=[
+        ("run.bag --format csv --topics /odom,/imu", "tables run_csv/odom.csv and run_csv/imu.csv"),
+        ("run.bag -o - --format jsonl | jq .message", "lines of JSON for other programs"),
+        ("run.bag --format images -o frames", "image files, named by their stamps"),
+        ("run.bag -o camera.mp4 --topics /camera/image_raw --from 10 --to 20", "a video"),
+        ("a.bag b.bag -o run.mcap", "two bags for Foxglove"),
+        ("run.bag -o run.mcap --ros1", "the messages unchanged, as `mcap convert` does"),
+        ("run.bag --format ros2", "for `ros2 bag play run_ros2`"),
+    ],
+    run=run,
+)
+
+
+def _renamed(writer: Any) -> Iterator[str]:
+    """Yield what is to be said about names that ROS 2 does not allow."""
+    changed = writer.names.changed if hasattr(writer, "names") else {}
+    for what, name in list(changed.items())[:_SHOWN_NAMES]:
+        yield f"NOTE: {what} is called {name}, since ROS 2 does not allow its name"
+    if len(changed) > _SHOWN_NAMES:
+        yield f"NOTE: and {len(changed) - _SHOWN_NAMES} more"
+
+
+def _format(options: Any) -> str:
+    output = options.output
+    guess = _EXTENSIONS.get(_extension(output)) if output else None
+    if options.format is None and guess is None:
+        raise UsageError("You must specify --format, or an output whose name says it: NAME.csv, .jsonl, .mcap, .mp4")
+    kind = str(options.format or guess)
+    if guess is not None and guess != kind:
+        raise UsageError(f"--format {kind} and an output named {output} do not go together")
+    if output == _STDOUT and kind not in ("csv", "jsonl"):
+        raise UsageError(f"--format {kind} needs a file or folder as output")
+    if options.ros1 and kind != "mcap":
+        raise UsageError(f"--ros1 goes with --format mcap, not {kind}")
+    return kind
+
+
+def _extension(path: str) -> str:
+    return os.path.splitext(path)[1].lower()
+
+
+def _writer(kind: str, part: str, topics: list[str], options: Any) -> Any:
+    if kind in ("csv", "jsonl"):
+        # Here and below: what is needed, and no more.
+        from pyros1.cli.commands.bag._export_text import CsvWriter, JsonWriter  # noqa: PLC0415
+
+        return CsvWriter(part, topics, options) if kind == "csv" else JsonWriter(part, options)
+    if kind == "images":
+        from pyros1.bag.export.pictures import PictureWriter  # noqa: PLC0415
+
+        return PictureWriter(part, mosaic=bool(options.mosaic))
+    if kind == "video":
+        from pyros1.bag.export.video import VideoWriter  # noqa: PLC0415
+
+        return VideoWriter(_video_path(part, topics))
+    if options.ros1:
+        from pyros1.bag.export.mcap_writer import Ros1McapWriter  # noqa: PLC0415
+
+        return Ros1McapWriter(part)
+    from pyros1.bag.export.ros2 import McapWriter, Ros2Writer  # noqa: PLC0415
+    from pyros1.bag.export.schemas import distributions  # noqa: PLC0415
+
+    if options.distro not in distributions():
+        hint = did_you_mean(options.distro, distributions())
+        raise CommandError(f"--distro: there is no {options.distro!r}{hint or ': ' + ', '.join(distributions())}", 2)
+    if kind == "mcap":
+        return McapWriter(part, options.distro)
+    return Ros2Writer(part, options.storage, options.distro)
+
+
+def _video_path(part: str, topics: list[str]) -> Callable[[str], str]:
+    from pyros1.bag.export.topic_names import FileNames  # noqa: PLC0415
+
+    if _extension(part) in _EXTENSIONS:
+        if len(topics) > 1:
+            raise CommandError(
+                f"a video shows one topic, and {len(topics)} are chosen: name one with --topics, or a folder as output"
+            )
+        return lambda topic: part
+    os.mkdir(part)
+    names = FileNames()
+    return lambda topic: os.path.join(part, f"{names[topic]}.mp4")
+
+
+class _Export:
+    """The messages that are wanted, into a writer.
+
+    Args:
+        bags: open.
+        choice: of topics and times.
+        images: only topics with images.
+
+    Attributes:
+        topics: with messages that are wanted, sorted.
+        size: bytes of the bags' contents.
+        skipped: topic -> why -> how many.
+
+    Raises:
+        CommandError: there is nothing to write.
+    """
+
+    def __init__(self, bags: list[Bag], choice: Choice, *, images: bool) -> None:
+        self._bags = bags
+        self._choice = choice
+        self._owners = {id(connection): bag for bag in bags for connection in bag.connections}
+        types = _image_types() if images else None
+        self._ids = [_wanted(bag, choice, types) for bag in bags]
+        pairs = zip(bags, self._ids, strict=True)
+        self.topics = sorted({bag.reader.connections[number].topic for bag, ids in pairs for number in ids})
+        if not self.topics:
+            raise CommandError(self._nothing(images))
+        known = {topic for bag in bags for topic in bag.topics}
+        for name in choice.topics:
+            if not any(Choice([name]).connections(bag.reader) for bag in bags):
+                raise CommandError(f"there is no topic {name} in {bags[0].path}{did_you_mean(name, known)}")
+        self.size = sum(bag.reader.header(chunk).size for bag in bags for chunk in bag.reader.chunks)
+        self.skipped: dict[str, dict[str, int]] = {}
+
+    def into(self, writer: Any, progress: Callable[[int], object]) -> int:
+        """Write all; returns how many messages were written.
+
+        Args:
+            writer: its `write_raw` takes stored messages, or its `write_message` decoded ones.
+            progress: called with bytes of `size` done.
+
+        Raises:
+            BagError: a bag cannot be read, or a message cannot be converted.
+            OSError: the disk is full, ...
+        """
+        raw = hasattr(writer, "write_raw")
+        begin = max(min(bag.reader.start for bag in self._bags), self._choice.start or 0)
+        end = min(max(bag.reader.end for bag in self._bags), self._choice.end or sys.maxsize)
+        pace = self.size / max(1, end - begin)
+        count = 0
+        for stored in self._messages():
+            progress(int((stored.time - begin) * pace))
+            if raw:
+                writer.write_raw(stored)
+                count += 1
+                continue
+            topic = stored.connection.topic
+            message = self._owners[id(stored.connection)].decode(stored)
+            try:
+                writer.write_message(topic, message, Time.from_nsec(stored.time))
+                count += 1
+            except MessageError as error:
+                reasons = self.skipped.setdefault(topic, {})
+                reasons[str(error)] = reasons.get(str(error), 0) + 1
+            del stored, message  # they may be large, and are not to be in memory while the next one is read
+        return count
+
+    def skipped_texts(self) -> Iterator[str]:
+        """Yield what is to be said about messages that were left out."""
+        for topic, reasons in self.skipped.items():
+            for reason, number in list(reasons.items())[:_SHOWN_SKIPPED]:
+                yield f"WARNING: {topic}: {number} message{'s' if number > 1 else ''} left out: {reason}"
+            if len(reasons) > _SHOWN_SKIPPED:
+                yield f"WARNING: {topic}: and more, for {len(reasons) - _SHOWN_SKIPPED} other reasons"
+
+    def _messages(self) -> Iterator[RawMessage]:
+        start, end = self._choice.start, self._choice.end
+        streams = [bag.reader.messages(ids, start, end) for bag, ids in zip(self._bags, self._ids, strict=True)]
+        return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda stored: stored.time)
+
+    def _nothing(self, images: bool) -> str:
+        names = ", ".join(bag.path for bag in self._bags)
+        topics = {topic for bag in self._bags for topic in bag.topics}
+        if not topics:
+            return f"there are no messages in {names}"
+        for name in self._choice.topics:
+            if not any(Choice([name]).connections(bag.reader) for bag in self._bags):
+                return f"there is no topic {name} in {names}{did_you_mean(name, topics)}"
+        choice = self._choice
+        chosen = choice.topics or choice.drop or choice.start is not None or choice.end is not None
+        where = " of the topics and times chosen" if chosen else ""
+        return f"there are no {'images' if images else 'messages'}{where} in {names}"
+
+
+def _wanted(bag: Bag, choice: Choice, types: tuple[str, ...] | None) -> set[int]:
+    """Return the ids of the connections wanted, those with messages in the time wanted."""
+    used = {
+        number
+        for chunk in bag.reader.chunks
+        if (choice.start is None or chunk.end >= choice.start) and (choice.end is None or chunk.start <= choice.end)
+        for number in chunk.counts
+    }
+    ids = choice.connections(bag.reader) & used
+    return {number for number in ids if types is None or bag.reader.connections[number].type in types}
+
+
+def _image_types() -> tuple[str, ...]:
+    from pyros1.bag.export.pictures import TYPES  # noqa: PLC0415 - numpy is not cheap
+
+    return TYPES

@@ -1,0 +1,133 @@
+"""``bag filter`` (L141)."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from pyros1.bag import edit
+from pyros1.bag.api import Bag
+from pyros1.bag.reader import RawMessage
+from pyros1.bag.records import RECORD_OVERHEAD
+from pyros1.cli.commands.bag._files import different, new_file
+from pyros1.cli.commands.bag._options import CHOICE, choice_of, chosen, warn_of_strangers
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Option, Verb
+from pyros1.cli.shared.expression import Expression, ExpressionError
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.progress import Progress
+from pyros1.timing import Time
+
+_USAGE = """[options] INBAG OUTBAG [EXPRESSION]
+
+EXPRESSION is one in Python, of which the harmless part is allowed.
+
+The following variables are available:
+ * topic: name of topic
+ * m: message
+ * t: time of message (t.secs, t.nsecs, t.to_sec())"""
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Write the messages of a bag that are wanted into another."""
+    source, target, text = _arguments(options, args)
+    if not os.path.isfile(source):
+        raise CommandError(f"Cannot locate input bag file [{source}]", 2, plain=True)
+    different(source, target, 3)
+    expression = None if text is None else _Test(text)
+    pattern = None if options.pattern is None else _Test(options.pattern)
+    with Bag(source, unindexed=False) as bag, new_file(target) as part:
+        total = len(bag)
+        size = bag.reader.content_size()
+        choice = choice_of(options, bag.reader)
+        warn_of_strangers(choice, [bag.reader])
+        with Progress(target, size) as progress:
+            messages = _passing(choice.messages(bag.reader), bag, expression, pattern, progress)
+            count = edit.copy(messages, part, cipher=bag.reader.file.cipher)
+    print(f"{target}: {count} of {total} messages")
+
+
+VERB = Verb(
+    "filter",
+    "choose messages by an expression, topics, times",
+    CHUNK_LIMIT_OPTION,
+    Option(
+        "-p",
+        "--print",
+        dest="pattern",
+        metavar="PRINT-EXPRESSION",
+        help="Python expression to print for verbose debugging. Uses same variables as filter-expression",
+    ),
+    *CHOICE,
+    Argument("INBAG", "bag"),
+    Argument("OUTBAG", "file"),
+    Argument("EXPRESSION", optional=True),
+    usage=_USAGE,
+    description="Filter the contents of the bag.",
+    examples=[
+        ("run.bag out.bag \"topic == '/odom' and m.twist.twist.linear.x > 1\"", "by an expression"),
+        ("run.bag out.bag --topics '/camera/*,/tf' --from 10 --to -5", "topics, and a part of the time"),
+    ],
+    run=run,
+)
+
+
+def _arguments(options: Any, args: list[str]) -> tuple[str, str, str | None]:
+    if not args:
+        raise UsageError("You must specify an in bag, an out bag, and an expression.")
+    if len(args) == 1:
+        raise UsageError("You must specify an out bag and an expression.")
+    if len(args) == 2 and not chosen(options):
+        raise UsageError("You must specify an expression.")
+    if len(args) > 3:
+        raise UsageError("Too many arguments.")
+    return args[0], args[1], args[2] if len(args) == 3 else None
+
+
+class _Test:
+    """An expression on topic, m and t.
+
+    Args:
+        text: the expression.
+
+    Raises:
+        ExpressionError: it is malformed or uses what is not allowed.
+    """
+
+    def __init__(self, text: str) -> None:
+        self._expression = Expression(text)
+        self._decodes = re.search(r"\bm\b", text) is not None
+
+    def __call__(self, bag: Bag, stored: RawMessage) -> Any:
+        """Return the expression's value for a message, which is decoded only if the expression speaks of it.
+
+        Raises:
+            CommandError: it cannot be evaluated.
+        """
+        names = {"topic": stored.connection.topic, "t": Time.from_nsec(stored.time)}
+        try:
+            return self._expression({**names, "m": bag.decode(stored) if self._decodes else None})
+        except ExpressionError as error:
+            where = f"{stored.connection.topic} at {stored.time / 1e9:.6f} ({stored.connection.type})"
+            raise CommandError(f"{error}, for the message on {where}; is `topic == ...` missing before?") from None
+
+
+def _passing(
+    messages: Iterator[RawMessage],
+    bag: Bag,
+    expression: _Test | None,
+    pattern: _Test | None,
+    progress: Callable[[int], object],
+) -> Iterator[RawMessage]:
+    done = 0
+    for stored in messages:
+        matches = expression is None or expression(bag, stored)
+        if pattern is not None:
+            print("MATCH" if matches else "NO MATCH", pattern(bag, stored))
+        if matches:
+            yield stored
+        done += len(stored.data) + RECORD_OVERHEAD
+        progress(done)

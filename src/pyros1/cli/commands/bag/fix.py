@@ -1,0 +1,61 @@
+"""``bag fix`` (L140)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.bag.api import Bag
+from pyros1.bag.errors import BagError
+from pyros1.bag.migrate import Migrated, make_migrator, migration_lines, migrations
+from pyros1.cli.commands.bag._files import different, new_file
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.progress import Progress
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Write a bag with the messages of another, brought to the definitions of this system."""
+    if not args:
+        raise UsageError("You must pass input and output bag files.")
+    if len(args) < 2:
+        raise UsageError("You must pass an output bag file.")
+    source, target, *rules = args
+    if not target.endswith(".bag"):
+        raise UsageError("Output file must be a bag file.")
+    different(source, target)
+    migrator = make_migrator(rules)
+    with Bag(source, unindexed=False) as bag:
+        if not len(bag):
+            raise BagError(source, f"there are no messages in it; {target} was not written")
+        failing = [migration for migration in migrations(bag, migrator) if migration[2]]
+        if failing and not options.force:
+            print("Bag could not be migrated.  The following migrations could not be performed:")
+            print(*migration_lines(failing), sep="\n")
+            print(
+                f"Try running '{invocation.program} check' to create the necessary rule files "
+                f"or run '{invocation.program} fix' with the '--force' option."
+            )
+            return 1
+        with new_file(target) as part, Progress(target, bag.reader.file.size) as progress:
+            Migrated(bag, migrator).write(part, progress)
+    print("Bag migrated successfully.")
+    return 0
+
+
+VERB = Verb(
+    "fix",
+    "bring the messages to the definitions of this system",
+    CHUNK_LIMIT_OPTION,
+    Flag("-n", "--noplugins", help="do not load rulefiles via plugins"),
+    Flag("--force", help="proceed with migrations, even if not all rules defined"),
+    Argument("INBAG", "bag"),
+    Argument("OUTBAG", "file"),
+    Argument("EXTRARULES", "file", many=True, optional=True),
+    usage="INBAG OUTBAG [EXTRARULES1 EXTRARULES2 ...]",
+    description="Repair the messages in a bag file so that it can be played in the current system. "
+    "Rule files are Python programs, and are executed.",
+    examples=[("old.bag new.bag rules.bmr", "with rules made by `check -g rules.bmr`")],
+    run=run,
+)

@@ -1,0 +1,119 @@
+"""``bag info`` (L114-L116)."""
+
+from __future__ import annotations
+
+import re
+import sys
+from typing import Any
+
+from pyros1.bag.errors import BagError, EncryptedError
+from pyros1.bag.info import info_text, info_values, summarize, yaml_text
+from pyros1.bag.reader import BagReader
+from pyros1.cli.commands.bag._failures import report_bag_error
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.printing import print_json
+
+_STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(-?\d+)\]")
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print what is in bags."""
+    if not args:
+        raise UsageError("You must specify at least 1 bag file.")
+    if options.key and not options.yaml:
+        raise UsageError("You can only specify key when printing in YAML format.")
+    failed = False
+    for number, path in enumerate(args):
+        try:
+            with BagReader(path) as bag:
+                summary = summarize(bag, frequencies=options.freq)
+        except (BagError, OSError) as error:
+            report_bag_error(error, path)
+            if isinstance(error, EncryptedError):
+                failed = True
+                continue
+            return 1
+        if options.json:
+            print_json(_typed(info_values(summary)))
+            continue
+        if not options.yaml:
+            print(info_text(summary))
+        elif options.key:
+            _print_key(info_values(summary), options.key)
+        else:
+            print(yaml_text(info_values(summary)))
+        if number < len(args) - 1:
+            print("---")
+    return int(failed)
+
+
+VERB = Verb(
+    "info",
+    "summarize the contents of one or more bag files",
+    CHUNK_LIMIT_OPTION,
+    Flag("-y", "--yaml", help="print information in YAML format"),
+    Option("-k", "--key", help="print information on the given key, such as duration or topics[0].type"),
+    Flag("--freq", help="display topic message frequency statistics"),
+    Flag("--json", help="print one line of JSON per bag", own=True),
+    Argument("BAGFILE", "bag", many=True),
+    usage="[options] BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
+    description="Summarize the contents of one or more bag files.",
+    examples=[
+        ("run.bag", "what a bag holds"),
+        ("-y -k topics[0].type run.bag", "one value, for scripts"),
+        ("--json run.bag", "for programs"),
+    ],
+    run=run,
+)
+
+
+def _typed(value: Any) -> Any:
+    """Return values as YAML reads them: numbers that were texts with a fixed number of digits."""
+    if isinstance(value, dict):
+        return {name: _typed_field(name, item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_typed(item) for item in value]
+    return value
+
+
+def _typed_field(name: str, value: Any) -> Any:
+    if name in ("duration", "start", "end", "frequency") or (name == "version" and "(" not in value):
+        return float(value)
+    return _typed(value)
+
+
+def _print_key(values: dict[str, Any], key: str) -> None:
+    try:
+        value = _find(_typed(values), key)
+    except (LookupError, ValueError):
+        print(f'Error getting key "{key}"', file=sys.stderr)
+        return
+    print(_key_text(value))
+
+
+def _find(value: Any, key: str) -> Any:
+    """Return the value of a path such as ``topics[0].type``."""
+    position = 0
+    while position < len(key):
+        step = _STEP.match(key, position)
+        if step is None:
+            raise ValueError(key)
+        name, index = step.groups()
+        if name is not None and not isinstance(value, dict):
+            raise LookupError(key)
+        if index is not None and not isinstance(value, list):
+            raise LookupError(key)
+        value = value[name] if name is not None else value[int(index)]
+        position = step.end()
+    return value
+
+
+def _key_text(value: Any, indent: str = "") -> str:
+    if isinstance(value, list):
+        return "".join(f"{indent}- {_key_text(item, indent + '  ')}\n" for item in value)
+    if isinstance(value, dict):
+        return f"\n{indent}".join(f"{name}: {item}" for name, item in value.items())
+    return f"{indent}{value}"

@@ -1,0 +1,52 @@
+"""``bag merge``."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from typing import Any
+
+from pyros1.bag import edit
+from pyros1.bag.reader import BagReader
+from pyros1.cli.commands.bag._files import different, new_file
+from pyros1.cli.commands.bag._options import CHOICE, choice_of, compression, warn_of_strangers
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.progress import Progress
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Write the messages of several bags into one."""
+    if len(args) < 2:
+        raise UsageError("You must specify an out bag and at least one in bag.")
+    target, *sources = args
+    for source in sources:
+        different(source, target)
+    with contextlib.ExitStack() as stack:
+        bags = [stack.enter_context(BagReader(source)) for source in sources]
+        first = min(bags, key=lambda bag: bag.start or sys.maxsize)
+        choice = choice_of(options, first)
+        warn_of_strangers(choice, bags)
+        progress = stack.enter_context(Progress(target, sum(bag.content_size() for bag in bags)))
+        part = stack.enter_context(new_file(target))
+        messages = edit.merged(bags, choice)
+        cipher = next((bag.file.cipher for bag in bags if bag.file.cipher is not None), None)
+        count = edit.copy(messages, part, compression=options.compression, cipher=cipher, progress=progress)
+    print(f"{target}: {count} messages")
+
+
+VERB = Verb(
+    "merge",
+    "make one bag of several",
+    CHUNK_LIMIT_OPTION,
+    *CHOICE,
+    *compression("none"),
+    Argument("OUTBAG", "bag"),
+    Argument("INBAG", "bag", many=True),
+    usage="[options] OUTBAG INBAG1 [INBAG2 ...]",
+    description="Merge bags into one, by time.",
+    examples=[("all.bag a.bag b.bag", "by time")],
+    run=run,
+)

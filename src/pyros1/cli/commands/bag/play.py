@@ -1,0 +1,297 @@
+"""``bag play`` (L117-L137)."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import sys
+import time
+from math import inf, isfinite
+from time import monotonic
+from typing import Any
+
+from pyros1.bag.play_control import Control
+from pyros1.bag.play_keyboard import Keyboard
+from pyros1.bag.play_source import Bags
+from pyros1.bag.player import Player, PlayOptions, Status
+from pyros1.cli.commands.bag._live import LiveLine
+from pyros1.cli.failures import CommandError, UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.subscribing import Decoder
+from pyros1.errors import MessageError
+from pyros1.interrupts import catch
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+from pyros1.shown import one_line
+
+_SWITCH_INTERVAL = 0.00005
+"""Seconds after which the thread that reads ahead lets the one that plays go on."""
+
+_COLLECT_AFTER = 100_000
+"""Objects made, beyond those gone again, until cycles are looked for: messages read ahead stay below, and a look at all
+of them takes up to 90 ms."""
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Publish the messages of bags."""
+    paths = [*args, *(options.bags or ())]
+    if not paths:
+        raise UsageError("You must specify at least 1 bag file to play back.")
+    _check(options)
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+    with Bags(paths, options.topics) as bags:
+        _check_content(bags, options)
+        gc.freeze()  # the index of a large bag is large, and stays
+        gc.set_threshold(_COLLECT_AFTER)
+        try:
+            node = Node(f"play_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
+        except SystemExit:
+            return 0  # Ctrl-C while the master was waited for
+        control = Control(options.pause)
+        try:
+            catch(lambda *_: control.end())
+            node.on_shutdown(control.end)
+            _wake_on_time()
+            return _play(node, bags, options, control)
+        finally:
+            node.shutdown()
+            control.close()
+
+
+def _words(option: Any, opt: str, value: Any, parser: Any) -> None:
+    """Take the words up to the next option."""
+    words = []
+    while parser.rargs and not parser.rargs[0].startswith("-"):
+        words.append(parser.rargs.pop(0))
+    setattr(parser.values, option.dest, (getattr(parser.values, option.dest) or []) + words)
+
+
+VERB = Verb(
+    "play",
+    "play back the contents of one or more bag files in a time-synchronized fashion",
+    CHUNK_LIMIT_OPTION,
+    Option("-p", "--prefix", metavar="PREFIX", default="", help="prefix all output topics"),
+    Flag("-q", "--quiet", help="suppress console output"),
+    Flag("-i", "--immediate", help="play back all messages without waiting"),
+    Flag("--pause", help="start in paused mode"),
+    Option(
+        "--queue",
+        type="int",
+        default=100,
+        metavar="SIZE",
+        help="use an outgoing queue of size SIZE (defaults to %default)",
+    ),
+    Flag("--clock", help="publish the clock time"),
+    Option(
+        "--hz",
+        type="float",
+        default=100.0,
+        metavar="HZ",
+        help="use a frequency of HZ when publishing clock time (default: %default)",
+    ),
+    Option(
+        "-d",
+        "--delay",
+        type="float",
+        default=0.2,
+        metavar="SEC",
+        help="sleep SEC seconds after every advertise call (to allow subscribers to connect)",
+    ),
+    Option("-r", "--rate", type="float", default=1.0, metavar="FACTOR", help="multiply the publish rate by FACTOR"),
+    Option("-s", "--start", type="float", default=0.0, metavar="SEC", help="start SEC seconds into the bag files"),
+    Option("-u", "--duration", type="float", metavar="SEC", help="play only SEC seconds from the bag files"),
+    Option(
+        "--skip-empty",
+        type="float",
+        metavar="SEC",
+        help="skip regions in the bag with no messages for more than SEC seconds",
+    ),
+    Flag("-l", "--loop", help="loop playback"),
+    Flag("-k", "--keep-alive", help="keep alive past end of bag (useful for publishing latched topics)"),
+    Flag(
+        "--try-future-version",
+        help="still try to open a bag file, even if the version number is not known to the player",
+    ),
+    Option("--topics", action="callback", callback=_words, dest="topics", help="topics to play back"),
+    Option(
+        "--pause-topics",
+        action="callback",
+        callback=_words,
+        dest="pause_topics",
+        help="topics to pause on during playback",
+    ),
+    Option("--bags", action="append", help="bags files to play back from"),
+    Flag("--wait-for-subscribers", help="wait for at least one subscriber on each topic before publishing"),
+    Option(
+        "--rate-control-topic",
+        default="",
+        metavar="TOPIC",
+        help="watch the given topic, and if the last publish was more than <rate-control-max-delay> ago, wait until "
+        "the topic publishes again to continue playback",
+    ),
+    Option(
+        "--rate-control-max-delay",
+        type="float",
+        default=1.0,
+        metavar="SEC",
+        help="maximum time difference from <rate-control-topic> before pausing",
+    ),
+    Argument("BAGFILE", "bag", many=True),
+    usage="BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
+    description="Play back the contents of one or more bag files in a time-synchronized fashion.",
+    examples=[
+        ("run.bag", "at the pace of the recording; space pauses, s steps"),
+        ("--clock -r 0.5 -s 60 -u 10 run.bag", "ten seconds in slow motion, with simulated time"),
+        ("run.bag --topics /scan /tf /tf_static", "some topics"),
+        ("a.bag b.bag /scan:=/old/scan", "two bags together, one topic renamed"),
+    ],
+    run=run,
+)
+
+
+def _wake_on_time() -> None:
+    """Have Linux end this thread's waits when they are over, and not up to 50 us later."""
+    with contextlib.suppress(OSError), open("/proc/self/timerslack_ns", "w", encoding="ascii") as slack:
+        slack.write("1")
+
+
+def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
+    line = LiveLine(not options.quiet)
+
+    def show(status: Status) -> None:
+        line.show(
+            f" [{status.state}]  Bag Time: {status.time:13.6f}   Duration: {status.passed:.6f} / {status.length:.6f}"
+        )
+
+    for reader in bags.readers:
+        line.say(f"Opening {reader.path}")
+        node.log.note(f"Opening {reader.path}")  # as stock, which says nothing else there
+    player = Player(node, bags, _settings(options), control, None if options.quiet else show)
+    for topic, reason in player.unplayable.items():
+        node.log.warn("%s is not played: %s", one_line(topic), one_line(reason))
+    node.advertise_service("~pause_playback", "std_srvs/SetBool", lambda request: _pause(control, request.data))
+    if options.rate_control_topic:
+        _control_rate(node, player, options.rate_control_topic)
+    player.read_ahead()
+    if options.delay:
+        _tell(options, f"\nWaiting {options.delay:g} seconds after advertising topics...", end="")
+        _sleep(control, options.delay)
+        _tell(options, " done.")
+    if options.wait_for_subscribers and not control.ended:
+        line.say("Waiting for subscribers.")
+        player.wait_for_subscribers()
+    with Keyboard(control) as keyboard:
+        if keyboard.there:
+            _tell(options, "\nHit space to toggle paused, or 's' to step.")
+        player.run()
+        if not control.ended and options.keep_alive:
+            line.say("All messages are played; staying alive for the latched topics. Ctrl-C ends.")
+            while not control.ended:
+                control.wait(1.0)
+    line.clear()
+    if not player.wait_until_taken():
+        node.log.warn("subscribers that were too slow did not get all messages")
+    dropped = player.dropped()
+    if dropped:
+        node.log.warn("%d messages were lost by subscribers that were too slow; see --queue", dropped)
+    if not control.ended:
+        _tell(options, "\nDone.")
+    return 0
+
+
+def _tell(options: Any, text: str, end: str = "\n") -> None:
+    """Print, unless the user wants quiet; that nobody reads it any more does not end the playing."""
+    if not options.quiet:
+        with contextlib.suppress(OSError, ValueError):
+            print(text, end=end, flush=True)
+
+
+def _sleep(control: Control, seconds: float) -> None:
+    until = monotonic() + seconds
+    while not control.ended and monotonic() < until:
+        control.wait(until - monotonic())
+
+
+def _pause(control: Control, paused: bool) -> tuple[bool, str]:
+    """Answer the service ~pause_playback (B29)."""
+    what = "paused" if paused else "resumed"
+    if control.set_paused(paused):
+        return True, f"Playback is now {what}"
+    return False, f"Bag is already {'paused' if paused else 'running'}."
+
+
+def _control_rate(node: Node, player: Player, topic: str) -> None:
+    """Let a topic's stamps hold the player back (B38); the times of arrival, if the topic has no header."""
+    decoder = Decoder()
+    player.rate_stamp = 0
+
+    def take(raw: AnyMsg) -> None:
+        try:
+            headed = decoder.message_class(raw)._has_header
+            message: Any = decoder.decode(raw) if headed else None
+        except MessageError as error:
+            node.log.error("%s: %s", topic, error, throttle=5.0)
+            return
+        player.follow(message.header.stamp.to_nsec() if headed else player.now())
+
+    node.subscribe(topic, AnyMsg, take)
+
+
+def _check_content(bags: Bags, options: Any) -> None:
+    """Say what would be played in vain.
+
+    Raises:
+        CommandError: nothing would be.
+    """
+    recorded = {connection.topic for reader in bags.readers for connection in reader.connections.values()}
+    known = set(map(_plain, recorded))
+    for topic in [*(options.topics or []), *(options.pause_topics or [])]:
+        if _plain(topic) not in known:
+            print(f"WARNING: {topic} is not in the bag{did_you_mean(topic, recorded)}", file=sys.stderr)
+    if options.topics is not None and known.isdisjoint(map(_plain, options.topics)):
+        raise CommandError("none of the topics to play is in the bag; `pyros1 bag info` lists them")
+    if not any(chunk.counts for reader in bags.readers for chunk in reader.chunks):
+        print("WARNING: there are no messages to play", file=sys.stderr)
+    if options.clock and "clock" in known and (options.topics is None or "clock" in map(_plain, options.topics)):
+        print(
+            "WARNING: the bag holds /clock, which --clock publishes too: time will jump back and forth", file=sys.stderr
+        )
+    length = (bags.end - bags.start) / 1e9
+    if options.start > length:
+        raise CommandError(f"--start {options.start:g}: the bag is only {length:.3f} s long")
+
+
+def _plain(topic: str) -> str:
+    return topic.lstrip("/")
+
+
+def _settings(options: Any) -> PlayOptions:
+    return PlayOptions(
+        prefix=options.prefix,
+        immediate=options.immediate,
+        queue_size=options.queue,
+        clock_rate=options.hz if options.clock else 0.0,
+        rate=options.rate,
+        start=options.start,
+        duration=options.duration,
+        skip_empty=options.skip_empty,
+        loop=options.loop,
+        pause_topics=options.pause_topics or [],
+        max_delay=options.rate_control_max_delay if options.rate_control_topic else inf,
+    )
+
+
+def _check(options: Any) -> None:
+    for name in ("rate", "hz"):
+        if not 0 < getattr(options, name) < inf:
+            raise UsageError(f"--{name} must be a number greater than 0")
+    for name in ("delay", "start", "duration", "skip_empty", "rate_control_max_delay"):
+        value = getattr(options, name)
+        if value is not None and not (isfinite(value) and value >= 0):
+            raise UsageError(f"--{name.replace('_', '-')} must be a number, and not negative")
+    if options.queue < 0:
+        raise UsageError("--queue must not be negative; 0 is without limit")
+    if options.topics is not None and not options.topics:
+        raise UsageError("--topics: which?")

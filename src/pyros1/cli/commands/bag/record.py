@@ -1,0 +1,282 @@
+"""``bag record`` (L90-L113)."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from pyros1 import names
+from pyros1.bag.errors import BagError
+from pyros1.bag.record_follow import Ending, follow, wait_for_time
+from pyros1.bag.record_model import RecordOptions
+from pyros1.bag.record_names import FileNames, Selection
+from pyros1.bag.record_topics import TopicSearch
+from pyros1.bag.recorder import Events, Recorder
+from pyros1.cli.commands.bag._live import LiveLine, RecordLine, record_table
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_guarded
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.errors import Error
+from pyros1.node import Node
+from pyros1.shown import one_line
+
+_UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
+_SECONDS = {"": 1, "s": 1, "m": 60, "h": 3600}
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Write what topics bring into bags."""
+    selection = _selection(options, [*args, *(options.topics or ())])
+    settings = _settings(options)
+    try:
+        node = Node(f"record_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
+    except SystemExit:
+        return 0  # Ctrl-C while the master was waited for
+    try:
+        ending = Ending(node)
+        if options.snapshot:
+            from pyros1.cli.commands.bag._snapshot import keep_snapshots  # noqa: PLC0415 - few ask for it
+
+            return keep_snapshots(node, selection, settings, options, ending)
+        return _record(node, selection, settings, options, ending)
+    finally:
+        node.shutdown()
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Parse the words; the old form of ``--split`` takes a value, which options of this kind cannot."""
+    words = [
+        part for word in invocation.args for part in (word.split("=", 1) if word.startswith("--split=") else [word])
+    ]
+    return parse_guarded(invocation, verb, words)
+
+
+def _split(option: Any, opt: str, value: Any, parser: Any) -> None:
+    """Take ``--split`` alone, or in its old form with a number of MB behind it (B19)."""
+    parser.values.split = True
+    if parser.rargs and parser.rargs[0].isdigit():
+        print(
+            'Use of "--split <MAX_SIZE>" has been deprecated.  '
+            "Please use --split --size <MAX_SIZE> or --split --duration <MAX_DURATION>",
+            file=sys.stderr,
+        )
+        parser.values.size = int(parser.rargs.pop(0))
+
+
+VERB = Verb(
+    "record",
+    "record a bag file with the contents of specified topics",
+    Flag("-a", "--all", help="record all topics"),
+    Flag("-e", "--regex", help="match topics using regular expressions"),
+    Flag("-p", "--publish", help="publish a msg when the record begin"),
+    Option(
+        "-x",
+        "--exclude",
+        metavar="EXCLUDE_REGEX",
+        default="",
+        help="exclude topics matching the follow regular expression (subtracts from -a or regex)",
+    ),
+    Flag("-q", "--quiet", help="suppress console output"),
+    Option(
+        "-o",
+        "--output-prefix",
+        metavar="PREFIX",
+        help="prepend PREFIX to beginning of bag name (name will always end with date stamp)",
+    ),
+    Option("-O", "--output-name", metavar="NAME", help="record to bag with name NAME.bag"),
+    Option(
+        "--split",
+        action="callback",
+        callback=_split,
+        dest="split",
+        default=False,
+        help="split the bag when maximum size or duration is reached",
+    ),
+    Option(
+        "--max-splits",
+        type="int",
+        default=0,
+        help="Keep a maximum of N bag files, when reaching the maximum erase the oldest one to keep a constant "
+        "number of files.",
+    ),
+    Option("--size", type="int", help="record a bag of maximum size SIZE MB. (Default: infinite)"),
+    Option("--duration", help="record a bag of maximum duration DURATION in seconds, unless 'm', or 'h' is appended."),
+    Option(
+        "-b",
+        "--buffsize",
+        type="int",
+        default=256,
+        metavar="SIZE",
+        help="use an internal buffer of SIZE MB (Default: %default, 0 = infinite)",
+    ),
+    Option(
+        "--chunksize",
+        type="int",
+        default=768,
+        metavar="SIZE",
+        help="Advanced. Record to chunks of SIZE KB (Default: %default)",
+    ),
+    Option("-l", "--limit", type="int", default=0, metavar="NUM", help="only record NUM messages on each topic"),
+    Option("--node", default="", help="record all topics subscribed to by a specific node"),
+    Flag("-j", "--bz2", help="use BZ2 compression"),
+    Flag("--lz4", help="use LZ4 compression"),
+    Flag("--tcpnodelay", help="Use the TCP_NODELAY transport hint when subscribing to topics (always so here)."),
+    Flag("--udp", help="Use the UDP transport hint when subscribing to topics; TCP where a publisher has no UDP."),
+    Flag("--repeat-latched", help="Repeat latched msgs at the start of each new bag file."),
+    Option(
+        "-L",
+        "--min-space",
+        default="1G",
+        metavar="SIZE",
+        help="stop when less than SIZE is free on the disk (Default: %default)",
+    ),
+    Option("--topic", action="append", dest="topics", metavar="TOPIC", help="a topic to record"),
+    Flag(
+        "--snapshot",
+        own=True,
+        help="write nothing, but keep the last messages in memory; the service ~snapshot writes them to a bag",
+    ),
+    Option(
+        "--snapshot-duration",
+        type="float",
+        default=30.0,
+        metavar="SEC",
+        own=True,
+        help="keep SEC seconds of each topic (Default: %default, 0 = all)",
+    ),
+    Option(
+        "--snapshot-size",
+        type="float",
+        default=64.0,
+        metavar="MB",
+        own=True,
+        help="keep at most MB megabytes of each topic (Default: %default, 0 = all)",
+    ),
+    Argument("TOPIC", "topic", many=True),
+    usage="TOPIC1 [TOPIC2 TOPIC3 ...]",
+    description="Record a bag file with the contents of specified topics.",
+    examples=[
+        ("/odom /scan -O run", "two topics into run.bag"),
+        ("-a -x '/camera/.*' -o day", "all but some, into day_<date>.bag; new topics too"),
+        ("-a --lz4 --split --duration 10m --max-splits 6", "the last hour, in files of ten minutes"),
+        ("-a --snapshot --snapshot-duration 60", "the last minute, when somebody calls ~snapshot"),
+    ],
+    parse=_parse,
+    run=run,
+)
+
+
+def _record(node: Node, selection: Selection, settings: RecordOptions, options: Any, ending: Ending) -> int:
+    line = LiveLine(not options.quiet, log=node.log)
+    announce = _announcer(node) if options.publish else lambda path: None
+
+    def opened(path: str) -> None:
+        line.say(f"Recording to '{path}'.")
+        announce(path)
+
+    def warn(text: str) -> None:
+        line.clear()
+        node.log.warn("%s", one_line(text))
+
+    search = TopicSearch(node, selection)
+    if not wait_for_time(node, ending):
+        return 0
+    events = Events(opened, lambda path: line.say(f"Closing '{path}'."), warn, ending.come)
+    try:
+        recorder = Recorder(node, settings, events)
+    except (OSError, BagError) as error:
+        raise CommandError(_reason(error)) from None
+
+    def subscribe(name: str) -> None:
+        if not names.is_legal_name(name) and (options.all or options.regex or options.node):
+            warn(f"'{name}' is not a legal name: it is not recorded")  # somebody else's fault must not end the rest
+            return
+        line.say(f"Subscribing to {one_line(name)}")
+        recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))
+
+    with recorder:
+        state = RecordLine(recorder)
+        follow(search, ending, subscribe, lambda: line.show(state.text()), recorder.leave_finished)
+        line.clear()
+    if not options.quiet:
+        print(record_table(recorder), flush=True)
+    if recorder.error is not None:
+        node.log.error("recording has ended: %s", _reason(recorder.error))
+        return 1
+    return 0
+
+
+def _announcer(node: Node) -> Callable[[str], None]:
+    publisher: Any = node.advertise("begin_write", "std_msgs/String", queue_size=10, latch=True)
+
+    def announce(path: str) -> None:
+        publisher.publish(path)
+
+    return announce
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, OSError):
+        return f"cannot write {error.filename or 'the bag'}: {error.strerror}"
+    return str(error)
+
+
+def _selection(options: Any, topics: list[str]) -> Selection:
+    everything = options.all
+    if options.exclude and not (everything or options.regex or options.node or topics):
+        print("-x alone: all topics are recorded but those excluded", file=sys.stderr)
+        everything = True
+    if not (topics or everything or options.node):
+        raise UsageError("You must specify a topic name or else use the '-a' option.")
+    for name in topics:
+        if not options.regex and not name.strip("/"):
+            raise CommandError(f"{name!r} is not the name of a topic")
+    if options.limit and (everything or options.regex or options.node):
+        raise CommandError("--limit goes with named topics only, not with -a, -e, -x or --node")
+    try:
+        return Selection(topics, options.regex, everything, options.exclude, options.node)
+    except Error as error:
+        raise CommandError(str(error)) from None
+
+
+def _settings(options: Any) -> RecordOptions:
+    if options.output_prefix is not None and options.output_name is not None:
+        raise UsageError("Can't set both prefix and name.")
+    duration = _measure("--duration", options.duration, _SECONDS) if options.duration else 0.0
+    if options.split and not options.size and not duration:
+        raise UsageError("Split specified without giving a maximum duration or size")
+    for name in ("size", "max_splits", "buffsize", "chunksize", "limit", "snapshot_duration", "snapshot_size"):
+        if not 0 <= (getattr(options, name) or 0) < float("inf"):
+            raise UsageError(f"--{name.replace('_', '-')} must be a number, and not negative")
+    if options.bz2 and options.lz4:
+        raise UsageError("choose one of --bz2 and --lz4")
+    name = options.output_name
+    return RecordOptions(
+        names=FileNames(name or options.output_prefix or "", dated=name is None, numbered=options.split),
+        split=options.split,
+        max_size=(options.size or 0) << 20,
+        max_duration=duration,
+        max_splits=options.max_splits,
+        buffer_size=options.buffsize << 20,
+        chunk_size=options.chunksize << 10,
+        compression="bz2" if options.bz2 else "lz4" if options.lz4 else "none",
+        limit=options.limit,
+        repeat_latched=options.repeat_latched,
+        min_space=int(_measure("--min-space", options.min_space, _UNITS)),
+    )
+
+
+def _measure(option: str, text: str, units: dict[str, int]) -> float:
+    """Read a number with a unit behind it."""
+    number = text.rstrip("".join(units) + "".join(units).upper() + "B")
+    unit = text[len(number) :].lower().removesuffix("b")
+    try:
+        value = float(number) * units[unit]
+    except (ValueError, KeyError):
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        raise UsageError(f"{option}: {text!r} is not a number with one of the units {', '.join(filter(None, units))}")
+    return value

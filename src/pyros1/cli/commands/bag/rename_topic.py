@@ -1,0 +1,71 @@
+"""``bag rename-topic``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pyros1.bag import edit
+from pyros1.bag.reader import BagReader
+from pyros1.cli.commands.bag._files import different, new_file
+from pyros1.cli.commands.bag._options import compression
+from pyros1.cli.failures import CommandError, UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.progress import Progress
+from pyros1.names import is_legal_name
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Write a bag with the messages of another, some of its topics with other names."""
+    if len(args) < 4 or len(args) % 2:
+        raise UsageError("You must specify an in bag, an out bag, and pairs of an old and a new name.")
+    source, target, *names = args
+    different(source, target)
+    pairs = dict(zip(names[::2], names[1::2], strict=True))
+    for new in pairs.values():
+        if not is_legal_name(new.rstrip("/")):
+            raise CommandError(f"{new!r} is not a legal name of a topic")
+    with BagReader(source) as bag:
+        topics = {connection.topic for connection in bag.connections.values()}
+        for old in pairs:
+            if not any(_renamed(topic, {old: "?"}) != topic for topic in topics):
+                raise CommandError(f"{source} has no topic {old}{did_you_mean(old, topics)}")
+        with new_file(target) as part, Progress(target, bag.content_size()) as progress:
+            count = edit.copy(
+                bag.messages(),
+                part,
+                compression=options.compression,
+                cipher=bag.file.cipher,
+                rename=lambda topic: _renamed(topic, pairs),
+                progress=progress,
+            )
+    print(f"{target}: {count} messages")
+
+
+VERB = Verb(
+    "rename-topic",
+    "rename topics",
+    CHUNK_LIMIT_OPTION,
+    *compression("none"),
+    Argument("INBAG", "bag"),
+    Argument("OUTBAG", "file"),
+    Argument("NAME", many=True),
+    usage="[options] INBAG OUTBAG OLD NEW [OLD NEW ...]",
+    description="Rename topics. OLD/ and NEW/ with a slash at their ends rename all topics of a namespace.",
+    examples=[
+        ("run.bag out.bag /scan /front/scan", "one topic"),
+        ("run.bag out.bag /robot1/ /robot2/", "all topics of a namespace"),
+    ],
+    run=run,
+)
+
+
+def _renamed(topic: str, pairs: Mapping[str, str]) -> str:
+    for old, new in pairs.items():
+        if topic.lstrip("/") == old.lstrip("/"):
+            return new
+        if old.endswith("/") and topic.lstrip("/").startswith(old.lstrip("/")):
+            return new + topic.lstrip("/")[len(old.lstrip("/")) :]
+    return topic

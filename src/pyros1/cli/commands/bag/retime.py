@@ -1,0 +1,86 @@
+"""``bag retime``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.bag import edit
+from pyros1.bag.api import Bag
+from pyros1.bag.reader import RawMessage
+from pyros1.cli.commands.bag._files import different, new_file
+from pyros1.cli.commands.bag._options import compression, parse_time
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.progress import Progress
+from pyros1.timing import Time
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Write a bag with the messages of another at other times."""
+    _check(options, args)
+    source, target = args
+    different(source, target)
+    with Bag(source, unindexed=False) as bag:
+        if options.header_stamp:
+            change = _stamp_of(bag)
+        else:
+            offset = parse_time(options.offset, None, "--offset") if options.offset is not None else 0
+            if options.start is not None:
+                offset = parse_time(options.start, bag.reader, "--start") - bag.reader.start
+            change = edit.shifted(offset, options.rate, bag.reader.start)
+        with new_file(target) as part, Progress(target, bag.reader.content_size()) as progress:
+            count = edit.copy(
+                bag.reader.messages(),
+                part,
+                compression=options.compression,
+                cipher=bag.reader.file.cipher,
+                retime=change,
+                progress=progress,
+            )
+    print(f"{target}: {count} messages")
+
+
+VERB = Verb(
+    "retime",
+    "move the times of messages",
+    CHUNK_LIMIT_OPTION,
+    Option("--offset", metavar="SEC", help="add SEC seconds"),
+    Option("--start", metavar="TIME", help="let the bag begin at TIME, as --from of `filter` has it"),
+    Option("--rate", type="float", default=1.0, metavar="F", help="bring messages F times closer together"),
+    Flag("--header-stamp", help="take the stamps of messages with a header"),
+    *compression("none"),
+    Argument("INBAG", "bag"),
+    Argument("OUTBAG", "file"),
+    usage="[options] INBAG OUTBAG",
+    description="Move the times at which messages were recorded. What is in the messages stays as it is.",
+    examples=[
+        ("run.bag out.bag --offset -3600", "an hour earlier"),
+        ("run.bag out.bag --header-stamp", "as the messages' headers say"),
+    ],
+    run=run,
+)
+
+
+def _check(options: Any, args: list[str]) -> None:
+    if len(args) != 2:
+        raise UsageError("You must specify an in bag and an out bag.")
+    if options.offset is not None and options.start is not None:
+        raise UsageError("You can only specify one of --offset and --start.")
+    if options.header_stamp and (options.offset or options.start or options.rate != 1.0):
+        raise UsageError("--header-stamp does not go with the other options")
+    if not options.header_stamp and options.offset is None and options.start is None and options.rate == 1.0:
+        raise UsageError("You must specify --offset, --start, --rate or --header-stamp.")
+    if not 0 < options.rate < float("inf"):
+        raise UsageError("--rate must be more than 0")
+
+
+def _stamp_of(bag: Bag) -> Callable[[RawMessage], int]:
+    def stamp(stored: RawMessage) -> int:
+        header = getattr(bag.decode(stored), "header", None)
+        found = getattr(header, "stamp", None)
+        return found.to_nsec() if isinstance(found, Time) and found else stored.time
+
+    return stamp

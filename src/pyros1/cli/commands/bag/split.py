@@ -1,0 +1,94 @@
+"""``bag split``."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import sys
+from typing import Any
+
+from pyros1.bag import edit
+from pyros1.bag.reader import BagReader
+from pyros1.bag.records import NS
+from pyros1.cli.commands.bag._files import interruptible
+from pyros1.cli.commands.bag._options import CHOICE, choice_of, compression, warn_of_strangers
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.progress import Progress
+
+_UNITS = {"s": 1, "m": 60, "h": 3600}
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Write the messages of a bag into several."""
+    if len(args) != 1:
+        raise UsageError("You must specify one bag.")
+    if options.size is None and options.duration is None and options.count is None:
+        raise UsageError("You must specify --size, --duration or --count.")
+    duration = None if options.duration is None else _seconds(options.duration)
+    if any(limit is not None and not 0 < limit < float("inf") for limit in (options.size, duration, options.count)):
+        raise UsageError("--size, --duration and --count must be more than 0")
+    stem, extension = os.path.splitext(args[0])
+    if options.output_dir is not None:
+        stem = os.path.join(options.output_dir, os.path.basename(stem))
+    extension = extension or ".bag"
+    if not options.force:  # they may be the recorder's own splits
+        _refuse_parts(stem, extension)
+    with BagReader(args[0]) as bag, interruptible("the files so far are whole"):
+        choice = choice_of(options, bag)
+        warn_of_strangers(choice, [bag])
+        with Progress(args[0], bag.content_size()) as progress:
+            paths = edit.split(
+                choice.messages(bag),
+                lambda number: f"{stem}_{number}{extension}",
+                size=None if options.size is None else int(options.size * (1 << 20)),
+                duration=None if duration is None else int(duration * NS),
+                count=options.count,
+                compression=options.compression,
+                cipher=bag.file.cipher,
+                repeat_latched=bool(options.repeat_latched),
+                progress=progress,
+            )
+    if paths:
+        print("\n".join(paths))
+    else:
+        print(f"{args[0]}: there are no such messages; nothing was written", file=sys.stderr)
+
+
+VERB = Verb(
+    "split",
+    "make several bags of one",
+    CHUNK_LIMIT_OPTION,
+    Option("--size", type="float", metavar="MB", help="begin another file after MB mebibytes"),
+    Option("--duration", metavar="SEC", help="begin another file after SEC seconds; also 5m, 2h"),
+    Option("--count", type="int", metavar="N", help="begin another file after N messages"),
+    Flag("--repeat-latched", help="begin every file with the latched messages so far"),
+    Option("--output-dir", metavar="DIR", help="write to directory DIR"),
+    Flag("-f", "--force", help="replace files of these names"),
+    *CHOICE,
+    *compression("none"),
+    Argument("INBAG", "bag"),
+    description="Split a bag into NAME_0.bag, NAME_1.bag, ... at every limit given.",
+    examples=[("run.bag --duration 5m --repeat-latched", "into run_0.bag, run_1.bag, ...")],
+    run=run,
+)
+
+
+def _refuse_parts(stem: str, extension: str) -> None:
+    folder, name = os.path.split(stem)
+    part = re.compile(re.escape(name) + r"_\d+" + re.escape(extension))
+    there: list[str] = []
+    with contextlib.suppress(OSError):  # of a folder that is not there the writer says so
+        there = sorted(filter(part.fullmatch, os.listdir(folder or ".")))
+    if there:
+        raise CommandError(f"{os.path.join(folder, there[0])} already exists; --force replaces such files")
+
+
+def _seconds(text: str) -> float:
+    try:
+        return float(text[:-1]) * _UNITS[text[-1]] if text[-1:] in _UNITS else float(text)
+    except ValueError:
+        raise UsageError(f"--duration: {text!r} is not a duration such as 30, 5m or 2h") from None

@@ -1,0 +1,1 @@
+"""Where packages, definitions and executables are on this machine; manifests; templates of new packages."""

@@ -1,0 +1,54 @@
+"""The build backend of this project (PEP 517, PEP 660): setuptools', with the stubs of the messages made before.
+
+So wheels and editable installs have stubs of all definitions that come with pyros1, and nobody keeps them by hand.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from setuptools import build_meta  # type: ignore[import-untyped]  # it has no types
+from setuptools.build_meta import (  # type: ignore[import-untyped]  # as above
+    build_sdist,
+    get_requires_for_build_editable,
+    get_requires_for_build_sdist,
+    get_requires_for_build_wheel,
+    prepare_metadata_for_build_editable,
+    prepare_metadata_for_build_wheel,
+)
+
+from pyros1.finding import stubs
+
+Settings = dict[str, Any] | None
+
+
+def make_stubs() -> None:
+    """Write the stubs of the definitions that come along."""
+    library = stubs.shipped()
+    stubs.write(stubs.stubs(library, library.packages()), stubs.HOME)
+
+
+def build_wheel(wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None) -> str:
+    """Build a wheel; see PEP 517."""
+    make_stubs()
+    return str(build_meta.build_wheel(wheel_directory, config_settings, metadata_directory))
+
+
+def build_editable(
+    wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None
+) -> str:
+    """Build an editable wheel; see PEP 660."""
+    make_stubs()
+    return str(build_meta.build_editable(wheel_directory, config_settings, metadata_directory))
+
+
+__all__ = [
+    "build_editable",
+    "build_sdist",
+    "build_wheel",
+    "get_requires_for_build_editable",
+    "get_requires_for_build_sdist",
+    "get_requires_for_build_wheel",
+    "prepare_metadata_for_build_editable",
+    "prepare_metadata_for_build_wheel",
+]

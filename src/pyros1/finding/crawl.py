@@ -1,0 +1,296 @@
+"""All packages of this machine, from a crawl that is remembered between commands.
+
+The record of a crawl says for each folder when it was changed and what was in it. A later command asks the system for
+the times only, and reads again what has changed: what was added, moved or removed is seen at once. Times that are too
+young to be trusted (a second change within the clock's granularity would not show) are not remembered.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import time
+from binascii import crc32
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pyros1.finding.packages import PackageIndex, manifest_text
+
+MANIFESTS = ("package.xml", "manifest.xml", "stack.xml")
+_IGNORED = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
+_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
+_VERSION = 1
+_TRUSTED_AGE = 2_000_000_000  # ns; file systems with the coarsest clocks count in steps of two seconds
+
+# One folder's record: [time of change, names of folders in it, manifest's file name, its time, package name, meta?]
+Record = list[Any]
+
+
+class Found(NamedTuple):
+    """A package that was found.
+
+    Attributes:
+        name: of the package.
+        folder: where it is.
+        manifest: file name of its manifest: ``package.xml``, ``manifest.xml`` or ``stack.xml`` (a stack of rosbuild).
+        meta: whether it only stands for others.
+    """
+
+    name: str
+    folder: str
+    manifest: str
+    meta: bool
+
+    @property
+    def catkin(self) -> bool:
+        """Whether it is a catkin package, not one of rosbuild."""
+        return self.manifest == "package.xml"
+
+
+def places(environ: Mapping[str, str]) -> list[tuple[str, int]]:
+    """Return the folders in which packages are looked for, in order, each with how many levels deep."""
+    return [(str(folder), depth) for folder, depth in PackageIndex(environ).places()]
+
+
+def cache_folder(environ: Mapping[str, str]) -> Path:
+    """Return the folder for what can be made again: ``$XDG_CACHE_HOME/pyros1``, ``~/.cache/pyros1``."""
+    base = environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    return Path(base, "pyros1")
+
+
+def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[Found]:
+    """Return all packages in the order in which they are found; of several with one name the first counts.
+
+    Below one root that is the one directly in it, in a folder of its name, as for `PackageIndex`.
+
+    Args:
+        environ: environment variables, for where to look and where to remember.
+        roots: the folders to look in, and how many levels deep; None means those of this machine.
+    """
+    roots = places(environ) if roots is None else roots
+    file = _record_file(environ, roots)
+    crawl = Crawl(_load(file))
+    found: dict[str, Found] = {}
+    for root, depth in roots:
+        below = list(crawl.packages(root, depth))
+        direct = {package.name for package in below if _is_direct(package, root)}
+        for package in sorted(below, key=lambda package: package.name in direct and not _is_direct(package, root)):
+            found.setdefault(package.folder, package)
+    if crawl.changed:
+        _save(file, crawl.trusted())
+    return list(found.values())
+
+
+def find_quickly(environ: Mapping[str, str], name: str) -> Found | None:
+    """Return a package from the record of an earlier crawl, without asking about every other one.
+
+    Folders that hold packages are checked, and so is the package itself.
+
+    Args:
+        environ: environment variables, for where to look and where the record is.
+        name: of the package.
+
+    Returns:
+        The package; None if only :func:`all_packages` can tell: something has changed, or there is none.
+    """
+    roots = places(environ)
+    records = _load(_record_file(environ, roots))
+    try:
+        for root, depth in roots:
+            found = list(_recorded(records, root, depth, name))
+            if found:
+                return next((package for package in found if _is_direct(package, root)), found[0])
+    except (LookupError, OSError):
+        pass
+    return None
+
+
+def _is_direct(package: Found, root: str) -> bool:
+    return package.folder == f"{root.rstrip('/')}/{package.name}"
+
+
+def _recorded(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[Found]:
+    """Yield the packages of that name; LookupError if a record is missing or too old."""
+    record = records.get(folder)
+    if record is None:
+        if os.path.isdir(folder):
+            raise LookupError
+        return
+    changed, folders, manifest, written, package, meta = record
+    if not manifest or package == name:
+        if os.stat(folder).st_mtime_ns != changed or (manifest and _changed(folder, manifest) != written):
+            raise LookupError
+        if manifest:
+            yield Found(package, folder, manifest, meta)
+    if depth > 0:
+        for each in folders:
+            path = f"{folder.rstrip('/')}/{each}"
+            known = records.get(path)
+            if known is None or not known[2] or known[4] == name or known[1]:  # else: another package
+                yield from _recorded(records, path, depth - 1, name)
+
+
+def _record_file(environ: Mapping[str, str], roots: list[tuple[str, int]]) -> Path:
+    # Two sets of places with one number would share a file: each would find the other's records, which do no harm.
+    return cache_folder(environ) / f"packages-{crc32(repr(roots).encode()):08x}.json"
+
+
+class Crawl:
+    """Walks through folders with the help of an earlier walk's records.
+
+    Args:
+        records: folder -> record.
+        now: the present time in nanoseconds; None asks the clock.
+
+    Attributes:
+        changed: whether something was not as the records say.
+    """
+
+    def __init__(self, records: Mapping[str, Record], now: int | None = None) -> None:
+        self._old = records
+        self._new: dict[str, Record] = {}
+        self._seen: set[tuple[int, int]] = set()  # folders entered below a root: no link leads to one of them again
+        self._now = time.time_ns() if now is None else now
+        self.changed = False
+
+    def packages(self, folder: str, depth: int, above: tuple[tuple[int, int], ...] = ()) -> Iterator[Found]:
+        """Yield the packages in a folder and below, in the order of their names.
+
+        Args:
+            folder: where to look.
+            depth: how many levels deep.
+            above: device and inode of the folders on the way, so that links that lead back are not followed.
+        """
+        try:
+            status = os.stat(folder)
+        except OSError:
+            return
+        if not above:
+            self._seen.clear()
+        here = (status.st_dev, status.st_ino)
+        if here in above or (here in self._seen and os.path.islink(folder)):
+            return
+        self._seen.add(here)
+        record = self._record(folder, status.st_mtime_ns)
+        if record is None:
+            return
+        _, folders, manifest, _, name, meta = record
+        if manifest:
+            yield Found(name, folder, manifest, meta)
+        if depth > 0:
+            for each in folders:
+                yield from self.packages(f"{folder.rstrip('/')}/{each}", depth - 1, (*above, here))
+
+    def trusted(self) -> dict[str, Record]:
+        """Return the records that a later walk may believe."""
+        limit = self._now - _TRUSTED_AGE
+        return {folder: record for folder, record in self._new.items() if max(record[0], record[3]) < limit}
+
+    def _record(self, folder: str, changed: int) -> Record | None:
+        record = self._old.get(folder)
+        if record is None or record[0] != changed or (record[2] and _changed(folder, record[2]) != record[3]):
+            try:
+                record = _read(folder, changed)
+            except OSError:
+                return None
+            self.changed = True
+        self._new[folder] = record
+        return record
+
+
+def profile(roots: list[tuple[str, int]]) -> list[tuple[float, str, bool]]:
+    """Return for each folder the seconds that reading it and all below takes without a record, the slowest first.
+
+    Args:
+        roots: the folders to look in, and how many levels deep.
+
+    Returns:
+        (seconds, folder, whether there is a package in it or below).
+    """
+    result: list[tuple[float, str, bool]] = []
+
+    seen: set[str] = set()
+
+    def walk(folder: str, depth: int) -> bool:
+        start = time.perf_counter()
+        real = os.path.realpath(folder)
+        if real in seen:
+            return True
+        seen.add(real)
+        try:
+            record = _read(folder, 0)
+        except OSError:
+            return False
+        inside = [walk(os.path.join(folder, each), depth - 1) for each in record[1]] if depth else []
+        holds = bool(record[2]) or any(inside)
+        if not record[2]:
+            result.append((time.perf_counter() - start, folder, holds))
+        return holds
+
+    for root, depth in roots:
+        walk(root, depth)
+    return sorted(result, reverse=True)
+
+
+def _changed(folder: str, name: str) -> int:
+    try:
+        return os.stat(folder + os.sep + name).st_mtime_ns
+    except OSError:
+        return 0
+
+
+def _read(folder: str, changed: int) -> Record:
+    with os.scandir(folder) as listing:
+        entries = {entry.name: entry for entry in listing}
+    manifest = next((name for name in MANIFESTS if name in entries), "")
+    if manifest and "CATKIN_IGNORE" in entries:
+        return [changed, [], "", 0, "", False]
+    if manifest and manifest != "stack.xml":  # packages do not nest; stacks hold packages
+        time_read = _changed(folder, manifest)
+        name, meta = _identity(folder, manifest)
+        return [changed, [], manifest, time_read, name, meta]
+    if not _IGNORED.isdisjoint(entries):
+        folders: list[str] = []
+    else:  # links that lead nowhere stay in the list: where they lead to may come
+        folders = sorted(n for n, entry in entries.items() if n[0] != "." and (entry.is_symlink() or entry.is_dir()))
+    if manifest:
+        return [changed, folders, manifest, _changed(folder, manifest), os.path.basename(folder), False]
+    return [changed, folders, "", 0, "", False]
+
+
+def _identity(folder: str, manifest: str) -> tuple[str, bool]:
+    """Return the name that a manifest gives its package, and whether it is a metapackage."""
+    base = os.path.basename(folder)
+    if manifest != "package.xml":
+        return base, False
+    try:
+        text = manifest_text(os.path.join(folder, manifest))
+    except OSError:
+        return base, False
+    text = _COMMENT.sub("", text)
+    start, end = text.find("<name>"), text.find("</name>")
+    name = text[start + 6 : end].strip() if 0 <= start < end else ""
+    return name or base, "<metapackage" in text
+
+
+def _load(file: Path) -> dict[str, Record]:
+    try:
+        version, records = json.loads(file.read_bytes())
+    except (OSError, ValueError, TypeError):
+        return {}
+    if version != _VERSION or not isinstance(records, dict):
+        return {}
+    return records if all(isinstance(r, list) and len(r) == 6 for r in records.values()) else {}
+
+
+def _save(file: Path, records: Mapping[str, Record]) -> None:
+    """Write the records for the next command. Where that is not possible, it reads the folders itself."""
+    temporary = file.with_name(f"{file.name}.{os.getpid()}")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        temporary.write_text(json.dumps([_VERSION, records], separators=(",", ":")), encoding="utf-8")
+        os.replace(temporary, file)
+    except OSError:
+        temporary.unlink(missing_ok=True) if temporary.parent.is_dir() else None

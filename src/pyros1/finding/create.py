@@ -1,0 +1,143 @@
+"""Making new packages, for pyros1 and stock catkin alike."""
+
+from __future__ import annotations
+
+import keyword
+import os
+import re
+from html import escape  # XML's three characters are among HTML's; xml.sax is slow to import
+from pathlib import Path
+
+from pyros1.errors import Error
+from pyros1.finding.cmake import cmake_lists
+from pyros1.finding.new_package import NewPackage
+
+TEMPLATES = Path(__file__).resolve().parent / "templates"
+_NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
+_PERSON = re.compile(r"(.*?)\s*<([^<>]+@[^<>]+)>")
+
+
+class CreateError(Error):
+    """The package cannot be made; nothing was written."""
+
+
+def name_problem(name: str) -> str:
+    """Return what is wrong with a package's name (REP 144); empty if it is good."""
+    if not name:
+        return "it is empty"
+    if name[0].isdigit() or name[0] in "_-":
+        return "it must start with a letter"
+    if not _NAME.fullmatch(name) or len(name) < 2:
+        return "it should be lower case letters, digits and single underscores, two at least, for example my_robot"
+    if keyword.iskeyword(name):
+        return "it is a word of Python, so nothing could be imported from it"
+    return ""
+
+
+def create(package: NewPackage, parent: Path) -> list[str]:
+    """Write a package.
+
+    Args:
+        package: what it is to be.
+        parent: the folder to make it in.
+
+    Returns:
+        What was made, files and folders (with a slash behind), relative to ``parent``, in order.
+
+    Raises:
+        CreateError: the name does not do, or a file is already there. Nothing is written then.
+    """
+    if not re.fullmatch(r"[^\W]([\w-]*)", package.name):
+        raise CreateError(f"'{package.name}' is no name for a package: {name_problem(package.name)}")
+    if not re.fullmatch(r"\d+\.\d+\.\d+", package.version):
+        raise CreateError(f"the version must be three numbers, for example 0.1.0, not '{package.version}'")
+    folder = parent / package.name
+    files = _files(package)
+    for path in [folder, *(folder / name for name in files)]:
+        if path.exists() and (path != folder or not path.is_dir()):
+            raise CreateError(f"{path} is already there; nothing was changed")
+    made = []
+    try:
+        for name, text in files.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+            if name.startswith("scripts/"):
+                path.chmod(0o755)
+            made.append(f"{package.name}/{name}")
+        for name in _folders(package):
+            (folder / name).mkdir(parents=True, exist_ok=True)
+            made.append(f"{package.name}/{name}/")
+    except OSError as error:
+        raise CreateError(f"cannot write {error.filename}: {error.strerror}") from error
+    return made
+
+
+def _folders(package: NewPackage) -> list[str]:
+    if package.meta or package.examples:
+        return []
+    return [
+        *([f"include/{package.name}"] if "roscpp" in package.depends else []),
+        *(["src"] if {"roscpp", "rospy"} & {*package.depends} else []),
+    ]
+
+
+def _files(package: NewPackage) -> dict[str, str]:
+    files = {"package.xml": package_xml(package), "CMakeLists.txt": cmake_lists(package, _has_messages(package))}
+    if package.examples and not package.meta:
+        for base, _, names in os.walk(TEMPLATES):
+            for name in sorted(names):
+                path = Path(base, name)
+                text = path.read_text(encoding="utf-8")
+                text = text.replace("@NAME@", package.name).replace("@DESCRIPTION@", _description(package))
+                files[path.relative_to(TEMPLATES).as_posix()] = text
+    return files
+
+
+def _description(package: NewPackage) -> str:
+    return package.description or f"The {package.name} package"
+
+
+def package_xml(package: NewPackage) -> str:
+    """Return the text of package.xml, format 2."""
+    lines = ['<?xml version="1.0"?>', '<package format="2">', f"  <name>{package.name}</name>"]
+    lines += [
+        f"  <version>{package.version}</version>",
+        f"  <description>{escape(_description(package))}</description>",
+    ]
+    user = os.environ.get("USER") or "user"
+    lines += ["", *(_person("maintainer", each) for each in package.maintainers or [f"{user} <{user}@todo.todo>"])]
+    lines += [_person("author", each) for each in package.authors]
+    lines += [f"  <license>{escape(each)}</license>" for each in package.licenses or ["TODO"]]
+    lines += [f'  <!-- <url type="website">http://wiki.ros.org/{package.name}</url> -->']
+    lines += ["", "  <buildtool_depend>catkin</buildtool_depend>"]
+    if package.meta:
+        lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted(package.depends)]
+        lines += ["", "  <export>", "    <metapackage/>", "  </export>"]
+    else:
+        lines += [f"  <depend>{escape(each)}</depend>" for each in _depends(package)]
+        if _has_messages(package):
+            lines += ["  <build_depend>message_generation</build_depend>"]
+            lines += [f"  <{tag}>message_runtime</{tag}>" for tag in ("build_export_depend", "exec_depend")]
+        else:
+            lines += ["  <!-- With messages, services or actions of its own a package needs these, too: -->"]
+            lines += ["  <!-- <build_depend>message_generation</build_depend> -->"]
+            lines += ["  <!-- <exec_depend>message_runtime</exec_depend> -->"]
+    return "\n".join([*lines, "</package>", ""])
+
+
+def _depends(package: NewPackage) -> list[str]:
+    generated = {"message_generation", "message_runtime"} if _has_messages(package) else set()
+    return sorted({*package.depends, *package.system, *(["boost"] if package.boost else [])} - generated)
+
+
+def _has_messages(package: NewPackage) -> bool:
+    return package.examples and not package.meta
+
+
+def _person(tag: str, text: str) -> str:
+    match = _PERSON.fullmatch(text)
+    if match:
+        return f'  <{tag} email="{escape(match[2])}">{escape(match[1] or match[2])}</{tag}>'
+    address = f' email="{re.sub(r"[^a-z0-9.]+", ".", text.lower()) or "user"}@todo.todo"' if tag == "maintainer" else ""
+    return f"  <{tag}{address}>{escape(text)}</{tag}>"

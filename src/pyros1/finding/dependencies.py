@@ -1,0 +1,130 @@
+"""Which package needs which, as rospack answers it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from pyros1.errors import PackageNotFoundError
+from pyros1.finding.crawl import Found
+from pyros1.finding.manifest import Manifest, ManifestError, read_manifest
+
+
+class Packages:
+    """Packages and what they need; manifests are read when they are asked for.
+
+    Args:
+        found: in the order of preference; of several with one name the first counts.
+    """
+
+    def __init__(self, found: Sequence[Found]) -> None:
+        self.all = found
+        self.by_name: dict[str, Found] = {}
+        for package in found:
+            self.by_name.setdefault(package.name, package)
+        self._manifests: dict[str, Manifest] = {}
+
+    def find(self, name: str) -> Found:
+        """Return a package.
+
+        Raises:
+            PackageNotFoundError: there is none of that name.
+        """
+        package = self.by_name.get(name)
+        if package is None:
+            raise PackageNotFoundError(name)
+        return package
+
+    def manifest(self, name: str) -> Manifest:
+        """Return a package's manifest.
+
+        Raises:
+            PackageNotFoundError: there is no such package.
+            ManifestError: it cannot be read.
+        """
+        manifest = self._manifests.get(name)
+        if manifest is None:
+            package = self.find(name)
+            manifest = read_manifest(Path(package.folder, package.manifest), name)
+            self._manifests[name] = manifest
+        return manifest
+
+    def direct(self, name: str) -> list[str]:
+        """Return the packages that a package needs itself. What is no package comes from the system.
+
+        Raises:
+            ManifestError: a rosbuild package names a package that is not there, or a manifest cannot be read.
+        """
+        manifest = self.manifest(name)
+        names = manifest.runs_with()
+        missing = [each for each in names if each not in self.by_name]
+        if missing and not manifest.catkin:
+            raise ManifestError(f"package '{name}' depends on non-existent package '{missing[0]}'")
+        return [each for each in names if each in self.by_name]
+
+    def needs(self, name: str) -> list[str]:
+        """Return all that a package needs, what is needed before what needs it."""
+        return list(self._after(name, {name}))
+
+    def needs_first(self, name: str) -> list[str]:
+        """Return all that a package needs, what needs before what is needed."""
+        result: dict[str, None] = {}
+        waiting = [*reversed(self.direct(name))]
+        while waiting:
+            each = waiting.pop()
+            if each not in result and each != name:
+                result[each] = None
+                waiting += reversed(self.direct(each))
+        return list(result)
+
+    def needed_by(self, name: str) -> list[str]:
+        """Return the packages that need a package themselves, sorted."""
+        return sorted(each for each in self.by_name if name in self._known(each))
+
+    def all_needed_by(self, name: str) -> list[str]:
+        """Return the packages that need a package, directly or through others, sorted."""
+        users: dict[str, list[str]] = {}
+        for each in self.by_name:
+            for needed in self._known(each):
+                users.setdefault(needed, []).append(each)
+        result: set[str] = set()
+        waiting = list(users.get(name, []))
+        while waiting:
+            each = waiting.pop()
+            if each not in result:
+                result.add(each)
+                waiting += users.get(each, [])
+        return sorted(result - {name})
+
+    def tree(self, name: str, level: int = 0, above: tuple[str, ...] = ()) -> Iterator[tuple[int, str]]:
+        """Yield (level, package) of what a package needs, each with all that it needs below it."""
+        for each in self.direct(name):
+            yield level, each
+            if each not in above:
+                yield from self.tree(each, level + 1, (*above, name))
+
+    def chains(self, name: str, target: str) -> Iterator[tuple[str, ...]]:
+        """Yield all ways in which a package comes to need another."""
+        leading = {target, *self.all_needed_by(target)}
+        yield from self._chains((name,), target, leading)
+
+    def _chains(self, way: tuple[str, ...], target: str, leading: set[str]) -> Iterator[tuple[str, ...]]:
+        for each in self.direct(way[-1]):
+            if each == target:
+                yield (*way, each)
+            elif each in leading and each not in way:
+                yield from self._chains((*way, each), target, leading)
+
+    def _after(self, name: str, seen: set[str]) -> Iterator[str]:
+        for each in self.direct(name):
+            if each not in seen:
+                seen.add(each)
+                yield from self._after(each, seen)
+                yield each
+
+    def _known(self, name: str) -> Iterable[str]:
+        """What a package needs, as far as that can be read: somebody else's broken manifest stops nobody."""
+        try:
+            return self.manifest(name).runs_with()
+        except ManifestError:
+            return []

@@ -1,0 +1,173 @@
+"""``from pyros1.msgs.std_msgs.msg import Float64``: modules made from definitions when they are imported.
+
+A finder in ``sys.meta_path`` answers for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made
+when it is first asked for and then kept in its module: each type has one class in a process, and pickles find it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
+
+from pyros1.errors import UnknownTypeError
+from pyros1.generated import OWN_MODULES, PREFIX, module_name, ros_name
+from pyros1.msgs.base import Message, Service
+from pyros1.msgs.factory import make_message_class, make_service_class
+from pyros1.msgs.spec import is_type_name
+
+
+class MessageFinder:
+    """Import hook and maker of classes.
+
+    Args:
+        environ: environment variables, read when the first definition is needed.
+        prefix: package below which modules are made.
+    """
+
+    def __init__(self, environ: Mapping[str, str], prefix: str = PREFIX) -> None:
+        self._environ = environ
+        self._prefix = prefix
+        self._library: Any = None
+
+    @property
+    def library(self) -> Any:
+        """The :class:`pyros1.finding.library.Library` that definitions come from."""
+        if self._library is None:
+            from pyros1.finding.library import Library  # noqa: PLC0415  a program without messages does not search for any
+
+            self._library = Library(self._environ)
+        return self._library
+
+    # -- import protocol -----------------------------------------------------------------------------------------------
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Answer the import system: a spec for a package with definitions, or its msg or srv module.
+
+        Raises:
+            ImportError: there is no such thing; the text says what may have been meant. Python asks for the types of a
+                msg or srv module only if these are not there: as modules, since it takes ours for packages.
+        """
+        if not name.startswith(self._prefix + "."):
+            return None
+        module, *kind = name[len(self._prefix) + 1 :].split(".")
+        if module in OWN_MODULES:
+            return None
+        package = ros_name(module)
+        if not self.library.has_package(package):
+            text = f"No module named {name!r}: {self.library.no_package(package)}"
+            raise ModuleNotFoundError(text, name=name)
+        match kind:
+            case [] | ["msg"] | ["srv"]:
+                return ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]  # has all that a loader needs
+            case ["msg" | "srv" as part, short]:
+                raise ImportError(self._missing(f"{package}/{short}", part), name=name)
+        return None
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Leave it to the import system."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Fill a new module: msg and srv modules make their classes when these are asked for."""
+        package, *kind = module.__name__[len(self._prefix) + 1 :].split(".")
+        package = ros_name(package)
+        module.__doc__ = f"Definitions of the ROS package {package}."
+        if not kind:
+            return
+        make, names = (self.message, self._messages) if kind == ["msg"] else (self._service_part, self._services)
+
+        def __getattr__(name: str) -> Any:
+            if name == "__all__":
+                return names(package)
+            if name.startswith("_"):
+                raise AttributeError(f"module {module.__name__} has no attribute {name}")
+            try:
+                return make(f"{package}/{name}")
+            except UnknownTypeError as error:
+                raise AttributeError(str(error)) from error
+
+        vars(module)["__getattr__"] = __getattr__
+        vars(module)["__dir__"] = lambda: names(package)
+
+    def _missing(self, name: str, kind: str) -> str:
+        """Return why a type cannot be imported from a msg or srv module."""
+        make, other, other_kind = (
+            (self.message, self.library.services, "srv")
+            if kind == "msg"
+            else (self.service, self.library.messages, "msg")
+        )
+        package, _, short = name.partition("/")
+        try:
+            make(name)
+        except UnknownTypeError as error:
+            if short in other(package):
+                return f"{error}; there is {self._prefix}.{module_name(package)}.{other_kind}.{short}"
+            return str(error)
+        return f"{short} is no module: write from {self._prefix}.{module_name(package)}.{kind} import {short}"
+
+    # -- classes -------------------------------------------------------------------------------------------------------
+
+    def message(self, name: str) -> type[Message]:
+        """Return the class of a message type.
+
+        Raises:
+            UnknownTypeError: no definition was found.
+            DefinitionError: the definition is wrong.
+        """
+
+        def make(module: str) -> type[Message]:
+            return make_message_class(self.library.message(name), self.library.digests, self.message, module)
+
+        return self._kept(name, "msg", make)  # type: ignore[no-any-return]  # it is what make returns
+
+    def service(self, name: str) -> type[Service]:
+        """Return the class of a service type; raises as :meth:`message`."""
+
+        def make(module: str) -> type[Service]:
+            return make_service_class(self.library.service(name), self.library.digests, self.message, module)
+
+        return self._kept(name, "srv", make)  # type: ignore[no-any-return]  # it is what make returns
+
+    def _service_part(self, name: str) -> type[Any]:
+        """Return what a srv module holds under a name: a service, a request or a response class."""
+        short = name.partition("/")[2]
+        if short not in self.library.services(name.partition("/")[0]):
+            for part, attribute in (("Request", "_request_class"), ("Response", "_response_class")):
+                if short.endswith(part):
+                    service = self.service(name.removesuffix(part))
+                    return self._kept(name, "srv", lambda _: getattr(service, attribute))  # type: ignore[no-any-return]  # noqa: B023  called at once
+        return self.service(name)
+
+    def _kept(self, name: str, kind: str, make: Callable[[str], type[Any]]) -> Any:
+        package, _, short = name.partition("/")
+        if not is_type_name(name) or not self.library.has_package(package):
+            # Raises the error that says what was searched.
+            return self.library.message(name) if kind == "msg" else self.library.service(name)
+        module = importlib.import_module(f"{self._prefix}.{module_name(package)}.{kind}")
+        kept = vars(module).get(short)
+        if kept is None:
+            # Another thread may have been here too: the first one's class stays.
+            kept = vars(module).setdefault(short, make(module.__name__))
+        return kept
+
+    def _messages(self, package: str) -> list[str]:
+        names: list[str] = self.library.messages(package)
+        return names
+
+    def _services(self, package: str) -> list[str]:
+        return [name + part for name in self.library.services(package) for part in ("", "Request", "Response")]
+
+
+def installed(environ: Mapping[str, str]) -> MessageFinder:
+    """Return the process's import hook; install one if there is none, before `generated.Hook`, whose work it does."""
+    for finder in sys.meta_path:
+        if isinstance(finder, MessageFinder):
+            return finder
+    hook = MessageFinder(environ)
+    sys.meta_path.insert(0, hook)
+    return hook

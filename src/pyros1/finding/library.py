@@ -1,0 +1,198 @@
+"""Definitions by name: where the text of ``package/Type`` is found on this machine (G28).
+
+In this order: packages where `packages` looks for them, the definitions that come with pyros1. A package's
+folder has ``msg``, ``srv`` and ``action``; the messages of an action need no .msg files.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from pyros1.errors import DefinitionError, PackageNotFoundError, UnknownTypeError
+from pyros1.finding.packages import PackageIndex, share_folders
+from pyros1.msgs.digest import Digests
+from pyros1.msgs.spec import (
+    MessageSpec,
+    ServiceSpec,
+    action_messages,
+    is_type_name,
+    parse_message,
+    parse_service,
+)
+
+SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "msgs", "definitions")
+"""Folder of the definitions that are part of pyros1."""
+
+_MOST_HINTS = 3
+_ACTION_PARTS = ("ActionGoal", "ActionResult", "ActionFeedback", "Action", "Goal", "Result", "Feedback")
+
+
+class Library:
+    """Finds and parses definitions; remembers what it parsed.
+
+    Args:
+        environ: environment variables, for ``ROS_PACKAGE_PATH``.
+        installs: ``share`` folders of stock installations; None means those of this machine.
+        shipped: folder of pyros1's own definitions.
+    """
+
+    def __init__(
+        self,
+        environ: Mapping[str, str],
+        *,
+        installs: Sequence[str | os.PathLike[str]] | None = None,
+        shipped: str | os.PathLike[str] = SHIPPED,
+    ) -> None:
+        roots = share_folders(environ) if installs is None else installs
+        self._roots = [os.fspath(root) for root in (*roots, shipped)]
+        self._packages = PackageIndex(environ, installs=installs)
+        self._folders: dict[str, list[str]] = {}
+        self._messages: dict[str, MessageSpec] = {}
+        self._services: dict[str, ServiceSpec] = {}
+        self.digests = Digests(self.message)
+
+    def message(self, name: str) -> MessageSpec:
+        """Return the parsed definition of a message type.
+
+        Raises:
+            UnknownTypeError: there is none.
+            DefinitionError: it is wrong; the text names file and line.
+        """
+        spec = self._messages.get(name)
+        if spec is None:
+            spec = self._messages[name] = self._load_message(name)
+        return spec
+
+    def service(self, name: str) -> ServiceSpec:
+        """Return the parsed definition of a service type; raises as :meth:`message`."""
+        spec = self._services.get(name)
+        if spec is None:
+            path = self._find(name, "srv")
+            if path is None:
+                raise UnknownTypeError(self._not_found(name, "service"))
+            spec = self._services[name] = parse_service(name, _read(path), path)
+        return spec
+
+    def has_package(self, package: str) -> bool:
+        """Tell whether there are definitions of that package."""
+        return any(map(_has_definitions, self.folders(package)))
+
+    def messages(self, package: str) -> list[str]:
+        """Return the short names of a package's messages, sorted, those of its actions included."""
+        names = set(self._names(package, "msg"))
+        for action in self._names(package, "action"):
+            names.update(action + part for part in _ACTION_PARTS)
+        return sorted(names)
+
+    def services(self, package: str) -> list[str]:
+        """Return the short names of a package's services, sorted."""
+        return sorted(set(self._names(package, "srv")))
+
+    def packages(self) -> list[str]:
+        """Return the names of all packages that have definitions, sorted."""
+        found: dict[str, None] = dict.fromkeys(self._packages.paths())
+        for root in self._roots:
+            found.update(dict.fromkeys(name for name in _listed(root) if _has_definitions(os.path.join(root, name))))
+        return sorted(name for name in found if self.has_package(name))
+
+    def folders(self, package: str) -> list[str]:
+        """Return the folders that may hold definitions of a package, the first to be asked first."""
+        folders = self._folders.get(package)
+        if folders is None:
+            # Debian installs some message packages without a package.xml, so these folders count by their name.
+            folders = [folder for root in self._roots if os.path.isdir(folder := os.path.join(root, package))]
+            try:
+                found = self._packages.find_folder(package)
+            except PackageNotFoundError:
+                pass
+            else:
+                folders = [found, *(folder for folder in folders if folder != found)]
+            self._folders[package] = folders
+        return folders
+
+    def _load_message(self, name: str) -> MessageSpec:
+        path = self._find(name, "msg")
+        if path is not None:
+            return parse_message(name, _read(path), path)
+        for part in _ACTION_PARTS:
+            action = name.removesuffix(part)
+            if action == name:
+                continue
+            path = self._find(action, "action")
+            if path is not None:
+                return parse_message(name, action_messages(action, _read(path), path)[name], path)
+        raise UnknownTypeError(self._not_found(name, "message"))
+
+    def _find(self, name: str, kind: str) -> str | None:
+        if not is_type_name(name):
+            return None
+        package, _, short = name.partition("/")
+        for folder in self.folders(package):
+            path = os.path.join(folder, kind, f"{short}.{kind}")
+            if os.path.isfile(path):
+                return path
+        return None
+
+    def _names(self, package: str, kind: str) -> Iterator[str]:
+        for folder in self.folders(package):
+            for name in _listed(os.path.join(folder, kind)):
+                if name.endswith("." + kind):
+                    yield name.removesuffix("." + kind)
+
+    def no_package(self, package: str) -> str:
+        """Return that there is no such package, with a hint at what may have been meant."""
+        from pyros1.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
+
+        hint = did_you_mean(package, self.packages())
+        return f"no package [{package}] with definitions{hint or '; is ROS_PACKAGE_PATH set?'}"
+
+    def _not_found(self, name: str, what: str) -> str:
+        names: Callable[[str], list[str]] = self.services if what == "service" else self.messages
+        if not is_type_name(name):
+            known = [f"'{full}'" for full in self._full_names(name, names)]
+            hint = f" (did you mean {' or '.join(known)}?)" if known else ""
+            return f"[{name}] is not a {what} type: it must have the form package/Type{hint}"
+        package = name.partition("/")[0]
+        short_names = names(package)
+        if not self.has_package(package):
+            return f"{what} type [{name}] is unknown: {self.no_package(package)}"
+        from pyros1.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
+
+        hint = did_you_mean(name, (f"{package}/{short}" for short in short_names))
+        instead = f"; package [{package}] has {', '.join(short_names) or f'no {what}s'}"
+        return f"{what} type [{name}] is unknown{hint or instead}"
+
+    def _full_names(self, name: str, names: Callable[[str], list[str]]) -> list[str]:
+        """Return what a name without package, or one with a folder as in ROS 2, may stand for; a few at most."""
+        package, short = name.partition("/")[0], name.rpartition("/")[2]
+        if "/" in name:
+            return [f"{package}/{short}"] if short in names(package) else []
+        found = [f"{package}/{short}" for package in self.packages() if short in names(package)]
+        return found[:_MOST_HINTS]
+
+
+def _has_definitions(folder: str) -> bool:
+    return any(os.path.isdir(os.path.join(folder, kind)) for kind in ("msg", "srv", "action"))
+
+
+def _listed(folder: str) -> list[str]:
+    """Return the names in a folder that are not hidden; none if it cannot be read."""
+    try:
+        return [name for name in os.listdir(folder) if name[0] != "."]
+    except OSError:
+        return []
+
+
+def _read(path: str) -> str:
+    """Return the text of a definition file, line ends as ``\\n``."""
+    try:
+        with open(path, "rb") as file:
+            data = file.read()
+    except OSError as error:
+        raise DefinitionError(f"cannot be read: {error.strerror}", path) from error
+    try:
+        text = data.decode()
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n")

@@ -1,0 +1,60 @@
+"""Writes stubs of message and service classes into folders, for editors and type checkers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from pyros1.errors import UnknownTypeError
+from pyros1.finding.library import SHIPPED, Library
+from pyros1.generated import module_name
+from pyros1.msgs.stubs import message_stub, package_stub, service_stub
+
+HOME = Path(SHIPPED).parent
+"""Where the stubs of the definitions that come with pyros1 are: ``pyros1.msgs``."""
+
+
+def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str]]:
+    """Yield the files of packages and their texts, with paths from the folder of ``pyros1.msgs``.
+
+    Args:
+        library: where definitions come from.
+        packages: their names.
+
+    Raises:
+        UnknownTypeError: there is no such package.
+        DefinitionError: a definition is wrong; the text names file and line.
+    """
+    for package in packages:
+        if not library.has_package(package):
+            raise UnknownTypeError(library.no_package(package))
+        name = module_name(package)
+        folder = Path(name)
+        messages = [library.message(f"{package}/{short}") for short in library.messages(package)]
+        services = [library.service(f"{package}/{short}") for short in library.services(package)]
+        yield folder / "__init__.pyi", package_stub(package)
+        if messages:
+            yield folder / "msg.pyi", message_stub(package, messages, name)
+        if services:
+            yield folder / "srv.pyi", service_stub(package, services, name)
+
+
+def shipped() -> Library:
+    """Return the definitions that come with pyros1, and no others."""
+    return Library({}, installs=())
+
+
+def write(files: Iterable[tuple[Path, str]], folder: Path) -> list[Path]:
+    """Write files that are not there or differ; return them.
+
+    Raises:
+        OSError: one cannot be written.
+    """
+    written = []
+    for name, text in files:
+        path = folder / name
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+            written.append(path)
+    return written

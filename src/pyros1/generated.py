@@ -1,0 +1,77 @@
+"""The import hook for ``pyros1.msgs.<package>``, whose modules are made of definitions (`pyros1.finding.importing`).
+
+It loads what makes them when the first is imported: most programs that import pyros1 need it, most commands do not.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
+
+PREFIX = "pyros1.msgs"
+OWN_MODULES = frozenset(
+    [
+        "array_views",
+        "arrays",
+        "base",
+        "check",
+        "constructor",
+        "copier",
+        "decoder",
+        "definitions",
+        "digest",
+        "dynamic",
+        "encoder",
+        "factory",
+        "fill",
+        "json_form",
+        "large",
+        "source",
+        "spec",
+        "stubs",
+        "text",
+        "yamltext",
+    ]
+)
+"""Modules of pyros1.msgs; a ROS package with such a name is imported with an underscore behind it."""
+
+
+def module_name(package: str) -> str:
+    """Return the name of a ROS package's module below ``pyros1.msgs``."""
+    return package + "_" if package in OWN_MODULES else package
+
+
+def ros_name(module: str) -> str:
+    """Return the ROS package of such a module."""
+    return module[:-1] if module[:-1] in OWN_MODULES and module.endswith("_") else module
+
+
+def finder() -> Any:
+    """Return the process's :class:`pyros1.finding.importing.MessageFinder`.
+
+    An import statement has no place for arguments: where definitions are, the process's own environment decides.
+    """
+    return import_module("pyros1.finding.importing").installed(os.environ)
+
+
+class Hook:
+    """Finds modules of messages and services."""
+
+    @staticmethod
+    def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
+        """Answer the import system; see `pyros1.finding.importing.MessageFinder.find_spec`."""
+        if not name.startswith(PREFIX + ".") or name.split(".")[2] in OWN_MODULES:
+            return None
+        found: ModuleSpec | None = finder().find_spec(name, path, target)
+        return found
+
+
+def install() -> None:
+    """Install the hook, once; before the one that looks into folders, where there are stubs of these modules."""
+    if Hook not in sys.meta_path:
+        sys.meta_path.insert(0, Hook)

@@ -1,0 +1,1 @@
+"""Topics that a node publishes: handles, the publication, its links."""

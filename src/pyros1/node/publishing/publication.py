@@ -1,0 +1,395 @@
+"""A topic that a node publishes: its links, its latched message, and the order in which messages leave.
+
+https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
+"""
+
+from __future__ import annotations
+
+import itertools
+import socket
+import struct
+import time
+from collections.abc import Callable, Mapping
+from threading import get_ident
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pyros1.errors import SerializationError
+from pyros1.net.keepalive import keep_alive
+from pyros1.node.lane import Lane
+from pyros1.node.publishing.local_link import LocalLink
+from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
+from pyros1.wire.handshake import Refusal, TopicType, answer_subscriber, is_true
+from pyros1.wire.header import encode_header
+from pyros1.wire.outqueue import Buffer, Frame, keepable
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context
+    from pyros1.node.publishing.udp_link import UdpLink
+    from pyros1.node.subscribing.sources import Receiver
+
+_LENGTH = 4
+_U32 = struct.Struct("<I")
+FAREWELL = 1.0
+"""Seconds that subscribers have for taking the last messages of a publisher that ends."""
+MOST_LINKS = 1024
+PAUSE = 0.0001
+LONGEST_TURN = 1.0
+"""Seconds that a publisher without a queue waits for the lane: a long signal handler may hold up who works there."""
+
+
+class Link(Protocol):
+    """What a publication needs to know of a link. `start`, `send` and `recover` are called in the topic's lane."""
+
+    peer: str
+    messages: int
+    bytes_sent: int
+    transport: str
+    address: str
+
+    @property
+    def dropped(self) -> int: ...
+    @property
+    def waiting(self) -> int: ...
+    @property
+    def connected(self) -> bool: ...
+    def start(self) -> None: ...
+    def send(self, frame: Frame) -> None: ...
+    def recover(self) -> None: ...
+    def wait(self) -> None: ...
+    def close(self) -> None: ...
+    def finish(self, until: float) -> None: ...
+
+
+class Publication:
+    """A topic that a node publishes, and its links.
+
+    Args:
+        context: the node.
+        topic: full name.
+        message_class: what is published; an AnyMsg publication needs ``type_`` to say what really travels.
+        type_: type name, md5 sum and definition that are told to subscribers.
+        queue_size: most waiting messages per slow subscriber; 0 unlimited; None: publishing waits for subscribers.
+        latch: keep the last message and give it to every new subscriber.
+        headers: further fields of the connection header.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        topic: str,
+        message_class: type[Any],
+        type_: TopicType,
+        queue_size: int | None,
+        latch: bool,
+        headers: Mapping[str, str],
+    ) -> None:
+        self.context = context
+        self.topic = topic
+        self.message_class = message_class
+        # What classes have is made when it is first used: now, and not in a signal handler in the middle of an import.
+        message_class()
+        self._encode = message_class._encode_frame
+        self.type = type_
+        self.queue_size = queue_size
+        self.latch = latch
+        self.headers = dict(headers)
+        self.links: tuple[Link, ...] = ()
+        self._remote: tuple[Link, ...] = ()  # those of the links that take frames
+        self._local: tuple[LocalLink, ...] = ()  # and those that take messages
+        self.handles = 0
+        self.on_change: list[Callable[[], None]] = []
+        self._connections = itertools.count(1)  # of datagrams
+        self._seq = itertools.count(1)  # from 1, as rospy (T22)
+        self._latched: dict[object, Frame] = {}  # by publisher: each has its own, as in roscpp
+        # Numbers, the latched message and the links belong to it: all of them see one order of messages.
+        self._lane = Lane(context.loop.call_soon, self._recover)
+        self._closed = False
+        self.publish: Callable[[Any], None] = self._publish_numbered if message_class._has_header else self._publish
+        """Send a message to all links; see Publisher.publish."""
+
+    # The lane is entered here and not by `Lane.do`: this is the way of every message.
+
+    def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much as ten lines
+        if not (self.links or self.latch):
+            return
+        me, lane = get_ident(), self._lane
+        if not lane.free:
+            lane.linger()
+        try:
+            del lane.free[0]
+        except IndexError:
+            lane.leave(self._send, *_safe(*self._prepare(message)))
+        else:
+            # Encoded in here, so that what a signal handler publishes meanwhile comes after this message: a robot that
+            # it stops must not be set going again by what was under way.
+            lane.worker = me
+            try:
+                if lane.jobs and not lane.catch_up():  # some of them may be this thread's: this one comes after them
+                    lane.jobs.append((self._send, _safe(*self._prepare(message))))
+                elif self._local or self.latch or message.__class__ is not self.message_class:
+                    self._send(*self._prepare(message))
+                else:
+                    try:
+                        frame = self._encode(message)
+                    except SerializationError as error:
+                        raise self._named(error) from None
+                    for link in self._remote:
+                        link.send(frame)
+            except BaseException:
+                self._recover()
+                raise
+            finally:
+                lane.free.append(True)
+                if lane.jobs:
+                    lane.work()
+        if self.queue_size is None:
+            self._wait()
+
+    def _publish_numbered(self, message: Any) -> None:
+        if not (self.links or self.latch):
+            return
+        me, lane = get_ident(), self._lane
+        if not lane.free:
+            lane.linger()
+        try:
+            del lane.free[0]
+        except IndexError:
+            lane.leave(self._send_numbered, message, *_safe(*self._prepare(message)))
+        else:
+            lane.worker = me
+            try:
+                if lane.jobs and not lane.catch_up():  # some of them may be this thread's: this one comes after them
+                    lane.jobs.append((self._send_numbered, (message, *_safe(*self._prepare(message)))))
+                else:
+                    message.header.seq = next(self._seq)
+                    self._send(*self._prepare(message))
+            except BaseException:
+                self._recover()
+                raise
+            finally:
+                lane.free.append(True)
+                if lane.jobs:
+                    lane.work()
+        if self.queue_size is None:
+            self._wait()
+
+    def _prepare(self, message: Any) -> tuple[Frame | None, Any]:
+        """Return what the links need of a message: its frame, its copy, or both."""
+        cls = message.__class__
+        try:
+            copy = cls._copy(message) if self._local and not self.latch else None
+            if copy is not None and not self._remote:
+                return None, copy
+            return self._encode(message) if cls is self.message_class else cls._encode_frame(message), copy
+        except SerializationError as error:
+            raise self._named(error) from None
+
+    def _named(self, error: SerializationError) -> SerializationError:
+        return SerializationError(f"{self.topic}: {error}")
+
+    def _send(self, frame: Frame | None, copy: Any, source: object = None) -> None:
+        """Give a message to all links and keep it, if latched. In the lane.
+
+        Links may have come since it was prepared.
+        """
+        if frame is None and (self._remote or self.latch):
+            frame = copy.__class__._encode_frame(copy)
+        if frame is not None:
+            if self.latch:
+                self._latched[source] = frame = frame if isinstance(frame, bytes) else b"".join(frame)
+            for link in self._remote:
+                link.send(frame)
+        for taker in self._local:
+            if copy is not None:
+                taker.hand_over(copy)
+            elif frame is not None:
+                taker.send(frame)
+
+    def _send_numbered(self, message: Any, frame: Frame | None, copy: Any) -> None:
+        """The same for a message that had to be left: its number is that of its turn."""
+        message.header.seq = number = next(self._seq)
+        if copy is not None:
+            copy.header.seq = number
+        if frame is not None:
+            frame = _numbered(frame, number)
+        self._send(frame, copy)
+
+    def _recover(self) -> None:
+        """A signal handler has raised in the middle of something."""
+        for link in self.links:
+            link.recover()
+
+    def _wait(self) -> None:
+        """Wait until all links have taken what was published, as rospy does without a queue size."""
+        lane, until = self._lane, perf_counter() + LONGEST_TURN
+        while lane.jobs and perf_counter() < until:  # ours may be among them
+            if lane.mine:
+                return  # in a signal handler: what it has interrupted goes on afterwards
+            lane.work()
+            if not lane.free:
+                time.sleep(PAUSE)
+        if not lane.mine:
+            for link in self.links:
+                link.wait()
+
+    def _publish_to_nobody(self, message: Any) -> None:
+        """The node has ended. As in rospy that is no error: a loop may have asked `ok` just before.
+
+        It is said once, unless a signal has ended the node.
+        """
+        context = self.context
+        if context.tells_late_publishers:
+            context.tells_late_publishers = False
+            context.log.warn("publish() on %s after the end of its node: nobody receives it", self.topic)
+
+    def publish_body(self, body: bytes, source: object = None) -> None:
+        """Send an already encoded message.
+
+        Args:
+            body: its bytes.
+            source: for a latched topic: whose last message it is. Later subscribers get the last one of each source.
+        """
+        if self.links or self.latch:
+            self._lane.do(self._send, len(body).to_bytes(_LENGTH, "little") + body, None, source)
+            if self.queue_size is None:
+                self._wait()
+
+    def forget(self, source: object) -> None:
+        """Forget a source's latched message."""
+        self._lane.do(self._latched.pop, source, None)
+
+    def accept(self, sock: socket.socket, header: dict[str, str]) -> None:
+        """Answer a subscriber's header and take it as a link. On the loop.
+
+        Raises:
+            Refusal: the subscriber wants another type.
+        """
+        answer = self._answer(header)
+        self._check_room()
+        keep_alive(sock)
+        if is_true(header.get("tcp_nodelay")):
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        greeting = encode_header(answer)
+        link_class: Any = WaitingLink if self.queue_size is None else TcpLink
+        self._add(link_class(self.context.loop, self._lane, sock, header, greeting, self.queue_size, self._remove))
+
+    def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> UdpLink:
+        """Take a subscriber that wants datagrams. On the loop.
+
+        Args:
+            header: its connection header.
+            place: its host and port.
+            size: bytes of the largest datagram.
+
+        Raises:
+            Refusal: it wants another type, or cannot be reached.
+        """
+        from pyros1.node.publishing.udp_link import UdpLink  # noqa: PLC0415 - few nodes need it
+
+        answer = self._answer(header)
+        self._check_room()
+        number = next(self._connections)
+        link = UdpLink(self.context.loop, self._lane, header, answer, place, size, number, self._remove)
+        if not link.connected:
+            raise Refusal(f"no datagrams can be sent to {place[0]}:{place[1]}")
+        self._add(link)
+        return link
+
+    def connect_local(
+        self, receiver: Receiver, uri: str, header: dict[str, str], on_closed: Callable[[LocalLink], None]
+    ) -> LocalLink:
+        """Link a subscription of the same process, without a socket.
+
+        Args:
+            receiver: takes the messages.
+            uri: of this node's slave API.
+            header: the connection header that it would send.
+            on_closed: called when the link is gone.
+
+        Raises:
+            Refusal: it wants another type.
+        """
+        try:
+            answer = self._answer(header)
+        except Refusal as refusal:  # over TCP the server says so
+            self.context.log.warn("refused a connection of %s for %s: %s", header["callerid"], self.topic, refusal)
+            raise
+        _ = self.message_class._copy  # as in __init__
+        link = LocalLink(self._lane, receiver, uri, header, answer, self.queue_size, self._remove, on_closed)
+        self._add(link)
+        return link
+
+    def _check_room(self) -> None:
+        if len(self.links) >= MOST_LINKS:
+            raise Refusal(f"[{self.topic}] has {MOST_LINKS} subscribers already")
+
+    def _answer(self, header: dict[str, str]) -> dict[str, str]:
+        if self._closed:
+            raise self._gone()
+        return answer_subscriber(header, self.context.name, self.topic, self.type, self.latch, self.headers)
+
+    def _add(self, link: Link) -> None:
+        if self._closed:
+            link.close()
+            raise self._gone()
+        self._lane.do(self._add_now, link)
+
+    def _add_now(self, link: Link) -> None:
+        if self._closed:
+            link.close()
+            return
+        self._set_links((*self.links, link))
+        link.start()
+        for frame in self._latched.values():
+            link.send(frame)
+
+    def _gone(self) -> Refusal:
+        return Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
+
+    def _remove(self, link: Link) -> None:
+        self._lane.do(self._remove_now, link)
+
+    def _remove_now(self, link: Link) -> None:
+        self._set_links(tuple(other for other in self.links if other is not link))
+
+    def _set_links(self, links: tuple[Link, ...]) -> None:
+        self.links = links
+        self._local = tuple(link for link in links if isinstance(link, LocalLink))
+        self._remote = tuple(link for link in links if not isinstance(link, LocalLink))
+        if self.on_change:
+            self.context.loop.call_soon(self._changed)  # others' code does not belong into the lane
+
+    def _changed(self) -> None:
+        for callback in tuple(self.on_change):
+            callback()
+
+    def close(self, until: float | None = None) -> None:
+        """End all links; what still waits is sent first, as far as subscribers take it in time.
+
+        Args:
+            until: `perf_counter` time when they must have it; None: in FAREWELL seconds.
+        """
+        self._closed = True
+        self.publish = self._publish_to_nobody
+        self._lane.do(self._latched.clear)
+        if until is None:
+            until = perf_counter() + FAREWELL
+        for link in self.links:
+            link.finish(until)
+
+
+def _safe(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
+    """Return what may wait: nothing that the owner of the message could change meanwhile."""
+    return None if frame is None else keepable(frame), copy
+
+
+def _numbered(frame: Frame, number: int) -> Frame:
+    """Return the frame of a message whose first field is a Header with another sequence number."""
+    rest: list[Buffer] = []
+    first: Buffer = frame if isinstance(frame, bytes) else frame[0]
+    if not isinstance(frame, bytes):
+        rest = frame[1:]
+    head = bytearray(first)
+    _U32.pack_into(head, _LENGTH, number)
+    return [bytes(head), *rest] if rest else bytes(head)

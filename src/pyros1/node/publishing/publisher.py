@@ -1,0 +1,157 @@
+"""The handle of a published topic that users hold.
+
+https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+
+from pyros1.errors import NodeError, SerializationError
+from pyros1.msgs import AnyMsg, Message
+from pyros1.msgs.base import message_class
+from pyros1.node.context import wait_for_links
+from pyros1.timing import Duration, Time
+from pyros1.wire.handshake import ANY
+
+if TYPE_CHECKING:
+    from pyros1.node.publishing.publication import Publication
+
+_M = TypeVar("_M")
+_Value = bool | int | float | str | bytes | bytearray | memoryview | Time | Duration | Sequence[Any]
+
+
+class Publisher(Generic[_M]):
+    """A user's handle of a published topic; made by ``Node.advertise``. Also a context manager that unregisters.
+
+    Attributes:
+        name: the topic's full name.
+        type: the message class.
+    """
+
+    def __init__(self, publication: Publication, message_class: type[_M], unregister: Callable[[], None]) -> None:
+        self.name = publication.topic
+        self.type = message_class
+        self._publication = publication
+        self._unregister: Callable[[], None] | None = unregister
+        self._raw = message_class is AnyMsg
+
+    # For type checkers: a message must be of the topic's type; what a single value must be, only the definition says.
+    @overload
+    def publish(self, message: _M, /) -> None: ...
+    @overload
+    def publish(self, value: _Value, /) -> None: ...
+    @overload
+    def publish(self, first: object, second: object, /, *more: object) -> None: ...
+    @overload
+    def publish(self, **fields: object) -> None: ...
+    def publish(self, *args: Any, **fields: Any) -> None:
+        """Publish a message. Returns at once; a slow subscriber loses the oldest messages beyond ``queue_size``.
+
+        Any thread; a signal handler, too: if it has interrupted `publish` on that topic, its message comes next. What a
+        handler publishes just before `publish` has begun is followed by that message.
+
+        Args:
+            args: one message, or the values of all its fields in order.
+            fields: the values of some fields by name.
+
+        Raises:
+            SerializationError: the message is of another type; or a value does not fit its field, which is noticed only
+                when somebody listens, or the topic is latched.
+            NodeError: the publisher was unregistered.
+            TypeError: wrong number of values, or positional and named ones mixed; or a class is given.
+            AttributeError: no field of that name.
+        """
+        if self._unregister is None:
+            raise NodeError(f"publish() on {self.name}, which was unregistered or whose node has shut down")
+        if len(args) == 1 and not fields:
+            message = args[0]
+            if isinstance(message, self.type):
+                if self._raw and (self._publication.latch or self._publication.message_class is not AnyMsg):
+                    self._publication.publish_body(message._buff, self)  # type: ignore[attr-defined]
+                else:
+                    self._publication.publish(message)
+                return
+            if isinstance(message, type) and hasattr(message, "_md5sum"):
+                name = message.__name__
+                raise TypeError(f"publish() on {self.name}: {name} is a class: give a message, {name}(...)")
+            if hasattr(message, "_md5sum"):
+                self._publish_other(message)
+                return
+            if self._raw:
+                self._check_bytes(message)
+        self._publication.publish(self.type(*args, **fields))
+
+    def _check_bytes(self, given: Any) -> None:
+        try:
+            memoryview(given)
+        except TypeError:
+            raise TypeError(f"publish() on {self.name} takes an AnyMsg or its bytes, not {given!r:.80}") from None
+
+    def _publish_other(self, message: Any) -> None:
+        """Publish a message of another class: good if it is of the same type, from another definition or generator or
+        still encoded, or is the value of the type's only field."""
+        publication = self._publication
+        name, md5sum = message._type, message._md5sum
+        if isinstance(message, AnyMsg):  # one that was received says what it is
+            header = message._connection_header or {}
+            name, md5sum = header.get("type", ANY), header.get("md5sum", ANY)
+        if isinstance(message, AnyMsg) and md5sum in (ANY, publication.type.md5sum):
+            publication.publish_body(message._buff)
+        elif isinstance(message, Message) and md5sum == publication.type.md5sum:
+            publication.publish(message)
+        elif not self._raw and md5sum == publication.type.md5sum:
+            # What other generators make has the same fields, but does not encode itself as ours do.
+            publication.publish(self.type._copy(message))  # type: ignore[attr-defined]
+        elif not self._raw and self._is_only_field(md5sum):
+            publication.publish(self.type(message))  # type: ignore[call-arg]
+        else:
+            wanted = publication.type
+            reason = f"not {name}" if name != wanted.name else f"with md5sum {wanted.md5sum}, not {md5sum}"
+            raise SerializationError(f"{self.name} carries {wanted.name}, {reason}")
+
+    def _is_only_field(self, md5sum: str) -> bool:
+        """Whether the type has but one field, which is a message with that sum."""
+        cls: Any = message_class(self.type)
+        nested = cls._classes.get(cls._slot_types[0]) if len(cls._slot_types) == 1 else None
+        return nested is not None and bool(nested._md5sum == md5sum)
+
+    @property
+    def num_connections(self) -> int:
+        """Number of connected subscribers."""
+        return len(self._publication.links)
+
+    @property
+    def dropped(self) -> int:
+        """Messages that slow subscribers have lost, all together, as far as they are still connected."""
+        return sum(link.dropped for link in self._publication.links)
+
+    @property
+    def waiting(self) -> int:
+        """Messages that slow subscribers have not taken yet, all together."""
+        return sum(link.waiting for link in self._publication.links)
+
+    def wait_for_subscribers(self, count: int = 1, timeout: float | None = None) -> bool:
+        """Wait until at least ``count`` subscribers are connected.
+
+        Args:
+            timeout: seconds; None waits until the node shuts down.
+
+        Returns:
+            Whether they are there.
+        """
+        return wait_for_links(self._publication, count, timeout)
+
+    def unregister(self) -> None:
+        """Stop publishing; the topic is unregistered with its last publisher in this node."""
+        unregister, self._unregister = self._unregister, None
+        if unregister is not None:
+            self._publication.forget(self)
+            unregister()
+
+    def __enter__(self) -> Publisher[_M]:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.unregister()

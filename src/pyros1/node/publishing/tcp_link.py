@@ -1,0 +1,384 @@
+"""A publisher's link to one subscriber, over TCP.
+
+All that a link does happens in the lane of its topic (``lane.py``), so it has no lock. States of a link:
+
+* *idle*: nothing waits. A message goes out at once, in the thread that works in the lane.
+* *coalescing*: messages come faster than every HOT_GAP seconds, RUN_UP of them in a row. They gather in the queue and
+  go out together: sent by the publishing thread when BATCH have gathered or WINDOW seconds passed, by the loop's timer
+  when the publisher fell silent. A lone message never waits.
+* *blocked*: the socket is full. Messages gather in the queue (the oldest are dropped whole); the loop sends when the
+  socket takes more, and a publisher in a tight loop tries as well, because it seldom lets the loop thread run.
+* *closed*.
+
+What was sent is noted by ``(self._sent,) = map(send, (frame,))``: no signal handler can run between the end of `send`
+and the noting, as it could with a plain call. One that raises (KeyboardInterrupt) then tears no frame: see `recover`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import selectors
+import socket
+import time
+from collections.abc import Callable
+from time import perf_counter
+
+from pyros1.net.loop import Loop
+from pyros1.node.lane import Lane
+from pyros1.wire.outqueue import Frame, OutQueue, frame_size
+
+HOT_GAP = 30e-6
+RUN_UP = 100
+BATCH = 128
+WINDOW = 100e-6
+TURN = 4 << 20
+"""Bytes that are sent in one go; what is left is sent in the loop's next round, after the others' turn."""
+LINGER = 0.0005
+"""Seconds after which the loop sends what the publisher left behind."""
+SMALL = 4096
+PAUSE = 0.0001
+
+
+class TcpLink:
+    """One connected subscriber.
+
+    Args:
+        loop: the node's loop.
+        lane: of the topic. `start`, `send` and `recover` are called in it, all else from any thread.
+        sock: connected and past the handshake; owned by the link from now on.
+        header: the subscriber's connection header.
+        greeting: our connection header, encoded; goes out first, see `start`.
+        queue_size: most waiting messages; 0 or None for no limit.
+        on_closed: called once when the link is gone.
+
+    Attributes:
+        messages, bytes_sent: what was given to this link.
+    """
+
+    transport = "TCPROS"
+
+    def __init__(
+        self,
+        loop: Loop,
+        lane: Lane,
+        sock: socket.socket,
+        header: dict[str, str],
+        greeting: bytes,
+        queue_size: int | None,
+        on_closed: Callable[[TcpLink], None],
+    ) -> None:
+        self.header = header
+        self.peer = header.get("callerid", "")
+        self.messages = 0
+        self.bytes_sent = 0
+        self._loop = loop
+        self._lane = lane
+        self._sock = sock
+        self._send_bytes = sock.send
+        self._on_closed = on_closed
+        self._queue = OutQueue(queue_size)
+        self._batch = 0 if queue_size is None else BATCH if queue_size == 0 else min(BATCH, queue_size // 2)
+        self._idle = True
+        self._blocked = False
+        self._closed = False
+        self._armed = False  # the loop's timer is set
+        self._due = False  # the socket takes more
+        self._at_event = False  # the loop is in `_on_event`
+        self._streak = 0
+        self._last = 0.0
+        self._flying: Frame | None = None  # a frame that is being sent, not by way of the queue
+        self._sent = 0  # bytes of it
+        sock.setblocking(False)
+        self.address = _address_text(sock)
+        self._greeting = greeting
+        loop.call_soon(self._watch)
+
+    def start(self) -> None:
+        """Send the greeting.
+
+        A subscriber that has the greeting counts on every message from then on, so the link is made known first.
+        """
+        self._send_now(self._greeting)
+        self.bytes_sent = 0
+
+    @property
+    def dropped(self) -> int:
+        """Messages thrown away because the subscriber was too slow."""
+        return self._queue.dropped
+
+    @property
+    def waiting(self) -> int:
+        """Messages that the subscriber has not taken yet."""
+        return len(self._queue)
+
+    @property
+    def connected(self) -> bool:
+        """Whether the link is up."""
+        return not self._closed
+
+    def send(self, frame: Frame) -> None:
+        """Send a frame, or queue it. Never waits."""
+        if self._closed:
+            return
+        self.messages += 1
+        now = perf_counter()
+        if self._idle:
+            if self._batch > 1 and now - self._last < HOT_GAP:
+                self._streak += 1
+                if self._streak > RUN_UP and frame.__class__ is bytes and len(frame) < SMALL:
+                    self._idle = False
+                    self._last = now
+                    self._queue.push(frame)
+                    self._arm()
+                    return
+            else:
+                self._streak = 0
+            self._last = now
+            self._send_now(frame)
+            return
+        self._queue.push(frame)
+        if now - self._last > WINDOW or (len(self._queue) >= self._batch and not self._blocked):
+            self._last = now
+            self._flush()
+
+    def _send_now(self, frame: Frame) -> None:
+        self._flying, self._sent = frame, 0
+        try:
+            if isinstance(frame, bytes):
+                size = len(frame)
+                (self._sent,) = map(self._send_bytes, (frame,))
+            else:
+                size = frame_size(frame)
+                (self._sent,) = map(self._sock.sendmsg, (frame,))
+        except BlockingIOError:
+            pass
+        except OSError:
+            self._fail()
+            return
+        sent = self._sent
+        self.bytes_sent += sent
+        if sent == size:
+            self._flying = None
+            return
+        self._keep_rest()
+
+    def _keep_rest(self) -> None:
+        """Queue what the socket has not taken of the flying frame."""
+        frame, sent = self._flying, self._sent
+        if frame is not None:
+            self._idle = False
+            if sent:
+                self._queue.push_begun(frame, sent)
+            else:
+                self._queue.push(frame)
+            self._flying = None
+            self._block()
+
+    def _flush(self) -> None:
+        """Send what waits, as much as the socket takes, and no more than a turn."""
+        queue, end = self._queue, self.bytes_sent + TURN
+        while parts := queue.buffers():
+            try:
+                if len(parts) > 4 and len(parts[0]) < SMALL and len(parts[-1]) < SMALL:
+                    data = b"".join(parts)
+                    whole = len(data)
+                    (queue.unsettled,) = map(self._sock.send, (data,))
+                else:
+                    whole = sum(map(len, parts))
+                    (queue.unsettled,) = map(self._sock.sendmsg, (parts,))
+            except BlockingIOError:
+                self._block()
+                return
+            except OSError:
+                self._fail()
+                return
+            sent = queue.unsettled
+            self.bytes_sent += sent
+            queue.settle()
+            if sent < whole or (self.bytes_sent >= end and queue):
+                self._block()
+                return
+        self._blocked = False
+        if not self._armed:
+            self._idle = True
+            self._streak = 0
+
+    def recover(self) -> None:
+        """Bring in order what a signal handler has left that raised in the middle of something; send what waits."""
+        if self._closed:
+            return
+        if self._flying is not None and 0 < self._sent < frame_size(self._flying):
+            self._keep_rest()
+        self._flying = None
+        self._queue.settle()
+        self._armed = self._blocked = False  # the loop may not have been told yet
+        self._flush()
+
+    def _arm(self) -> None:
+        if not self._armed:
+            self._armed = True
+            self._loop.call_later(LINGER, self._linger_over)
+
+    def _linger_over(self) -> None:
+        """On the loop: send what the publisher left behind; keep the watch up while it is busy."""
+        self._lane.do(self._linger)
+
+    def _linger(self) -> None:
+        self._armed = False
+        if self._closed or self._blocked:
+            return
+        busy = perf_counter() - self._last < LINGER
+        self._flush()
+        if busy and not self._closed and not self._blocked:
+            self._idle = False
+            self._arm()
+
+    def _block(self) -> None:
+        if not self._blocked:
+            self._blocked = True
+            self._loop.call_soon(self._want_writable)
+
+    # On the loop ------------------------------------------------------------------------------------------------------
+
+    def _watch(self) -> None:
+        if not self._closed:
+            self._loop.register(self._sock, selectors.EVENT_READ, self._on_event)
+
+    def _want_writable(self) -> None:
+        if not self._closed:
+            self._loop.modify(self._sock, selectors.EVENT_READ | selectors.EVENT_WRITE, self._on_event)
+
+    def _on_event(self, mask: int) -> None:
+        if mask & selectors.EVENT_WRITE:
+            self._due = self._at_event = True
+            self._lane.do(self._send_more)
+            self._at_event = False
+            if self._due or not self._blocked:  # left to another thread; or all is sent
+                self._loop.modify(self._sock, selectors.EVENT_READ, self._on_event)
+        if mask & selectors.EVENT_READ and not self._closed:
+            try:
+                gone = not self._sock.recv(4096)  # a subscriber has nothing to say: only its going matters
+            except BlockingIOError:
+                gone = False
+            except OSError:
+                gone = True
+            if gone:
+                self.close()
+
+    def _send_more(self) -> None:
+        self._due = False
+        if not self._closed:
+            self._flush()
+            if self._blocked and not (self._at_event and self._loop.in_loop()):  # nobody watches the socket any more
+                self._loop.call_soon(self._want_writable)
+
+    def _fail(self) -> None:
+        """The socket is broken, or the end has come. In the lane."""
+        if not self._closed:
+            self._closed = True
+            self._queue.clear()
+            if self._loop.running:
+                self._loop.call_soon(self._dispose)
+            else:
+                self._dispose()
+
+    def close(self) -> None:
+        """Close the link; what still waits is lost. Any thread."""
+        if not self._lane.mine:
+            with contextlib.suppress(OSError):  # so that nothing more is sent
+                self._sock.shutdown(socket.SHUT_RDWR)
+        self._lane.do(self._fail)
+
+    def finish(self, until: float) -> None:
+        """Send what waits and close: for an orderly end of the publisher.
+
+        Args:
+            until: `perf_counter` time after which what is left is given up.
+        """
+        while not self._lane.mine:
+            if self._closed or not (self._queue or self._lane.jobs) or perf_counter() > until:
+                self.close()
+                return
+            self._push_on()
+        # A signal handler ends the node, on top of a function that is sending here: it goes on afterwards.
+        self._lane.do(self._flush_open)
+        self._lane.do(self._fail)
+
+    def wait(self) -> None:
+        """Nobody waits for this link."""
+
+    def _push_on(self) -> None:
+        """Wait a little until the socket takes more, and send."""
+        _wait_writable(self._sock)
+        if self._lane.free:
+            self._lane.do(self._flush_open)
+        else:
+            time.sleep(PAUSE)  # whoever works there sends
+
+    def _flush_open(self) -> None:
+        if not self._closed:
+            self._flush()
+
+    def _dispose(self) -> None:
+        with contextlib.suppress(KeyError, ValueError, OSError):
+            self._loop.unregister(self._sock)
+        self._sock.close()
+        self._on_closed(self)
+
+
+class WaitingLink(TcpLink):
+    """A link whose publishers wait until all is written, as rospy's do without a queue size."""
+
+    def wait(self) -> None:
+        """Wait until what was given to `send` by now is written, or the link closed. Not in the lane."""
+        number = self.messages
+        if self._written >= number:
+            return
+        try:
+            while not self._closed and self._written < number:
+                self._push_on()
+        finally:
+            if self._queue:  # of others, or this thread was interrupted: the loop goes on
+                self._lane.do(self._leave_to_loop)
+
+    @property
+    def _written(self) -> int:
+        return self.messages - len(self._queue)
+
+    def _leave_to_loop(self) -> None:
+        if self._queue and not self._closed:
+            super()._block()
+
+    def start(self) -> None:
+        """Send the greeting; nobody waits for that, nor for the latched messages that follow it in this job."""
+        super().start()
+        self._loop.call_soon(self._lane.do, self._leave_to_loop)
+
+    def recover(self) -> None:
+        """The same as for other links; but who was to wait for the rest has been interrupted."""
+        super().recover()
+        self._leave_to_loop()
+
+    def _block(self) -> None:
+        """A publisher waits for the socket already: the loop need not wake up."""
+
+
+def _wait_writable(sock: socket.socket) -> None:
+    """Wait a little for room in a socket, which the loop may close meanwhile."""
+    with contextlib.suppress(OSError, ValueError):
+        if hasattr(select, "poll"):
+            poller = select.poll()
+            poller.register(sock, select.POLLOUT)
+            poller.poll(100)
+        else:
+            select.select([], [sock], [], 0.1)
+
+
+def _address_text(sock: socket.socket) -> str:
+    """Describe a connection in the form that rosnode info reads (S03)."""
+    try:
+        port, peer = sock.getsockname()[1], sock.getpeername()
+    except OSError:
+        return "TCPROS connection on port 0 to [unknown]"
+    return f"TCPROS connection on port {port} to [{peer[0]}:{peer[1]} on socket {sock.fileno()}]"

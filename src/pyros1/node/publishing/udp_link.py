@@ -1,0 +1,163 @@
+"""A publisher's link over UDP, for those who would rather lose a message than wait for it: UDPROS, as roscpp has it.
+
+A subscriber offers a socket in `requestTopic`; the publisher answers with a connection number and sends. There is no
+connection that could be found broken: a publisher learns that nobody listens when the system says so (T57-T62).
+"""
+
+from __future__ import annotations
+
+import itertools
+import socket
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.wire.datagram import split
+from pyros1.wire.header import encode_header
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import Loop
+    from pyros1.node.lane import Lane
+    from pyros1.wire.outqueue import Frame
+
+PROTOCOL = "UDPROS"
+_LENGTH = 4
+
+
+class UdpLink:
+    """The sending end. A message that the system does not take at once is lost, and counted as dropped.
+
+    Args:
+        loop: of the node, to look up the subscriber's host.
+        lane: of the topic, in which `send` is called, and all that concerns the socket is done.
+        header: the subscriber's connection header.
+        answer: the publisher's.
+        place: its host and port.
+        size: bytes of the largest datagram.
+        connection: the number of this link.
+        on_closed: called once, when the link is gone.
+    """
+
+    transport = PROTOCOL
+
+    def __init__(
+        self,
+        loop: Loop,
+        lane: Lane,
+        header: dict[str, str],
+        answer: dict[str, str],
+        place: tuple[str, int],
+        size: int,
+        connection: int,
+        on_closed: Callable[[UdpLink], None],
+    ) -> None:
+        self.header = header
+        self.peer = header.get("callerid", "")
+        self.address = f"UDPROS connection on port 0 to [{place[0]}:{place[1]} on socket 0]"
+        self.messages = 0
+        self.bytes_sent = 0
+        self.dropped = 0
+        self.waiting = 0
+        self._answer = answer
+        self._place = place
+        self._size = size
+        self._connection = connection
+        self._on_closed = on_closed
+        self._numbers = itertools.count()
+        self._lane = lane
+        self._sock: socket.socket | None = None
+        self._early: bytes | None = None  # the last message from before the host's address was known
+        self._open = True
+        loop.resolver.resolve(place[0], self._resolved)
+
+    def answer(self, host: str) -> list[Any]:
+        """Return what `requestTopic` answers (T59).
+
+        Args:
+            host: of this node.
+        """
+        sock = self._sock
+        port = sock.getsockname()[1] if sock is not None else 0
+        return [PROTOCOL, host, port, self._connection, self._size, encode_header(self._answer)[_LENGTH:]]
+
+    def start(self) -> None:
+        """There is no greeting: the answer to `requestTopic` is."""
+
+    def recover(self) -> None:
+        """Nothing is kept that could be half done."""
+
+    def wait(self) -> None:
+        """What the system does not take is lost, not waited for."""
+
+    @property
+    def connected(self) -> bool:
+        """Whether the link is up."""
+        return self._open
+
+    def _resolved(self, addresses: list[str], error: OSError | None) -> None:
+        if error is not None or not addresses:
+            self.close()
+            return
+        address = addresses[0]
+        sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM)
+        sock.setblocking(False)
+        try:
+            sock.connect((address, self._place[1]))
+        except OSError:
+            sock.close()
+            self.close()
+            return
+        self._lane.do(self._begin, sock, address)
+
+    def _begin(self, sock: socket.socket, address: str) -> None:
+        if not self._open:
+            sock.close()
+            return
+        port, number = sock.getsockname()[1], sock.fileno()
+        self.address = f"UDPROS connection on port {port} to [{address}:{self._place[1]} on socket {number}]"
+        self._sock, early, self._early = sock, self._early, None
+        if early is not None and not self._send(early):
+            self._end()
+
+    def send(self, frame: Frame) -> None:
+        """Send a frame, or lose it. Never waits."""
+        if not self._open:
+            return
+        data = frame if isinstance(frame, bytes) else b"".join(frame)
+        self.messages += 1
+        if self._sock is None:
+            self.dropped += self._early is not None
+            self._early = data
+        elif not self._send(data):
+            self._end()
+
+    def _send(self, data: bytes) -> bool:
+        """Send a frame's datagrams; return False if nobody listens any more."""
+        sock = self._sock
+        if sock is None:
+            return False
+        try:
+            for datagram in split(data, self._connection, next(self._numbers), self._size):
+                sock.send(datagram)
+        except (BlockingIOError, ValueError):
+            self.dropped += 1
+        except OSError:  # the other side's system: there is no such port
+            return False
+        else:
+            self.bytes_sent += len(data)
+        return True
+
+    def close(self) -> None:
+        """End the link. Any thread."""
+        self._lane.do(self._end)
+
+    def _end(self) -> None:
+        if self._open:
+            self._open = False
+            sock, self._sock = self._sock, None
+            if sock is not None:
+                sock.close()
+            self._on_closed(self)
+
+    def finish(self, until: float) -> None:
+        """End the link; nothing waits on this side."""
+        self.close()

@@ -1,0 +1,1 @@
+"""Services that a node provides and calls."""

@@ -1,0 +1,376 @@
+"""Calling a service (https://wiki.ros.org/rospy/Overview/Services)."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+from collections.abc import Mapping
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import (
+    ConnectionRefusedByPeerError,
+    MasterError,
+    MasterMethodError,
+    MasterUnreachableError,
+    MessageError,
+    NodeShutdownError,
+    ProtocolError,
+    SerializationError,
+    ServiceError,
+    ServiceUnavailableError,
+    UnknownHostError,
+    WaitTimeoutError,
+)
+from pyros1.msgs import Message, Service
+from pyros1.net.hosts import parse_uri
+from pyros1.net.timeouts import WaitOver, bound_waits
+from pyros1.node.checks import check_timeout
+from pyros1.node.services.server import service_type
+from pyros1.shown import one_line
+from pyros1.wire.handshake import check_service_answer, service_client_header
+from pyros1.wire.header import HeaderReader, encode_header
+from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
+
+if TYPE_CHECKING:
+    from pyros1.net.master_client import MasterClient
+    from pyros1.node.context import Context, Provided
+
+CONNECT_TIMEOUT = 10.0
+PROBE_TIMEOUT = 5.0
+STEP = 0.2
+"""Seconds after which a call that waits looks whether its node is shutting down."""
+
+
+class _Call:
+    """The connection to a service's provider; every read and write ends at the deadline, or when the node stops."""
+
+    def __init__(self, context: Context, service: str, uri: str, deadline: float | None) -> None:
+        self._context = context
+        self.service = service
+        self.deadline = deadline
+        host, port = parse_uri(uri, "rosrpc")
+        self.data = b""
+        try:
+            self.sock = socket.create_connection((host, port), self._left(CONNECT_TIMEOUT))
+        except (OSError, UnicodeError) as error:
+            reason = UnknownHostError(host, error) if isinstance(error, socket.gaierror) else error
+            raise ServiceUnavailableError(
+                f"service [{service}] is registered at {uri}, but cannot be reached: {reason}"
+            ) from error
+        self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._bound = 0.0
+
+    def _bound_wait(self) -> None:
+        """Let the next call on the socket end in time to look at the node and at the deadline."""
+        left = self._left(STEP)
+        if left != self._bound:
+            bound_waits(self.sock, left)
+            self._bound = left
+
+    def _left(self, most: float) -> float:
+        if self._context.stopping.is_set():
+            raise NodeShutdownError(f"call of {self.service}: the node is shutting down")
+        if self.deadline is None:
+            return most
+        left = self.deadline - monotonic()
+        if left <= 0:
+            raise WaitTimeoutError(f"service [{self.service}] did not answer in time")
+        return min(most, left)
+
+    def send(self, data: bytes) -> None:
+        """Send all of it."""
+        rest: bytes | memoryview = data
+        while rest:
+            self._bound_wait()
+            try:
+                sent = self.sock.send(rest)
+                rest = b"" if sent == len(rest) else memoryview(rest)[sent:]
+            except WaitOver:
+                continue  # _left says when to give up
+
+    def receive(self) -> bytes:
+        """Receive some bytes.
+
+        Raises:
+            ConnectionError: the other side closed.
+        """
+        while True:
+            self._bound_wait()
+            try:
+                data = self.sock.recv(65536)
+            except WaitOver:
+                continue  # _left says when to give up
+            if not data:
+                self._context.check_running()
+                raise ConnectionError("the provider closed the connection")
+            return data
+
+    def take(self, count: int) -> bytes:
+        """Return exactly ``count`` bytes."""
+        if len(self.data) < count:
+            parts, have = [self.data], len(self.data)
+            while have < count:
+                parts.append(self.receive())
+                have += len(parts[-1])
+            self.data = b"".join(parts)
+        taken, self.data = self.data[:count], self.data[count:]
+        return taken
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self.sock.shutdown(socket.SHUT_RDWR)  # wakes a thread that waits for an answer
+        self.sock.close()
+
+
+class ServiceClient:
+    """A way to call a service; made by ``Node.service``. Also a context manager that closes.
+
+    Calling the object calls the service: ``client(a, b)``, ``client(a=1)`` or ``client(request)``. A signal handler may
+    do so, too, on top of a call of its thread: it gets a connection of its own.
+
+    Attributes:
+        name: the service's full name.
+        type: the service class.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        master: MasterClient,
+        name: str,
+        service_class: type[Service],
+        persistent: bool,
+        headers: Mapping[str, str],
+    ) -> None:
+        self.name = name
+        self.type = service_class
+        self._context = context
+        self._master = master
+        self._persistent = persistent
+        self._headers = dict(headers)
+        self._wire_type = service_type(service_class)
+        # Made when it is first used: now, and not in a signal handler in the middle of an import.
+        service_class._request_class()
+        _ = service_class._request_class._encode_frame, service_class._response_class._decode
+        self._kept: _Call | None = None
+        self._under_way: set[_Call] = set()
+        self._lock = threading.RLock()  # of a persistent connection: one call at a time
+        self._busy = False  # a call is under way there, of the thread that has the lock
+
+    def __call__(self, *args: Any, **fields: Any) -> Any:
+        """Call the service without a time limit; see `call`."""
+        request_class = self.type._request_class
+        if len(args) == 1 and not fields and isinstance(args[0], Message):
+            request = args[0]
+            if request._md5sum != request_class._md5sum and len(request_class.__slots__) == 1:
+                request = request_class(request)
+        else:
+            request = request_class(*args, **fields)
+        return self.call(request)
+
+    def call(self, request: Message, timeout: float | None = None) -> Any:
+        """Call the service and wait for its response.
+
+        Args:
+            request: an instance of the service's request class.
+            timeout: seconds; None waits as long as the connection and the node live.
+
+        Returns:
+            The response message.
+
+        Raises:
+            ServiceUnavailableError: nobody provides the service, or the provider cannot be reached.
+            ServiceError: the provider refused or failed (with its reason), or the connection broke.
+            WaitTimeoutError: no response in time.
+            SerializationError: a value in the request does not fit its field.
+            NodeShutdownError: the node is shutting down.
+        """
+        if not isinstance(request, Message):
+            wanted = self.type._request_class.__name__
+            raise TypeError(f"service [{self.name}]: the request must be a {wanted}, not {request!r:.80}")
+        check_timeout(timeout)
+        if request._md5sum != self.type._request_class._md5sum:
+            raise MessageError(f"service [{self.name}] takes {self.type._request_class._type}, not {request._type}")
+        try:
+            frame = request.__class__._encode_frame(request)
+        except SerializationError as error:
+            raise SerializationError(f"service [{self.name}]: {error}") from None
+        data = frame if isinstance(frame, bytes) else b"".join(frame)
+        deadline = None if timeout is None else monotonic() + timeout
+        if self._own() is not None:
+            server = self._own(self._look_up())
+            if server is not None:
+                return self._call_here(server, data)
+        if not self._persistent:
+            return self._exchange(self._connect(deadline), data)
+        with self._lock:
+            if self._busy:  # a signal handler calls, on top of a call of its thread
+                return self._exchange(self._connect(deadline), data)
+            self._busy = True
+            try:
+                if self._kept is None:
+                    self._kept = self._connect(deadline)
+                self._kept.deadline = deadline
+                return self._exchange(self._kept, data)
+            finally:
+                self._busy = False
+
+    def _own(self, uri: str | None = None) -> Provided | None:
+        """Return our own node's service of that name if its handler could only run in this thread, which would wait.
+
+        Args:
+            uri: where the master says that it is; None if that is not known yet.
+        """
+        context = self._context
+        server = (
+            context.services.get(self.name) if context.callbacks is not None and context.callbacks.runs_here() else None
+        )
+        if server is None or server.type._md5sum != self.type._md5sum or uri not in (None, server.uri):
+            return None
+        return server
+
+    def _call_here(self, server: Provided, request: bytes) -> Any:
+        header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
+        answer = server.call_here(request, header)
+        ok, _ = decode_response_head(answer[:RESPONSE_HEAD_SIZE])
+        return self._read_response(ok, answer[RESPONSE_HEAD_SIZE:])
+
+    def _look_up(self) -> str:
+        """Ask the master where the service is."""
+        self._context.check_running()
+        try:
+            return self._master.lookup_service(self.name)
+        except (MasterUnreachableError, MasterMethodError) as error:
+            raise ServiceError(f"service [{self.name}] cannot be looked up: {error}") from error
+        except MasterError:
+            raise ServiceUnavailableError(f"service [{self.name}] unavailable: nobody provides it") from None
+
+    def _connect(self, deadline: float | None) -> _Call:
+        return _Call(self._context, self.name, self._look_up(), deadline)
+
+    def _exchange(self, call: _Call, request: bytes) -> Any:
+        """Send the request, with the greeting if the connection is new, and return the response."""
+        self._under_way.add(call)
+        complete = False
+        try:
+            if call is not self._kept or not getattr(call, "greeted", False):
+                self._greet(call)
+            call.send(request)
+            ok, size = decode_response_head(call.take(RESPONSE_HEAD_SIZE))
+            body = call.take(size)
+            complete = True
+        except ConnectionRefusedByPeerError as error:
+            raise ServiceError(str(error)) from None
+        except (OSError, ProtocolError) as error:
+            if isinstance(error, WaitTimeoutError):
+                raise
+            self._context.check_running()
+            raise ServiceError(f"call of service [{self.name}] failed: {error}") from error
+        finally:
+            self._under_way.discard(call)
+            if not complete or call is not self._kept:
+                if call is self._kept:
+                    self._kept = None  # the next call connects anew
+                call.close()
+        return self._read_response(ok, body)
+
+    def _read_response(self, ok: bool, body: bytes) -> Any:
+        if not ok:
+            raise ServiceError(
+                f"service [{self.name}] responded with an error: {one_line(body.decode('utf-8', 'replace'))}"
+            )
+        return self.type._response_class._decode(body, 0, len(body))
+
+    def _greet(self, call: _Call) -> None:
+        header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
+        call.send(encode_header(header))
+        reader = HeaderReader()
+        answer = None
+        while answer is None:
+            answer = reader.feed(call.receive())
+        check_service_answer(answer, self.name, self._wire_type)
+        call.data = reader.rest
+        call.greeted = True  # type: ignore[attr-defined]
+
+    def wait(self, timeout: float | None = None) -> None:
+        """Wait until the service is provided; see ``Node.wait_for_service``."""
+        wait_for_service(self._context, self._master, self.name, timeout)
+
+    def close(self) -> None:
+        """Close the connection; a call under way in another thread fails."""
+        for call in [*self._under_way, *([self._kept] if self._kept else [])]:
+            call.close()
+        self._kept = None
+
+    def __enter__(self) -> ServiceClient:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
+    """Ask a provider what it provides, without calling (L79).
+
+    Returns:
+        Its connection header: type, md5sum, callerid...
+
+    Raises:
+        ServiceError: it does not answer, or does not provide the service.
+    """
+    call = _Call(context, service, uri, monotonic() + timeout)
+    try:
+        call.send(
+            encode_header({"callerid": context.name, "service": service, "md5sum": "*", "type": "*", "probe": "1"})
+        )
+        reader = HeaderReader()
+        answer = None
+        while answer is None:
+            answer = reader.feed(call.receive())
+    except (OSError, ProtocolError) as error:
+        raise ServiceUnavailableError(f"service [{service}] at {uri} does not answer: {error}") from error
+    finally:
+        call.close()
+    if "error" in answer:
+        raise ServiceUnavailableError(f"service [{service}] at {uri}: {one_line(answer['error'])}")
+    return answer
+
+
+def wait_for_service(context: Context, master: MasterClient, service: str, timeout: float | None) -> None:
+    """Wait until somebody provides a service and answers.
+
+    Args:
+        service: full name.
+        timeout: seconds; None waits until the node shuts down.
+
+    Raises:
+        WaitTimeoutError: it did not appear in time.
+        ServiceError: the master cannot be asked for services.
+        NodeShutdownError: the node is shutting down.
+    """
+    check_timeout(timeout)
+    start = monotonic()
+    said = start
+    while True:
+        context.check_running()
+        uri, fault = "", "cannot be reached"
+        try:
+            uri = master.lookup_service(service)
+            probe(context, service, uri, PROBE_TIMEOUT if timeout is None else min(PROBE_TIMEOUT, max(timeout, 0.1)))
+            return
+        except MasterMethodError as error:
+            raise ServiceError(f"service [{service}] cannot be waited for: {error}") from error
+        except (MasterError, ServiceError, WaitTimeoutError, ProtocolError) as error:
+            if uri and isinstance(error.__cause__, TimeoutError):
+                fault = "does not answer (was its node stopped?)"
+        now = monotonic()
+        if timeout is not None and now - start >= timeout:
+            where = f": it is registered at {uri}, but {fault}" if uri else ""
+            raise WaitTimeoutError(f"timeout exceeded while waiting for service {service}{where}")
+        if now - said >= (10.0 if said > start or fault == "cannot be reached" else PROBE_TIMEOUT):
+            said = now
+            state = f"registered at {uri}, but {fault}" if uri else "not provided by anybody yet"
+            context.log.warn("waiting for service %s: %s", service, state)
+        context.pause(0.05 if timeout is None else min(0.05, max(0.001, timeout - (now - start))))

@@ -1,0 +1,220 @@
+"""Providing a service (https://wiki.ros.org/rospy/Overview/Services): one thread per call under way."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import MessageError, NodeError
+from pyros1.msgs import Message, Service
+from pyros1.node.log import WARN
+from pyros1.node.services.connection import ServiceLink
+from pyros1.wire.handshake import ServiceType, answer_service_client, is_true
+from pyros1.wire.header import encode_header
+from pyros1.wire.service import encode_failure, encode_success
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context
+    from pyros1.node.services.workers import Workers
+
+MOST_CALLS = 256
+"""Calls of one service that may be under way; more are refused."""
+PATIENCE = 5.0
+"""Seconds that a call waits for the program to spin before the log says so."""
+
+
+def service_type(service_class: type[Service]) -> ServiceType:
+    """Return what a service class says about itself in connection headers."""
+    return ServiceType(
+        service_class._type,
+        service_class._md5sum,
+        service_class._request_class._type,
+        service_class._response_class._type,
+    )
+
+
+class ServiceServer:
+    """A service that a node provides; made by ``Node.advertise_service``. Also a context manager that shuts down.
+
+    Attributes:
+        name: full name.
+        type: the service class.
+        uri: under which it is registered.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        workers: Workers,
+        name: str,
+        uri: str,
+        service_class: type[Service],
+        handler: Callable[[Any], Any],
+        unregister: Callable[[ServiceServer], None],
+        direct: bool = False,
+    ) -> None:
+        self._callbacks = None if direct else context.callbacks  # None: the handler runs in the call's thread
+        self.name = name
+        self.uri = uri
+        self.type = service_class
+        self._context = context
+        self._workers = workers
+        self._wire_type = service_type(service_class)
+        self._handler = handler
+        self._unregister: Callable[[ServiceServer], None] | None = unregister
+        self._links: set[ServiceLink] = set()
+        self._under_way = 0
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def accept(self, sock: socket.socket, header: dict[str, str], first: bytes) -> None:
+        """Answer a client's header and serve it. On the loop.
+
+        Raises:
+            Refusal: the client wants another type.
+        """
+        answer = encode_header(answer_service_client(header, self._context.name, self.name, self._wire_type))
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if is_true(header.get("probe")):
+            sock.send(answer)
+            sock.close()
+            return
+        link = ServiceLink(
+            self._context.loop, sock, header, first, self._answer, self._submit, self._may_linger, self._forget
+        )
+        with self._lock:
+            self._links.add(link)
+            if self._closed:
+                link.end()
+        link.begin(answer)
+
+    def _submit(self, job: Callable[[], None]) -> str | None:
+        """Run a job in a thread; return why not, if it cannot be."""
+        with self._lock:
+            if self._under_way >= MOST_CALLS:
+                return f"too many calls of {self.name} are under way, try again later"
+            self._under_way += 1
+
+        def run() -> None:
+            try:
+                job()
+            finally:
+                with self._lock:
+                    self._under_way -= 1
+
+        if self._workers.submit(run):
+            return None
+        with self._lock:
+            self._under_way -= 1
+        return f"too many calls of services of {self._context.name} are under way, try again later"
+
+    def _may_linger(self) -> bool:
+        return self._under_way < MOST_CALLS // 2 and not self._closed
+
+    def _forget(self, link: ServiceLink, error: Exception | None) -> None:
+        with self._lock:
+            self._links.discard(link)
+        if error is not None and not self._closed and not isinstance(error, ConnectionError):
+            who = link.header.get("callerid", "?")
+            self._context.log.peer(WARN, "call of %s by %s broke: %s", self.name, who, error)
+
+    def call_here(self, frame: bytes, header: dict[str, str]) -> bytes:
+        """Answer a call of our own node in the thread that makes it.
+
+        Args:
+            frame: the request, with its length in front.
+            header: as a client would send it.
+
+        Returns:
+            The bytes that answer the request.
+        """
+        request = self.type._request_class._decode(frame, 4, len(frame))
+        request._connection_header = header
+        return self._handle(request)
+
+    def _answer(self, data: bytes, start: int, end: int, header: dict[str, str]) -> bytes:
+        """Return the bytes that answer one request."""
+        try:
+            request = self.type._request_class._decode(data, start, end)
+        except MessageError as error:
+            return encode_failure(f"service [{self.name}]: {error}")
+        request._connection_header = header
+        callbacks = self._callbacks
+        if callbacks is None:
+            return self._handle(request)
+        done = threading.Event()
+        answers: list[bytes] = []
+
+        def run() -> None:
+            answers.append(self._handle(request))
+            done.set()
+
+        callbacks.push(run)
+        said_at = monotonic() + PATIENCE
+        while not done.wait(0.2):
+            if self._closed or self._context.stopping.is_set():
+                return encode_failure(f"service [{self.name}] is shutting down")
+            if monotonic() > said_at:
+                said_at = float("inf")
+                who = header.get("callerid", "?")
+                self._context.log.peer(WARN, "a call of %s by %s waits until this program spins", self.name, who)
+        return answers[0]
+
+    def _handle(self, request: Message) -> bytes:
+        try:
+            response = self._convert(self._handler(request))
+            frame = response.__class__._encode_frame(response)
+            return encode_success(frame if isinstance(frame, bytes) else b"".join(frame))
+        except NodeError as error:
+            return encode_failure(f"service cannot process request: {error}")
+        except Exception as error:
+            self._context.log.exception(f"error processing a request of {self.name}", error=error)
+            return encode_failure(f"error processing request: {error}")
+
+    def _convert(self, value: Any) -> Message:
+        """Turn what the handler returned into a response (P19).
+
+        Raises:
+            NodeError: it returned None.
+        """
+        response_class = self.type._response_class
+        if isinstance(value, response_class):
+            return value
+        if isinstance(value, Message) and value._md5sum == response_class._md5sum:
+            return value
+        if value is None:
+            raise NodeError(f"service handler of {self.name} returned None: return a {response_class.__name__}")
+        if isinstance(value, dict):
+            return response_class(**value)
+        if isinstance(value, (list, tuple)):
+            return response_class(*value)
+        return response_class(value)
+
+    def close(self) -> None:
+        """End all calls; their callers get an error."""
+        with self._lock:
+            self._closed = True
+            links = list(self._links)
+        for link in links:
+            link.end()
+
+    def shutdown(self, reason: str = "") -> None:
+        """Stop providing the service.
+
+        Args:
+            reason: for the log.
+        """
+        unregister, self._unregister = self._unregister, None
+        if unregister is not None:
+            if reason:
+                self._context.log.info("service %s shuts down: %s", self.name, reason)
+            unregister(self)
+
+    def __enter__(self) -> ServiceServer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.shutdown()

@@ -1,0 +1,1 @@
+"""Topics that a node subscribes to: handles, the subscription, its connections, delivery."""

@@ -1,0 +1,273 @@
+"""Drives the dialogue with one publisher (`dialogue`): sockets, timers and calls, all on the loop."""
+
+from __future__ import annotations
+
+import contextlib
+import selectors
+import socket
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pyros1.errors import Error
+from pyros1.net.connect import connect
+from pyros1.net.keepalive import keep_alive
+from pyros1.node.context import Context, find_local_context
+from pyros1.node.log import ERROR, WARN
+from pyros1.node.subscribing import dialogue as do
+from pyros1.node.subscribing.dialogue import Action, Dialogue, State
+from pyros1.node.subscribing.tcp_source import TcpSource
+from pyros1.wire.handshake import Refusal, TopicType
+from pyros1.wire.header import encode_header
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import TimerHandle
+    from pyros1.node.subscribing.hints import Hints
+    from pyros1.node.subscribing.udp_source import UdpSource
+
+STEP_TIMEOUT = 10.0
+"""Seconds that each step may take. A publisher that cannot be reached delays no other."""
+SILENCE = 4.0
+"""Seconds after which a publisher that does not answer is named in the log."""
+_PIECE = 65536
+
+
+class Wanting(Protocol):
+    """What is to be connected: a subscription."""
+
+    context: Context
+    topic: str
+    type: TopicType
+    hints: Hints
+
+    def request_header(self) -> dict[str, str]:
+        """Return the connection header to greet publishers with."""
+
+    def link(self, link: TcpSource) -> None:
+        """Take a link over TCP."""
+
+    def link_local(self, uri: str, publication: Any) -> None:
+        """Link to a publication of this process."""
+
+    def offer_datagrams(self, uri: str) -> UdpSource:
+        """Return a socket to offer to a publisher."""
+
+    def add_local(self, link: UdpSource) -> None:
+        """Take a link that hands over its messages itself."""
+
+    def forget(self, uri: str) -> None:
+        """Drop the connector of a publisher: it has nothing to do any more."""
+
+
+class Connector:
+    """Keeps a subscription connected to one publisher. All methods run on the loop.
+
+    Args:
+        subscription: who wants the messages.
+        uri: the publisher's slave API.
+    """
+
+    def __init__(self, subscription: Wanting, uri: str) -> None:
+        self.uri = uri
+        self.dialogue = Dialogue(
+            subscription.topic, uri, lambda: subscription.type, takes_tcp="tcp" in subscription.hints.transports
+        )
+        self._subscription = subscription
+        self._context = subscription.context
+        self._attempt = 0  # what belongs to older attempts is ignored
+        self._timer: TimerHandle | None = None  # of the rest, or of the step under way
+        self._silence: TimerHandle | None = None
+        self._sock: socket.socket | None = None
+        self._offered: UdpSource | None = None  # or the link
+        self._unsent = b""  # of our header
+
+    @property
+    def gone(self) -> bool:
+        """Whether the connector has nothing to do any more."""
+        return self.dialogue.state is State.GONE
+
+    def announced(self) -> None:
+        """The master lists the publisher, again or for the first time."""
+        self._do(self.dialogue.announced())
+
+    def vanished(self) -> None:
+        """The master no longer lists the publisher."""
+        self._do(self.dialogue.vanished())
+
+    def stop(self) -> None:
+        """Give up what is under way."""
+        self._do(self.dialogue.stop())
+
+    def lost(self, reason: str | None) -> None:
+        """The link has ended: try again soon, if the master still lists the publisher."""
+        self._do(self.dialogue.lost(reason))
+
+    # Actions ----------------------------------------------------------------------------------------------------------
+
+    def _do(self, actions: Sequence[Action]) -> None:  # noqa: PLR0912 - one line or two for each
+        for action in actions:
+            match action:
+                case do.Drop():
+                    self._drop()
+                case do.Ask(watched):
+                    self._ask(watched)
+                case do.Connect(host, port):
+                    self._close_offered()
+                    connect(self._context.loop, host, port, STEP_TIMEOUT, self._of_this_attempt(self._connected))
+                case do.Greet():
+                    self._greet()
+                case do.Link(header, rest):
+                    self._link(header, rest)
+                case do.LinkDatagrams(header, place, number):
+                    self._link_datagrams(header, place, number)
+                case do.EndDatagrams():
+                    self._close_offered()
+                case do.Rest(seconds):
+                    if not self._context.stopping.is_set():
+                        self._timer = self._context.loop.call_later(seconds, self._rested)
+                case do.Tell(is_error, text, args):
+                    self._context.log.peer(ERROR if is_error else WARN, text, *args)
+                case do.TellHost(error):
+                    self._context.warn_of_host(self._subscription.topic, self.uri, error)
+                case do.Forget():
+                    self._subscription.forget(self.uri)
+
+    def _of_this_attempt(self, function: Callable[..., object]) -> Callable[..., None]:
+        """Return a callback that does nothing once another attempt has begun."""
+        attempt = self._attempt
+
+        def call(*args: Any) -> None:
+            if attempt == self._attempt:
+                function(*args)
+            elif args and isinstance(args[0], socket.socket):
+                args[0].close()
+
+        return call
+
+    def _drop(self) -> None:
+        self._attempt += 1
+        self._stop_timers()
+        self._unsent = b""
+        sock, self._sock = self._sock, None
+        if sock is not None:
+            with contextlib.suppress(KeyError, ValueError):
+                self._context.loop.unregister(sock)
+            sock.close()
+        self._close_offered()
+
+    def _stop_timers(self) -> None:
+        for timer in (self._timer, self._silence):
+            if timer is not None:
+                timer.cancel()
+        self._timer = self._silence = None
+
+    def _close_offered(self) -> None:
+        offered, self._offered = self._offered, None
+        if offered is not None:
+            offered.close()
+
+    def _rested(self) -> None:
+        self._timer = None
+        self._do(self.dialogue.rested())
+
+    # Asking -----------------------------------------------------------------------------------------------------------
+
+    def _ask(self, watched: bool) -> None:
+        context, topic = self._context, self._subscription.topic
+        local = find_local_context(self.uri)
+        if local is not None:
+            self._do(self._link_local(local.publications.get(topic)))
+            return
+        if watched:
+            self._silence = context.loop.call_later(SILENCE, self._silent)
+        answered = self._of_this_attempt(self._answered)
+        context.rpc.call(
+            self.uri, "requestTopic", (context.name, topic, self._protocols()), answered, timeout=STEP_TIMEOUT
+        )
+
+    def _link_local(self, publication: Any) -> list[Action]:
+        if publication is None:
+            return self.dialogue.failed()
+        try:
+            self._subscription.link_local(self.uri, publication)
+        except (Refusal, Error) as refusal:
+            return self.dialogue.refused(
+                f"publisher {self.uri} of {publication.topic} refused the connection: {refusal}"
+            )
+        return self.dialogue.linked()
+
+    def _protocols(self) -> list[list[Any]]:
+        """Return what is asked for, in the order of preference (T62)."""
+        protocols: list[list[Any]] = []
+        for transport in self._subscription.hints.transports:
+            if transport == "tcp":
+                protocols.append(["TCPROS"])
+            elif self._context.address is not None:
+                try:
+                    self._offered = self._subscription.offer_datagrams(self.uri)
+                except OSError as error:
+                    self._context.log.error("no socket for datagrams of %s: %s", self._subscription.topic, error)
+                else:
+                    protocols.append(self._offered.offer())
+        return protocols
+
+    def _answered(self, value: Any, error: Exception | None) -> None:
+        if error is not None:
+            self._do(self.dialogue.failed(error))
+        else:
+            self._do(self.dialogue.answered(value, offered=self._offered is not None))
+
+    def _silent(self) -> None:
+        self._silence = None
+        self._do(self.dialogue.silent())
+
+    # Connecting and greeting ------------------------------------------------------------------------------------------
+
+    def _connected(self, sock: socket.socket | None, error: Exception | None) -> None:
+        if sock is None:
+            self._do(self.dialogue.failed(error))
+            return
+        self._sock = sock
+        keep_alive(sock)
+        with contextlib.suppress(OSError):  # some systems say so here that the peer has gone; reading tells, too
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._do(self.dialogue.connected())
+
+    def _greet(self) -> None:
+        assert self._sock is not None
+        self._unsent = encode_header(self._subscription.request_header())
+        self._context.loop.register(
+            self._sock,
+            selectors.EVENT_READ | selectors.EVENT_WRITE,
+            self._of_this_attempt(partial(self._ready, self._sock)),
+        )
+        self._timer = self._context.loop.call_later(STEP_TIMEOUT, lambda: self._do(self.dialogue.failed()))
+
+    def _ready(self, sock: socket.socket, mask: int) -> None:
+        """Send our header, in pieces if it is long, and take the publisher's."""
+        try:
+            if mask & selectors.EVENT_WRITE and self._unsent:
+                with contextlib.suppress(BlockingIOError):
+                    self._unsent = self._unsent[sock.send(self._unsent) :]
+                if not self._unsent:
+                    ready = self._of_this_attempt(partial(self._ready, sock))
+                    self._context.loop.modify(sock, selectors.EVENT_READ, ready)
+            if mask & selectors.EVENT_READ:
+                self._do(self.dialogue.received(sock.recv(_PIECE)))
+        except BlockingIOError:
+            pass
+        except OSError:
+            self._do(self.dialogue.failed())
+
+    def _link(self, header: dict[str, str], rest: bytes) -> None:
+        sock, self._sock = self._sock, None
+        assert sock is not None
+        self._stop_timers()
+        self._context.loop.unregister(sock)
+        self._subscription.link(TcpSource(sock, self.uri, header, rest))
+
+    def _link_datagrams(self, header: dict[str, str], place: tuple[str, int], number: int) -> None:
+        assert self._offered is not None
+        self._stop_timers()
+        self._offered.begin(header, place, number)
+        self._subscription.add_local(self._offered)

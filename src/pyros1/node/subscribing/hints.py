@@ -1,0 +1,33 @@
+"""How a subscriber wants to be linked to publishers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Hints(NamedTuple):
+    """How a subscriber wants to be linked to publishers (roscpp's TransportHints, C11).
+
+    Attributes:
+        tcp_nodelay: ask publishers to send small messages at once.
+        transports: "tcp" and "udp", in the order of preference.
+        max_datagram_size: in bytes, for "udp".
+    """
+
+    tcp_nodelay: bool = True
+    transports: tuple[str, ...] = ("tcp",)
+    max_datagram_size: int = 1500
+
+    def check(self) -> None:
+        """Raise ValueError for a transport or size that there is not."""
+        if not hasattr(type(self.max_datagram_size), "__index__"):
+            raise TypeError(f"max_datagram_size must be a whole number of bytes, not {self.max_datagram_size!r:.80}")
+        if self.transports == ("tcp",):
+            return
+        from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE  # noqa: PLC0415 - few nodes need it
+
+        if not self.transports or not set(self.transports) <= {"tcp", "udp"}:
+            raise ValueError(f"transports must be 'tcp', 'udp' or both, not {self.transports!r}")
+        if not SMALLEST_SIZE <= self.max_datagram_size <= LARGEST_SIZE:
+            sizes = f"{SMALLEST_SIZE} to {LARGEST_SIZE}"
+            raise ValueError(f"max_datagram_size must be {sizes}, not {self.max_datagram_size}")

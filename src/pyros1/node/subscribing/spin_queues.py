@@ -1,0 +1,94 @@
+"""Messages that wait for `spin`: the newest of each source. Their calls wait in the node's queue (``callbacks.py``)."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from pyros1.node.subscribing.inbox import Inbox
+
+S = TypeVar("S")
+T = TypeVar("T")
+
+
+class SpinQueue(Generic[S, T]):
+    """The messages of one source that wait for `spin`: as many calls are queued as there are messages.
+
+    Args:
+        source: where they come from.
+        deliver: called with (source, item).
+    """
+
+    def __init__(self, source: S, deliver: Callable[[S, T], None]) -> None:
+        self._inbox: Inbox[S, T] = Inbox(source)
+        self._deliver = deliver
+        self._calls: deque[None] = deque()  # one for each call of `deliver_next` that has not begun
+
+    def __len__(self) -> int:
+        return len(self._inbox)
+
+    @property
+    def dropped(self) -> int:
+        """Messages lost so far."""
+        return self._inbox.dropped
+
+    def put(self, item: T, limit: int) -> bool:
+        """Add a message. One thread at a time.
+
+        Returns:
+            Whether `deliver_next` must be called once more than so far.
+        """
+        self._inbox.put(item, limit)
+        if len(self._calls) >= limit:  # there are no more messages than that
+            return False
+        self._calls.append(None)
+        return True
+
+    def deliver_next(self) -> None:
+        """Deliver the oldest message, in the thread that spins."""
+        self._calls.popleft()
+        item = self._inbox.take()
+        if item is not None:
+            self._deliver(self._inbox.source, item)
+
+
+class Spinning(Generic[S, T]):
+    """The queues of all sources of one subscription.
+
+    Args:
+        deliver: called with (source, item) in the thread that spins.
+    """
+
+    def __init__(self, deliver: Callable[[S, T], None]) -> None:
+        self._deliver = deliver
+        self._queues: dict[S, SpinQueue[S, T]] = {}
+        self._dropped = 0  # by queues that are forgotten
+
+    def __len__(self) -> int:
+        return sum(map(len, list(self._queues.values())))
+
+    @property
+    def dropped(self) -> int:
+        """Messages lost so far."""
+        return self._dropped + sum(queue.dropped for queue in list(self._queues.values()))
+
+    def put(self, source: S, item: T, limit: int) -> Callable[[], None] | None:
+        """Add a message. One thread at a time.
+
+        Args:
+            limit: most messages that wait of each source; the oldest are dropped.
+
+        Returns:
+            What must be called for it, in the order of arrival; None if enough calls are under way.
+        """
+        queue = self._queues.get(source)
+        if queue is None:
+            queue = self._queues[source] = SpinQueue(source, self._deliver)
+        return queue.deliver_next if queue.put(item, limit) else None
+
+    def forget(self, source: S) -> None:
+        """A source has ended. What waits of it is still delivered by the calls that are under way."""
+        queue = self._queues.pop(source, None)
+        if queue is not None:
+            self._dropped += queue.dropped

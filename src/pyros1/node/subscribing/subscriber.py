@@ -1,0 +1,153 @@
+"""The handle of a subscription that users hold: its type, its callback, and how its messages are made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from pyros1.errors import NodeShutdownError
+from pyros1.msgs import AnyMsg
+from pyros1.msgs.base import View
+from pyros1.msgs.large import Layout, SplitBody, decode_split, layout
+from pyros1.node.context import wait_for_links
+
+if TYPE_CHECKING:
+    from pyros1.node.subscribing.sources import Item
+    from pyros1.node.subscribing.subscription import Subscription
+
+_M = TypeVar("_M")
+Decode = Callable[[bytes, int, int], Any]
+
+
+def array_view(arrays: str | None) -> View | None:
+    """Return what makes the numeric arrays of a subscriber's messages.
+
+    Args:
+        arrays: None for bytes, tuples and lists; "memoryview"; "numpy".
+
+    Raises:
+        ValueError: it is something else.
+        ImportError: numpy is asked for and not installed.
+    """
+    if arrays is None:
+        return None
+    from pyros1.msgs.array_views import memoryview_view, numpy_view  # noqa: PLC0415  few ask for them
+
+    if arrays == "memoryview":
+        return memoryview_view
+    if arrays == "numpy":
+        import numpy  # noqa: PLC0415  an extra
+
+        return numpy_view(numpy)
+    raise ValueError(f'arrays must be None, "memoryview" or "numpy", not {arrays!r}')
+
+
+def _viewing(cls: Any, view: View) -> Decode:
+    if cls is AnyMsg:
+        return AnyMsg._decode
+
+    def decode(buffer: bytes, start: int, end: int) -> Any:
+        return cls._decode_arrays(buffer, start, end, view)
+
+    return decode
+
+
+class Subscriber(Generic[_M]):
+    """A user's handle of a subscription; made by ``Node.subscribe``. Also a context manager that unregisters.
+
+    Attributes:
+        name: the topic's full name.
+        type: the message class.
+        queue_size: most messages that may wait for the callback; None for no limit.
+        decode: makes a message from a part of a buffer.
+    """
+
+    def __init__(
+        self,
+        subscription: Subscription,
+        message_class: type[_M],
+        callback: Callable[[_M], object],
+        queue_size: int | None,
+        unregister: Callable[[Subscriber[Any]], None],
+        direct: bool = False,
+        view: View | None = None,
+    ) -> None:
+        self.direct = direct  # called in the reader thread even in a node that spins
+        self.name = subscription.topic
+        self.type = message_class
+        self.queue_size = queue_size
+        self.decode: Decode = message_class._decode if view is None else _viewing(message_class, view)  # type: ignore[attr-defined]  # Message or AnyMsg
+        self._view = view
+        self._subscription = subscription
+        self._callback = callback
+        self._unregister: Callable[[Subscriber[Any]], None] | None = unregister
+
+    @cached_property
+    def _layout(self) -> Layout | None:
+        return layout(self.type)
+
+    def take(self, item: Item) -> Any:
+        """Return the message of an item.
+
+        Raises:
+            MessageError: it cannot be decoded.
+        """
+        if item.__class__ is self.type and self._view is None:
+            return item
+        if isinstance(item, SplitBody):
+            return decode_split(self.type, self._layout, item, self._view)
+        if not isinstance(item, bytes):  # of the same type, but from another definition; or to be viewed
+            cls: Any = item.__class__
+            item = cls._encode(item)
+        body: bytes = item  # type: ignore[assignment]
+        return self.decode(body, 0, len(body))
+
+    def call(self, message: _M) -> None:
+        """Run the callback."""
+        if self._unregister is None:
+            return
+        try:
+            self._callback(message)
+        except NodeShutdownError:
+            pass  # the callback waited for something when the node was told to stop
+        except SystemExit as error:
+            if self._subscription.context.callbacks is not None and not self.direct:
+                raise  # it runs in the program's own thread
+            text = f"callback of {self.name}: sys.exit() ends a program only from its main thread; call node.shutdown()"
+            self._subscription.context.log.exception(text, error=error)
+        except Exception as error:
+            self._subscription.context.log.exception(f"bad callback of {self.name}: {self._callback!r}", error=error)
+
+    @property
+    def num_connections(self) -> int:
+        """Number of connected publishers."""
+        return len(self._subscription.links)
+
+    @property
+    def dropped(self) -> int:
+        """Messages thrown away on this side because the callbacks were too slow."""
+        return self._subscription.delivery.dropped
+
+    def wait_for_publishers(self, count: int = 1, timeout: float | None = None) -> bool:
+        """Wait until at least ``count`` publishers are connected.
+
+        Args:
+            timeout: seconds; None waits until the node shuts down.
+
+        Returns:
+            Whether they are there.
+        """
+        return wait_for_links(self._subscription, count, timeout)
+
+    def unregister(self) -> None:
+        """Stop receiving; the topic is unregistered with its last subscriber in this node."""
+        unregister, self._unregister = self._unregister, None
+        if unregister is not None:
+            unregister(self)
+
+    def __enter__(self) -> Subscriber[_M]:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.unregister()

@@ -1,0 +1,319 @@
+"""Subscribing: one Subscription per topic and node; the users' handles are in ``subscriber.py``.
+
+Several subscribers of one topic in a node share its links and its thread, as in rospy and roscpp: a publisher sees one
+connection per node. https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pyros1.errors import MessageError, NodeError
+from pyros1.msgs.large import layout
+from pyros1.node.log import ERROR
+from pyros1.node.subscribing.connector import Connector
+from pyros1.node.subscribing.delivery import Delivery
+from pyros1.node.subscribing.hints import Hints
+from pyros1.node.subscribing.sources import HandingSource, Item, Source
+from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
+from pyros1.node.topic_type import topic_type
+from pyros1.wire.handshake import ANY, subscriber_header
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context, Published
+    from pyros1.node.subscribing.udp_source import UdpSource
+
+
+class Taker(Protocol):
+    """What a subscription needs of a subscriber; see `subscriber.Subscriber`."""
+
+    type: type[Any]
+    queue_size: int | None
+    direct: bool
+    decode: Callable[[Any, int, int], Any]
+
+    def take(self, item: Item) -> Any:
+        """Return the message that an item is."""
+
+    def call(self, message: Any) -> None:
+        """Run the callback."""
+
+
+class Subscription:
+    """A topic that a node subscribes to, with its links to publishers.
+
+    Args:
+        context: the node.
+        topic: full name.
+        message_class: of the first subscriber; AnyMsg takes every type.
+        hints: how to be linked to publishers.
+    """
+
+    def __init__(self, context: Context, topic: str, message_class: type[Any], hints: Hints) -> None:
+        self.context = context
+        self.topic = topic
+        self.type = topic_type(message_class)
+        self.subscribers: tuple[Taker, ...] = ()
+        self.on_change: list[Callable[[], None]] = []
+        self.hints = hints
+        self._connectors: dict[str, Connector] = {}  # loop only
+        self._in_links: tuple[TcpSource, ...] = ()
+        self._local_links: tuple[HandingSource, ...] = ()
+        self._latched: dict[int, tuple[Source, Item]] = {}  # as delivered
+        self._arrived_latched: dict[int, tuple[Source, Item]] = {}  # in a node that spins: as arrived
+        self._lock = threading.RLock()  # a signal handler may end the node while its thread is in here
+        self._closed = False
+        self._direct: tuple[Taker, ...] = ()
+        # Those of both that have got what came before them, and get what comes from now on.
+        self._active: tuple[Taker, ...] = ()
+        self._active_direct: tuple[Taker, ...] = ()
+        self.delivery = Delivery(
+            context.delivery_threads, self._deliver, self._deliver_item, self._lost, self._arrived, context.callbacks
+        )
+
+    # Subscribers ------------------------------------------------------------------------------------------------------
+
+    def add(self, subscriber: Taker) -> None:
+        """Add a subscriber; latched messages that came before are handed to it (T18).
+
+        Raises:
+            NodeError: this topic is subscribed with another type in this node already.
+        """
+        wanted = topic_type(subscriber.type)
+        with self._lock:
+            if ANY not in (wanted.md5sum, self.type.md5sum) and wanted.md5sum != self.type.md5sum:
+                raise NodeError(
+                    f"{self.topic} is subscribed as {self.type.name} in this node already, "
+                    f"it cannot be {wanted.name} too"
+                )
+            if self.type.md5sum == ANY:
+                self.type = wanted
+            if subscriber.direct and self.context.callbacks is not None:
+                self._direct = (*self._direct, subscriber)
+            else:
+                self.subscribers = (*self.subscribers, subscriber)
+            self._set_limit()
+        self.delivery.submit(lambda: self._activate(subscriber))
+
+    def remove(self, subscriber: Taker) -> bool:
+        """Remove a subscriber; return whether any is left."""
+        with self._lock:
+            self.subscribers = tuple(other for other in self.subscribers if other is not subscriber)
+            self._direct = tuple(other for other in self._direct if other is not subscriber)
+            self._active = tuple(other for other in self._active if other is not subscriber)
+            self._active_direct = tuple(other for other in self._active_direct if other is not subscriber)
+            self._set_limit()
+        return bool(self.subscribers or self._direct)
+
+    def _activate(self, subscriber: Taker) -> None:
+        """Hand over the latched messages, and let all that come from now on be delivered. By the reader's owner."""
+        with self._lock:
+            early = subscriber.direct and self.context.callbacks is not None
+            latched = list((self._arrived_latched if early else self._latched).values())
+            if subscriber in self.subscribers:
+                self._active = (*self._active, subscriber)
+            elif subscriber in self._direct:
+                self._active_direct = (*self._active_direct, subscriber)
+        self._replay(subscriber, latched)
+
+    def _set_limit(self) -> None:
+        """The links are shared, so the most patient subscriber decides how much may wait."""
+        sizes = [subscriber.queue_size for subscriber in self.subscribers]
+        self.delivery.limit = None if None in sizes or not sizes else max(size for size in sizes if size is not None)
+
+    # Publishers -------------------------------------------------------------------------------------------------------
+
+    def request_header(self) -> dict[str, str]:
+        """Return the connection header to greet publishers with."""
+        return subscriber_header(self.context.name, self.topic, self.type, self.hints.tcp_nodelay)
+
+    def update_publishers(self, uris: list[str], complete: bool = True) -> None:
+        """Take the master's list of publishers. On the loop.
+
+        Args:
+            uris: slave API addresses.
+            complete: publishers that are not in the list are gone. (The answer to a registration may be older than an
+                update that overtook it, so it only adds.)
+        """
+        if self._closed:
+            return
+        for uri in uris:
+            if uri not in self._connectors:
+                self._connectors[uri] = Connector(self, uri)
+            self._connectors[uri].announced()
+        if complete:
+            for uri in [uri for uri in self._connectors if uri not in uris]:
+                self._connectors[uri].vanished()
+
+    def forget(self, uri: str) -> None:
+        """Drop the connector of a publisher: it has nothing to do any more. On the loop."""
+        connector = self._connectors.get(uri)
+        if connector is not None and connector.gone:
+            del self._connectors[uri]
+
+    def link(self, link: TcpSource) -> None:
+        """A connector has reached its publisher. On the loop."""
+        if self._closed:
+            link.sock.close()
+            return
+        with self._lock:
+            self._in_links = (*self._in_links, link)
+        self.delivery.add(link)
+        self._changed()
+
+    def link_local(self, uri: str, publication: Published) -> None:
+        """Link to a publication of this process. On the loop.
+
+        Raises:
+            Refusal: it is of another type.
+        """
+        self.add_local(publication.connect_local(self.delivery, uri, self.request_header(), self._local_closed))
+
+    def offer_datagrams(self, uri: str) -> UdpSource:
+        """Return a socket to offer to a publisher; see `add_local`. On the loop.
+
+        Raises:
+            OSError: there is none to be had.
+        """
+        from pyros1.node.subscribing.udp_source import UdpSource  # noqa: PLC0415 - few nodes need it
+
+        context, header, size = self.context, self.request_header(), self.hints.max_datagram_size
+        assert context.address is not None
+        return UdpSource(context.loop, self.delivery, header, uri, context.address, size, self._local_closed)
+
+    def add_local(self, link: HandingSource) -> None:
+        """Take a link that hands over its messages itself. On the loop."""
+        with self._lock:
+            if link.connected:  # not so if the publisher ended meanwhile, on its own thread
+                self._local_links = (*self._local_links, link)
+        self._changed()
+
+    def _local_closed(self, link: HandingSource) -> None:
+        """A link that hands over its messages itself has ended. Any thread."""
+        with self._lock:
+            self._local_links = tuple(other for other in self._local_links if other is not link)
+        self.delivery.submit(lambda: self._ended(link))
+        self.context.loop.call_soon(self._reconnect, link.uri, None)
+        self._changed()
+
+    def _ended(self, link: HandingSource) -> None:
+        self._forget(link)
+        self.delivery.forget(link)
+
+    def _forget(self, source: Source) -> None:
+        self._latched.pop(id(source), None)
+        self._arrived_latched.pop(id(source), None)
+
+    def _lost(self, link: TcpSource, reason: str | None) -> None:
+        with self._lock:
+            self._in_links = tuple(other for other in self._in_links if other is not link)
+        self._forget(link)
+        self.context.loop.call_soon(self._reconnect, link.uri, reason)
+        self._changed()
+
+    def _reconnect(self, uri: str, reason: str | None) -> None:
+        connector = self._connectors.get(uri)
+        if connector is None or self._closed:
+            return
+        connector.lost(reason)
+
+    def _changed(self) -> None:
+        for callback in tuple(self.on_change):
+            callback()
+
+    @property
+    def links(self) -> tuple[TcpSource | HandingSource, ...]:
+        """The links that are up."""
+        return self._in_links + self._local_links
+
+    # Messages, on the reader thread or the one that spins -------------------------------------------------------------
+
+    def _arrived(self, source: Source, item: Item) -> bool:
+        """A node that spins has received a message: serve those who do not wait for the spinning; say if others do."""
+        if source.header.get("latching") == "1" and source.connected:
+            self._arrived_latched[id(source)] = (source, item)
+        if self._active_direct:
+            self._call(self._active_direct, source, item)
+        return bool(self.subscribers)
+
+    def _deliver(self, source: Source, data: bytes, start: int, end: int) -> None:
+        active = self._active
+        if source.header.get("latching") == "1":
+            active = self._keep(source, data[start:end])
+        self._call(active, source, data, start, end)
+
+    def _deliver_item(self, source: Source, item: Item) -> None:
+        active = self._active
+        if source.header.get("latching") == "1":
+            active = self._keep(source, item)
+        self._call(active, source, item)
+
+    def _keep(self, source: Source, item: Item) -> tuple[Taker, ...]:
+        """Keep a latched message for those who subscribe later; return who gets it now."""
+        with self._lock:
+            if source.connected:  # not what waited here when its publisher went
+                self._latched[id(source)] = (source, item)
+            return self._active
+
+    def _call(self, subscribers: tuple[Taker, ...], source: Source, data: Any, start: int = 0, end: int = -1) -> None:
+        """Run the callbacks.
+
+        Args:
+            data: a frame's body at ``start`` to ``end``; or an item, if ``end`` is -1.
+        """
+        header = source.header
+        message = made_by = None
+        for subscriber in subscribers:
+            if subscriber.decode is not made_by or message is None:
+                try:
+                    message = subscriber.decode(data, start, end) if end >= 0 else subscriber.take(data)
+                except MessageError as error:
+                    who = header.get("callerid", "?")
+                    self.context.log.peer(ERROR, "%s from %s: %s (message dropped)", self.topic, who, error)
+                    continue
+                message._connection_header = header
+                made_by = subscriber.decode
+                if end - start >= LARGE:
+                    _learn(source, message, end - start)
+                elif end < 0 and isinstance(data, bytes) and len(data) >= LARGE:
+                    _learn(source, message, len(data))
+            subscriber.call(message)
+
+    def _replay(self, subscriber: Taker, latched: list[tuple[Source, Item]]) -> None:
+        for source, item in latched:
+            try:
+                message = subscriber.take(item)
+            except MessageError:
+                continue  # was logged when it came
+            message._connection_header = source.header
+            if self.context.callbacks is not None and not subscriber.direct:
+                self.context.callbacks.push(lambda message=message: subscriber.call(message))  # type: ignore[misc]
+            else:
+                subscriber.call(message)
+
+    def close(self, timeout: float = 5.0) -> None:
+        """End all links; wait for a running callback at most ``timeout`` seconds."""
+        self._closed = True
+        self.context.loop.call_soon(self._stop_connectors)
+        for link in self._local_links:
+            link.close()
+        self.delivery.close(timeout)
+        with self._lock:
+            self._in_links = ()
+        self._changed()
+
+    def _stop_connectors(self) -> None:
+        for connector in list(self._connectors.values()):
+            connector.stop()
+        self._connectors.clear()
+
+
+def _learn(source: Source, message: Any, size: int) -> None:
+    """Tell a link where the array of a large message was."""
+    where = layout(type(message))
+    if where is not None and isinstance(source, TcpSource):
+        array = len(getattr(message, where.field))
+        if array >= LARGE:
+            source.expect(size, array, where.tail, where.counted)

@@ -1,0 +1,154 @@
+"""The receiving end of a link from a publisher, over TCP."""
+
+from __future__ import annotations
+
+import socket
+import struct
+from typing import NamedTuple
+
+from pyros1.msgs.large import SplitBody
+from pyros1.net.timeouts import bound_waits
+from pyros1.wire.framing import FrameBuffer
+
+LARGE = 1 << 17
+"""Size in bytes from which a frame is received in pieces, its array straight into its final object."""
+TRUSTED = 16 << 20
+"""Largest array for which memory is set aside before it has come, unless one half as large came before."""
+
+PATIENCE = 0.02
+"""Seconds that a patient `receive` waits."""
+_AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
+_ALL = getattr(socket, "MSG_WAITALL", 0)
+_read_size = struct.Struct("<I").unpack_from
+
+
+class Expected(NamedTuple):
+    """Where the array of the next large frame will be, if it is like the one before.
+
+    Attributes:
+        begin: bytes before the array, the frame's length and the array's included.
+        tail: bytes behind it.
+        most: largest array that may come.
+        counted: whether the array's own length stands before it; else it is the whole frame.
+    """
+
+    begin: int
+    tail: int
+    most: int
+    counted: bool
+
+
+class TcpSource:
+    """A TCP link from a publisher, past its handshake.
+
+    Attributes:
+        header: the publisher's connection header.
+        uri: the publisher's slave API.
+        messages, bytes_received: so far.
+        connected: whether the link is up.
+        patient: `receive` can wait for PATIENCE seconds; else it never waits.
+        last_time: when the socket was last found readable, in `perf_counter` seconds.
+        expected: the shape of large frames, as learnt from the last one; None: all goes through the buffer.
+    """
+
+    transport = "TCPROS"
+
+    def __init__(self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes) -> None:
+        self.sock = sock
+        self.fd = sock.fileno()
+        self.uri = uri
+        self.header = header
+        self.buffer = FrameBuffer(first=first)
+        self.messages = 0
+        self.bytes_received = len(first)
+        self.connected = True
+        self.patient = _make_patient(sock)
+        self.last_time = 0.0
+        self.expected: Expected | None = None
+        try:
+            peer, port = sock.getpeername(), sock.getsockname()[1]
+            self.address = f"TCPROS connection on port {port} to [{peer[0]}:{peer[1]} on socket {self.fd}]"
+        except OSError:
+            self.address = "TCPROS connection on port 0 to [unknown]"
+
+    def receive(self, wait: bool = False) -> int | SplitBody:
+        """Receive into the buffer, or a large frame in pieces.
+
+        Args:
+            wait: wait up to PATIENCE seconds, if the link is patient.
+
+        Returns:
+            The number of bytes that came into the buffer, 0 at the end of the stream; or a whole frame's body.
+
+        Raises:
+            BlockingIOError: nothing has come.
+            OSError: the connection is broken.
+        """
+        flags = 0 if wait else _AT_ONCE
+        if self.expected is not None and not self.buffer.partial:
+            return self._receive_large(self.expected, flags)
+        return self.sock.recv_into(self.buffer.writable(), 0, flags)
+
+    def split(self, count: int) -> list[tuple[int, int]]:
+        """Count what came into the buffer, and return where its whole frames are.
+
+        Args:
+            count: bytes that came.
+
+        Raises:
+            ProtocolError: a frame is too large.
+        """
+        self.bytes_received += count
+        frames = self.buffer.received(count)
+        self.messages += len(frames)
+        return frames
+
+    def expect(self, size: int, array: int, tail: int, counted: bool) -> None:
+        """Learn from a large frame where the arrays of those like it are.
+
+        Args:
+            size: of the frame's body in bytes.
+            array: of its array in bytes.
+            tail: of what follows the array in bytes.
+            counted: whether the array's own length stands before it.
+        """
+        begin = size - tail - array + 4
+        if self.patient and _ALL and begin >= 4:
+            self.expected = Expected(begin, tail, max(TRUSTED, 2 * array), counted)
+
+    def _receive_large(self, expected: Expected, flags: int) -> int | SplitBody:
+        """Receive a frame of the expected shape; whatever else comes goes to the buffer.
+
+        The array's own wait is short, as that of any receive: the rest of a slow frame arrives in the buffer too.
+        """
+        begin, tail, most, counted = expected
+        got = self.sock.recv(begin, flags)
+        if len(got) == begin:
+            size, array = _read_size(got, 0)[0], _read_size(got, begin - 4)[0]
+            if LARGE <= array <= most and size + 4 == begin + array + tail:
+                data = self._receive_rest(array)
+                end = self._receive_rest(tail) if len(data) == array else b""
+                if len(data) == array and len(end) == tail:
+                    self.messages += 1
+                    self.bytes_received += size + 4
+                    return SplitBody(got[4:-4], data, end, counted)
+                got = b"".join((got, data, end))
+        self.expected = None
+        self.buffer.feed(got)
+        return len(got)
+
+    def _receive_rest(self, size: int) -> bytes:
+        if not size:
+            return b""
+        try:
+            return self.sock.recv(size, _ALL)
+        except BlockingIOError:
+            return b""
+
+
+def _make_patient(sock: socket.socket) -> bool:
+    """Let a plain receive wait in the kernel, but not for long, if the system can do both that and not waiting."""
+    if _AT_ONCE and bound_waits(sock, PATIENCE):
+        return True
+    sock.setblocking(False)
+    return False

@@ -1,0 +1,170 @@
+"""The threads that receive for a node's subscriptions.
+
+All quiet subscriptions share them: two wait for whatever comes first. A thread that gets something runs the callbacks,
+and stays with that subscription while messages flow, faster than 50 in a second; when no thread is left that waits,
+another one is started. So there are as many threads as subscriptions are busy at the same time, and two more: a node
+with hundreds of idle links has two, and the callbacks of different topics never wait for each other.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+from collections import deque
+from time import perf_counter
+from typing import TYPE_CHECKING, Protocol
+
+from pyros1.net.poller import BELL, Poller
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+SPARE = 2
+"""Threads that wait for ever."""
+REST = 5.0
+"""Seconds after which further threads end that nothing woke."""
+
+
+class Channel(Protocol):
+    """What threads work for: a subscription's Delivery."""
+
+    def run(self, fd: int | None) -> None:
+        """Do what there is to do; ``fd`` can be read."""
+
+
+class DeliveryThreads:
+    """The threads and the sockets of one node.
+
+    Args:
+        name: of the node, for the threads' names.
+        on_error: called with an exception that a channel did not handle.
+    """
+
+    def __init__(self, name: str, on_error: Callable[[BaseException], None]) -> None:
+        self._name = name
+        self._on_error = on_error
+        self._poller = Poller()
+        self._channels: dict[int, Channel] = {}
+        self._woken: deque[Channel] = deque()
+        self._lock = threading.RLock()  # a signal handler may wake a channel while its thread is in here
+        self._waiting = 0
+        self._refused = False  # the system would start no further thread
+        self._threads: set[threading.Thread] = set()
+        self._started = 0
+        self._closed = False
+
+    def register(self, fd: int, channel: Channel) -> None:
+        """Run a channel when a socket can be read: once, then again after each `rearm`."""
+        self._channels[fd] = channel
+        self._poller.register(fd)
+        self._begin()
+
+    def rearm(self, fd: int) -> None:
+        """Wait again for a socket for which its channel was run."""
+        self._poller.rearm(fd)
+
+    def unregister(self, fd: int) -> None:
+        """Forget a socket; to be called before it is closed."""
+        self._channels.pop(fd, None)
+        self._poller.unregister(fd)
+
+    def wake(self, channel: Channel) -> None:
+        """Run a channel soon, on one of the threads."""
+        self._woken.append(channel)
+        self._poller.wake()
+        self._begin()
+
+    def close(self, timeout: float = 5.0) -> None:
+        """End the threads; wait for them at most ``timeout`` seconds."""
+        until = perf_counter() + timeout
+        with self._lock:
+            self._closed = True
+            threads = [thread for thread in self._threads if thread is not threading.current_thread()]
+            if not self._threads:
+                self._poller.close()  # else the last thread does it
+        for _ in threads:
+            self._poller.wake()
+        for thread in threads:
+            thread.join(max(0.0, until - perf_counter()))
+
+    def _begin(self) -> None:
+        if not self._threads:
+            self._keep_one_waiting()
+
+    def _keep_one_waiting(self) -> None:
+        with self._lock:
+            if self._waiting or self._closed:
+                return
+            self._started += 1
+            thread = threading.Thread(target=self._work, name=f"{self._name}:reader{self._started}", daemon=True)
+            self._waiting += 1
+            self._threads.add(thread)
+            try:
+                thread.start()
+            except RuntimeError as error:  # the system has no more threads; who is busy now will wait afterwards
+                self._leave(thread)
+                raise RuntimeError(f"topics wait for each other: {error}") from error
+            self._refused = False
+
+    def _work(self) -> None:
+        wait = self._poller.wait
+        while not self._closed:
+            fd = wait(-1 if self._waiting <= SPARE else REST)
+            with self._lock:
+                if fd is None and self._waiting > SPARE:
+                    self._leave(threading.current_thread())  # under the same lock, or all would leave at once
+                    return
+                if fd is None or self._closed:
+                    continue
+                self._waiting -= 1
+                alone = not self._waiting
+            try:
+                if alone:
+                    self._keep_one_waiting()
+            except RuntimeError as error:
+                if not self._refused:
+                    self._refused = True
+                    self._report(error)
+            try:
+                self._run(fd)
+            except BaseException as error:  # noqa: BLE001  a fault of ours; the other subscriptions must go on
+                self._report(error)
+            finally:
+                with self._lock:
+                    self._waiting += 1
+        with self._lock:
+            self._leave(threading.current_thread())
+
+    def _report(self, error: BaseException) -> None:
+        try:
+            self._on_error(error)
+        except Exception as other:  # noqa: BLE001  this thread must go on
+            with contextlib.suppress(Exception):
+                sys.stderr.write(f"{self._name}: {error!r}, and that could not be told: {other!r}\n")
+
+    @property
+    def someone_waits(self) -> bool:
+        """Whether a thread is free for what comes next; one that is not needed may stay away then."""
+        return self._waiting > 0
+
+    def _leave(self, thread: threading.Thread) -> None:
+        """The thread does not wait any more. With the lock."""
+        self._waiting -= 1
+        self._threads.discard(thread)
+        if self._closed and not self._threads:
+            self._poller.close()
+
+    def _run(self, fd: int) -> None:
+        if fd != BELL:
+            channel = self._channels.get(fd)
+            if channel is not None:
+                channel.run(fd)
+            return
+        try:
+            channel = self._woken.popleft()
+        except IndexError:
+            return  # another thread was quicker
+        if self._woken:
+            self._poller.wake()  # so many at once that not each could ring
+        channel.run(None)

@@ -1,0 +1,140 @@
+"""The receiving end of a link over UDP: a socket that is offered to a publisher, which then sends to it (T57-T62).
+
+No datagram says that the publisher has gone: the master does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.net.loop import READ
+from pyros1.node.subscribing.inbox import Inbox
+from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT
+from pyros1.wire.datagram import LARGEST_SIZE, Assembler
+from pyros1.wire.header import encode_header
+
+if TYPE_CHECKING:
+    from pyros1.net.hosts import LocalAddress
+    from pyros1.net.loop import Loop
+    from pyros1.node.subscribing.sources import Item, Receiver, Source
+
+_AT_ONCE = 256
+"""Datagrams that are received before the loop sees to its other work."""
+_BUFFER = 4 << 20
+"""Bytes that the system is asked to keep for a subscriber; it may allow less."""
+_LENGTH = 4
+
+
+class UdpSource:
+    """The receiving end: a socket that is offered to a publisher, and a link once that has answered. On the loop.
+
+    Args:
+        loop: of the node.
+        receiver: takes the messages.
+        header: the subscriber's connection header.
+        uri: the publisher's slave API.
+        address: where to listen.
+        size: bytes of the largest datagram.
+        on_closed: called once, when the link is gone.
+
+    Attributes:
+        header: the publisher's connection header.
+        messages, bytes_received: so far.
+
+    Raises:
+        OSError: there is no such socket to be had.
+    """
+
+    transport = "UDPROS"
+
+    def __init__(
+        self,
+        loop: Loop,
+        receiver: Receiver,
+        header: dict[str, str],
+        uri: str,
+        address: LocalAddress,
+        size: int,
+        on_closed: Callable[[UdpSource], None],
+    ) -> None:
+        self.uri = uri
+        self.header: dict[str, str] = {}
+        self.messages = 0
+        self.bytes_received = 0
+        self.address = ""
+        self._receiver = receiver
+        self._loop = loop
+        self._header = header
+        self._on_closed = on_closed
+        self._host = address.advertised
+        self._size = size
+        self._open = False
+        self._inbox: Inbox[Source, Item] = Inbox(self)
+        self._assembler = Assembler(0)
+        self._sock = socket.socket(address.family, socket.SOCK_DGRAM)
+        try:
+            self._sock.bind((address.bind, 0))
+            self._sock.setblocking(False)
+            self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
+        except OSError:
+            self._sock.close()
+            raise
+
+    @property
+    def connected(self) -> bool:
+        """Whether the link is up."""
+        return self._open
+
+    def offer(self) -> list[Any]:
+        """Return what `requestTopic` is told of it (T58)."""
+        header = encode_header(self._header)[_LENGTH:]
+        return ["UDPROS", header, self._host, self._sock.getsockname()[1], self._size]
+
+    def begin(self, header: dict[str, str], place: tuple[str, int], connection: int) -> None:
+        """The publisher has accepted: receive.
+
+        Args:
+            header: the publisher's.
+            place: its host and port.
+            connection: the number that it gave the link.
+        """
+        self.header = header
+        self._assembler = Assembler(connection)
+        port, number = self._sock.getsockname()[1], self._sock.fileno()
+        self.address = f"UDPROS connection on port {port} to [{place[0]}:{place[1]} on socket {number}]"
+        self._open = True
+        self._receiver.open(self._inbox)
+        self._loop.register(self._sock, READ, self._receive)
+
+    def _receive(self, _mask: int) -> None:
+        for _ in range(_AT_ONCE):
+            try:
+                datagram = self._sock.recv(LARGEST_SIZE)
+            except BlockingIOError:
+                return
+            except OSError:
+                self.close()
+                return
+            body = self._assembler.feed(datagram)
+            self._inbox.lost = self._assembler.lost
+            if body is not None:
+                self.messages += 1
+                self.bytes_received += len(body) + _LENGTH
+                self._receiver.push(self._inbox, body, UNBOUNDED_LIMIT)  # the loop must not wait for callbacks
+            if not self._open:
+                return
+
+    def close(self) -> None:
+        """End the link, or take the offer back. Any thread."""
+        begun, self._open = self._open, False
+        self._loop.call_soon(self._close_socket)
+        if begun:
+            self._on_closed(self)
+
+    def _close_socket(self) -> None:
+        with contextlib.suppress(ValueError, OSError):
+            self._loop.unregister(self._sock)
+        self._sock.close()

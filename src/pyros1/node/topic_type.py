@@ -1,0 +1,14 @@
+"""The type of a topic, as connection headers have it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.wire.handshake import ANY, TopicType
+
+
+def topic_type(message_class: type[Any]) -> TopicType:
+    """Return what a message class says about itself in connection headers."""
+    if message_class._type == ANY:
+        return TopicType(ANY, ANY, "")
+    return TopicType(message_class._type, message_class._md5sum, message_class._full_text)

@@ -1,0 +1,224 @@
+"""dialogue: in every order of events a publisher is asked, told of, rested from and forgotten as it should be."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+
+from pyros1.errors import UnknownHostError
+from pyros1.node.subscribing import dialogue as do
+from pyros1.node.subscribing.dialogue import FIRST_REST, LONGEST_REST, UNDER_WAY, Dialogue, State
+from pyros1.wire.handshake import TopicType
+from pyros1.wire.header import encode_header
+
+FLOAT = TopicType("std_msgs/Float64", "fdb28210bfa9d7c91146260178d9a584", "float64 data\n")
+GOOD = {"callerid": "/talker", "type": FLOAT.name, "md5sum": FLOAT.md5sum, "latching": "0"}
+URI = "http://talker:1/"
+
+
+def make(**options: Any) -> Dialogue:
+    return Dialogue("/t", URI, lambda: FLOAT, **options)
+
+
+def test_the_way_to_a_publisher() -> None:
+    talk = make()
+    assert talk.announced() == [do.Drop(), do.Ask(watched=True)]
+    assert talk.answered([1, "ready", ["TCPROS", "talker", 5000]]) == [do.Connect("talker", 5000)]
+    assert talk.connected() == [do.Greet()]
+    data = encode_header(GOOD)
+    assert [talk.received(bytes([byte])) for byte in data[:-1]] == [[]] * (len(data) - 1)
+    assert talk.received(data[-1:] + b"first") == [do.Link(GOOD, b"first")]
+    assert talk.state is State.LINKED
+    assert talk.vanished() == [], "its last messages are not lost"
+    assert talk.lost(None) == [do.Drop(), do.Forget()]
+
+
+def test_datagrams() -> None:
+    header = encode_header(GOOD)[4:]
+    answer = [1, "", ["UDPROS", "talker", 6000, 7, 1500, header]]
+    talk = make()
+    talk.announced()
+    assert talk.answered(answer)[-1] == do.Rest(FIRST_REST), "none were offered"
+    talk.rested()
+    assert talk.answered(answer, offered=True) == [do.LinkDatagrams(GOOD, ("talker", 6000), 7)]
+    assert talk.vanished() == [do.EndDatagrams()], "no datagram says so"
+    assert talk.lost(None) == [do.Drop(), do.Forget()]
+    talk = make(takes_tcp=False)
+    talk.announced()
+    told, dropped = talk.answered([0, "no", 0], offered=True)
+    assert "does not send /t in datagrams: no" in told.args[0] and dropped == do.Drop()  # type: ignore[union-attr]
+    assert talk.state is State.REFUSED
+
+
+def test_rests_become_longer_until_there_is_a_link_or_news() -> None:
+    talk = make()
+    talk.announced()
+    rests = []
+    for _ in range(12):
+        rests.append(talk.failed()[-1].seconds)  # type: ignore[union-attr]
+        talk.rested()
+    assert rests == [min(FIRST_REST * 2**count, LONGEST_REST) for count in range(12)]
+    talk.failed()
+    talk.announced()
+    assert talk.failed()[-1] == do.Rest(FIRST_REST)
+    talk.rested()
+    talk.failed()
+    talk.rested()
+    talk.linked()
+    assert talk.lost("reset")[-1] == do.Rest(FIRST_REST)
+
+
+@pytest.mark.parametrize("answer", [{"error": "no"}, {**GOOD, "md5sum": "x", "type": "a/B"}, {"type": "a/B"}])
+def test_a_refusal_is_told_once_until_the_master_announces(answer: dict[str, str]) -> None:
+    talk = make()
+    for _ in range(2):
+        talk.announced()
+        talk.answered([1, "", ["TCPROS", "talker", 5000]])
+        talk.connected()
+        told, dropped = talk.received(encode_header(answer))
+        assert isinstance(told, do.Tell) and told.is_error and dropped == do.Drop()
+        assert talk.state is State.REFUSED
+
+
+class Dialogues(RuleBasedStateMachine):
+    """Events in any order that a driver may bring them, with the invariants that no order may break."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.talk = make()
+        self.resting = False  # a rest is to be reported
+        self.watching = False  # silence is to be reported
+        self.stopped = False
+        self.forgotten = True
+        self.silences = 0
+
+    def take(self, actions: list[do.Action]) -> None:
+        for action in actions:
+            match action:
+                case do.Drop():
+                    self.resting = self.watching = False
+                case do.Rest(seconds):
+                    assert FIRST_REST <= seconds <= LONGEST_REST and not self.resting
+                    self.resting = True
+                case do.Ask(watched):
+                    assert not self.watching
+                    self.watching = watched
+                case do.Link() | do.LinkDatagrams():
+                    self.watching = False
+                    assert self.talk.state is State.LINKED
+                case do.Forget():
+                    self.forgotten = True
+                case do.Tell(False, text, args):
+                    assert args[:2] == ("/t", URI) and text.count("%s") == len(args)
+
+    def announce(self) -> None:
+        self.forgotten = False
+        busy = self.talk.state in UNDER_WAY or self.talk.state is State.LINKED
+        actions = self.talk.announced()
+        assert bool(actions) != busy
+        self.take(actions)
+
+    @precondition(lambda self: not self.stopped)
+    @rule()
+    def announced(self) -> None:
+        self.silences = 0 if self.talk.state not in UNDER_WAY else self.silences
+        self.announce()
+
+    @precondition(lambda self: not self.stopped)
+    @rule()
+    def vanished(self) -> None:
+        self.take(self.talk.vanished())
+
+    @rule()
+    def stop(self) -> None:
+        self.stopped = True
+        self.take(self.talk.stop())
+
+    @precondition(lambda self: self.resting)
+    @rule()
+    def rested(self) -> None:
+        self.resting = False
+        self.take(self.talk.rested())
+        assert self.talk.state is State.ASKING
+
+    @precondition(lambda self: self.watching)
+    @rule()
+    def silent(self) -> None:
+        self.watching = False
+        self.silences += 1
+        assert self.silences == 1, "named once, until there is a link or news"
+        self.take(self.talk.silent())
+
+    @precondition(lambda self: self.talk.state is State.ASKING)
+    @rule(
+        answer=st.sampled_from(
+            [
+                [1, "", ["TCPROS", "talker", 5000]],
+                [1, "", ["TCPROS", "talker", 0]],
+                [1, "", ["UDPROS", "talker", 6000, 7, 1500, encode_header(GOOD)[4:]]],
+                [1, "", ["UDPROS", "talker", 6000, 7, 1500, b"\1"]],
+                [0, "no", 0],
+                [-1, "no publisher", []],
+                None,
+                [],
+            ]
+        ),
+        offered=st.booleans(),
+    )
+    def answered(self, answer: Any, offered: bool) -> None:
+        self.take(self.talk.answered(answer, offered=offered))
+        self.linked_now()
+
+    @precondition(lambda self: self.talk.state is State.ASKING)
+    @rule(refused=st.booleans())
+    def in_this_process(self, refused: bool) -> None:
+        self.take(self.talk.refused("another type") if refused else self.talk.linked())
+        self.watching = False
+        self.linked_now()
+
+    @precondition(lambda self: self.talk.state is State.CONNECTING)
+    @rule()
+    def connected(self) -> None:
+        self.take(self.talk.connected())
+
+    @precondition(lambda self: self.talk.state is State.GREETING)
+    @rule(data=st.sampled_from([encode_header(GOOD), encode_header({"error": "no"}), b"", b"\x10\0", b"\xff" * 8]))
+    def received(self, data: bytes) -> None:
+        self.take(self.talk.received(data))
+        self.linked_now()
+
+    @precondition(lambda self: self.talk.state in UNDER_WAY)
+    @rule(error=st.sampled_from([None, OSError("unreachable"), UnknownHostError("nowhere", None)]))
+    def failed(self, error: Exception | None) -> None:
+        self.take(self.talk.failed(error))
+
+    @precondition(lambda self: self.talk.state is State.LINKED)
+    @rule(reason=st.sampled_from([None, "reset"]))
+    def lost(self, reason: str | None) -> None:
+        self.take(self.talk.lost(reason))
+
+    def linked_now(self) -> None:
+        if self.talk.state is State.LINKED:
+            self.silences = 0
+
+    @invariant()
+    def never_deaf(self) -> None:
+        """A publisher that is listed is linked, or will be tried, unless it has refused."""
+        if self.talk.listed:
+            assert self.talk.state in {State.LINKED, State.REFUSED, *UNDER_WAY} or self.resting
+
+    @invariant()
+    def never_busy_for_nobody(self) -> None:
+        """One that is not listed is not waited for, and forgotten once nothing is linked or under way."""
+        if not self.talk.listed:
+            assert not self.resting
+            assert self.talk.state in {State.LINKED, State.GONE, *UNDER_WAY}
+            assert self.stopped or self.forgotten or self.talk.state is not State.GONE
+
+
+Dialogues.TestCase.settings = settings(max_examples=200, stateful_step_count=40, deadline=None)
+TestDialogues = Dialogues.TestCase
