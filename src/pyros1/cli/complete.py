@@ -61,7 +61,7 @@ def candidates(line: Line) -> list[str]:
     if line.token.startswith("-"):
         return _options(line)
     if line.verbs and not line.verb:
-        return line.verbs
+        return [] if line.words else line.verbs
     kind = registry.completes(line.command, line.verb, len(line.given))
     if not kind:
         return []

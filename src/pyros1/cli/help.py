@@ -18,8 +18,7 @@ class Parser(OptionParser):
 
     def __init__(self, verb: Verb, invocation: Invocation) -> None:
         stock = invocation.as_stock
-        called = f"{invocation.program} {verb.name}".rstrip()
-        self._examples = [] if stock else [(f"{called} {line}".rstrip(), about) for line, about in verb.examples]
+        self._examples = examples_text(verb, invocation)
         usage = " ".join(filter(None, ["usage: %prog", verb.name, verb.usage]))
         super().__init__(
             usage=usage, prog=invocation.program, formatter=_Formatter(), description=verb.description or None
@@ -30,10 +29,17 @@ class Parser(OptionParser):
 
     def format_epilog(self, formatter: HelpFormatter) -> str:
         """Return the examples."""
-        if not self._examples:
-            return ""
-        width = max(len(line) for line, _ in self._examples)
-        return "\nExamples:\n" + "".join(f"  {line:{width}}  {about}\n" for line, about in self._examples)
+        return self._examples
+
+
+def examples_text(verb: Verb, invocation: Invocation) -> str:
+    """Return what help ends with, behind an empty line: a verb's examples, none under the stock tool's name."""
+    if invocation.as_stock or not verb.examples:
+        return ""
+    called = f"{invocation.program} {verb.name}".rstrip()
+    rows = [(f"{called} {line}".rstrip(), about) for line, about in verb.examples]
+    width = max(len(line) for line, _ in rows)
+    return "\nExamples:\n" + "".join(f"  {line:{width}}  {about}\n" for line, about in rows)
 
 
 class _Formatter(IndentedHelpFormatter):
