@@ -13,7 +13,7 @@ import pytest
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.msgs.std_srvs.srv import Empty
 
-from pyros1.cli import graph_cmd
+from pyros1.cli.running import run_command
 
 LOG_SERVICES = ("get_loggers", "set_logger_level")
 Run = Callable[..., tuple[int, str, str]]
@@ -23,7 +23,7 @@ Run = Callable[..., tuple[int, str, str]]
 def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Run:
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
-    return lambda *words: (graph_cmd.main(list(words)), *capsys.readouterr())
+    return lambda *words: (run_command("graph", list(words)), *capsys.readouterr())
 
 
 @pytest.fixture
