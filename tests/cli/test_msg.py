@@ -108,6 +108,11 @@ def test_what_is_wrong_is_said_l87_l89(run: Any, words: tuple[str, ...], code: i
     assert (got, out) == (code, "") and hint in err
 
 
+def test_only_a_wrong_word_is_an_error_l87(run: Any) -> None:
+    assert run("msg")[0] == run("srv")[0] == 0
+    assert run("msg", "bogus")[0] == run("srv", "bogus")[0] == 64
+
+
 def test_json(run: Any) -> None:
     assert "std_msgs/String" in json.loads(run("msg", "list", "--json")[1])
     assert "std_srvs" in json.loads(run("srv", "packages", "--json")[1])
