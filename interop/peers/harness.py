@@ -361,13 +361,13 @@ def our_tools() -> ForkedTools:
     """Our commands under stock's names; they end with this process."""
     modules = [
         "main",
-        "topic_echo",
-        "topic_list",
-        "topic_pub",
-        "node_cmd",
-        "service",
-        "param",
-        "msg",
+        "commands.topic.echo",
+        "commands.topic.list",
+        "commands.topic.pub",
+        "commands.node.info",
+        "commands.service.call",
+        "commands.param.load",
+        "commands.msg.show",
         "launch",
         "launch_queries",
     ]

@@ -383,6 +383,12 @@ def test_every_command_explains_itself(run: Any, command: str, word: str) -> Non
     assert (code, err) == (0, "") and ("sage" in out or "ommands" in out)
 
 
+def test_a_verb_without_a_text_is_not_listed(run: Any) -> None:
+    out = run("service", "-h")[1]
+    assert "\tpyros1 service call\t" in out and "service node" not in out
+    assert run("service", "node", "-h")[0] == 0
+
+
 @pytest.mark.parametrize("command", VERBS)
 def test_what_is_no_verb_is_said_to_be_none(run: Any, command: str) -> None:
     code, _, err = run(command, "bogus")

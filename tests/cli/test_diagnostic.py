@@ -14,7 +14,8 @@ from typing import Any
 import pytest
 
 from pyros1 import Time
-from pyros1.cli import diagnostic
+from pyros1.cli.commands import diagnostic
+from pyros1.cli.running import run_command
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 Run = Callable[..., tuple[int, str, str]]
@@ -34,7 +35,7 @@ def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
     monkeypatch.setattr(diagnostic, "_moment", lambda message: "MOMENT")  # it depends on where the test runs
-    return partial(call_main, diagnostic.main)
+    return partial(call_main, partial(run_command, "diagnostic"))
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli import dynparam
-from pyros1.cli.dynparam_values import (
+from pyros1.cli.commands.dynparam._server import Server
+from pyros1.cli.commands.dynparam._values import (
     ParameterError,
     choices,
     configuration,
@@ -21,6 +21,7 @@ from pyros1.cli.dynparam_values import (
     read_file_text,
     request,
 )
+from pyros1.cli.running import run_command
 from pyros1.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.finding.packages import PackageIndex
 from pyros1.msgs.dynamic_reconfigure.msg import (
@@ -76,7 +77,7 @@ def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
-    return partial(call_main, dynparam.main)
+    return partial(call_main, partial(run_command, "dynparam"))
 
 
 @pytest.fixture
@@ -172,20 +173,20 @@ def test_a_node_that_is_not_there(run: Run, camera: Any) -> None:
 def test_ctrl_c_ends_the_waiting_quietly_l04(
     run: Run, camera: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def stopped(server: dynparam.Server) -> None:
+    def stopped(server: Server) -> None:
         raise NodeShutdownError("stopped")
 
-    monkeypatch.setattr(dynparam.Server, "_description", stopped)
+    monkeypatch.setattr(Server, "_description", stopped)
     for words in (["get", "/camera"], ["set", "/camera", "gain", "1"], ["set_from_parameters", "/camera", "_gain:=1"]):
         assert run(*words) == (0, "", "")
     assert run("dump", "/camera", str(tmp_path / "file")) == (0, "", "") and not (tmp_path / "file").exists()
 
 
 def test_a_node_that_describes_nothing(run: Run, camera: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def nothing(server: dynparam.Server, *words: str) -> None:
+    def nothing(server: Server, *words: str) -> None:
         raise WaitTimeoutError("no message came")
 
-    monkeypatch.setattr(dynparam.Server, "_message", nothing)
+    monkeypatch.setattr(Server, "_message", nothing)
     assert run("dump", "/camera", str(tmp_path / "file"))[:2] == (1, "couldn't get parameters from node /camera\n")
     assert run("get", "/camera")[:2] == (0, "")
     assert run("set", "/camera", "gain", "1")[:2] == (1, "couldn't set parameters at node /camera\n")

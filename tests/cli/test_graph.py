@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli import graph_cmd
+from pyros1.cli.running import run_command
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.msgs.std_srvs.srv import Empty
 
@@ -23,7 +23,7 @@ Run = Callable[..., tuple[int, str, str]]
 def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Run:
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
-    return lambda *words: (graph_cmd.main(list(words)), *capsys.readouterr())
+    return lambda *words: (run_command("graph", list(words)), *capsys.readouterr())
 
 
 @pytest.fixture

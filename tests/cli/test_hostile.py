@@ -15,8 +15,8 @@ import pytest
 
 from pyros1.bag import Bag, BagWriter
 from pyros1.cli.clean_output import CleanStream
+from pyros1.cli.commands.diagnostic import status_lines
 from pyros1.cli.commands.tf._drawing import Frame, text
-from pyros1.cli.diagnostic import status_lines
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.main import entry
 from pyros1.errors import ServiceError

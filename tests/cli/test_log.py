@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 
 from pyros1 import Time
-from pyros1.cli import log
+from pyros1.cli.commands.log import echo
+from pyros1.cli.running import run_command
 from pyros1.msgs.rosgraph_msgs.msg import Log
 
 Run = Callable[..., tuple[int, str, str]]
@@ -23,7 +24,7 @@ def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
-    return partial(call_main, log.main)
+    return partial(call_main, partial(run_command, "log"))
 
 
 def test_levels_are_listed_read_and_set_l176(run: Run, make_node: Callable[..., Any]) -> None:
@@ -94,9 +95,9 @@ def test_echo_refuses_what_it_does_not_understand(run: Run) -> None:
 
 def test_colours_only_on_request() -> None:
     message: Any = SimpleNamespace(level=16, name="/n", msg="m")
-    assert log.line(message) == "[ FATAL ] [/n]: m"
-    assert log.line(message, colour=True) == "[ \x1b[95mFATAL\x1b[0m ] [\x1b[1m/n\x1b[0m]: m"
-    assert log.line(SimpleNamespace(level=3, name="/n", msg="m")) == "[ 3     ] [/n]: m"
+    assert echo.line(message) == "[ FATAL ] [/n]: m"
+    assert echo.line(message, colour=True) == "[ \x1b[95mFATAL\x1b[0m ] [\x1b[1m/n\x1b[0m]: m"
+    assert echo.line(SimpleNamespace(level=3, name="/n", msg="m")) == "[ 3     ] [/n]: m"
 
 
 def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:

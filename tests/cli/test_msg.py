@@ -11,17 +11,18 @@ from typing import Any
 import pytest
 
 from pyros1.bag import BagWriter
-from pyros1.cli import msg, msg_proto
+from pyros1.cli.running import run_command
+from pyros1.cli.shared.definitions import library
 from pyros1.msgs import load_message, load_service
 from pyros1.values import load_yaml
 
 
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Callable[..., tuple[int, str, str]]:
-    def call(main: Callable[[list[str]], int], *words: str, stdin: str = "") -> tuple[int, str, str]:
+    def call(command: str, *words: str, stdin: str = "") -> tuple[int, str, str]:
         monkeypatch.setattr("sys.stdin", io.StringIO(stdin))
         try:
-            code = main(list(words))
+            code = run_command(command, list(words))
         except SystemExit as end:
             code = int(end.code or 0)
         out, err = capsys.readouterr()
@@ -38,9 +39,9 @@ def own_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pat
         (folder / kind).mkdir(parents=True)
     (folder / "package.xml").write_text("<package><name>own_msgs</name></package>")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
-    msg._library.cache_clear()  # a command reads its environment once
+    library.cache_clear()  # a command reads its environment once
     yield folder
-    msg._library.cache_clear()
+    library.cache_clear()
 
 
 def test_constants_are_shown_as_they_are_written(run: Any, own_package: Path) -> None:
@@ -49,16 +50,16 @@ def test_constants_are_shown_as_they_are_written(run: Any, own_package: Path) ->
     (own_package / "msg" / "Outer.msg").write_text("Inner inner\n")
     (own_package / "srv" / "Ask.srv").write_text("float64 G=1e3\n---\nInner inner\n")
     inner = "".join(f"  {line}\n" for line in [*lines, "int8 x"])
-    assert run(msg.main, "show", "own_msgs/Inner")[1] == "\n".join([*lines, "int8 x"]) + "\n\n"
-    assert run(msg.main, "show", "own_msgs/Outer")[1] == f"own_msgs/Inner inner\n{inner}\n"
-    assert run(msg.main_srv, "show", "own_msgs/Ask")[1] == f"float64 G=1e3\n---\nown_msgs/Inner inner\n{inner}\n"
+    assert run("msg", "show", "own_msgs/Inner")[1] == "\n".join([*lines, "int8 x"]) + "\n\n"
+    assert run("msg", "show", "own_msgs/Outer")[1] == f"own_msgs/Inner inner\n{inner}\n"
+    assert run("srv", "show", "own_msgs/Ask")[1] == f"float64 G=1e3\n---\nown_msgs/Inner inner\n{inner}\n"
 
 
 def test_a_type_that_contains_itself_is_told(run: Any, own_package: Path) -> None:
     (own_package / "msg" / "Self.msg").write_text("Self s\n")
     (own_package / "srv" / "Ask.srv").write_text("Self s\n---\n")
-    for main, name in ((msg.main, "own_msgs/Self"), (msg.main_srv, "own_msgs/Ask")):
-        code, out, err = run(main, "show", name)
+    for command, name in (("msg", "own_msgs/Self"), ("srv", "own_msgs/Ask")):
+        code, out, err = run(command, "show", name)
         assert (code, out) == (1, "") and "the type contains itself: own_msgs/" in err
 
 
@@ -66,26 +67,26 @@ def test_a_type_that_grows_with_each_level_is_not_written_out(run: Any, own_pack
     for level in range(12):
         (own_package / "msg" / f"L{level}.msg").write_text("".join(f"L{level + 1} f{i}\n" for i in range(10)))
     (own_package / "msg" / "L12.msg").write_text("int8 x\n")
-    code, out, err = run(msg.main, "show", "own_msgs/L0")
+    code, out, err = run("msg", "show", "own_msgs/L0")
     assert (code, out) == (1, "") and "more than 100000 lines" in err and "--raw" in err
-    assert run(msg.main, "show", "--raw", "own_msgs/L0")[0] == 0
+    assert run("msg", "show", "--raw", "own_msgs/L0")[0] == 0
 
 
 def test_nested_types_and_constants_l86(run: Any) -> None:
-    assert run(msg.main, "show", "geometry_msgs/PointStamped") == (
+    assert run("msg", "show", "geometry_msgs/PointStamped") == (
         0,
         "std_msgs/Header header\n  uint32 seq\n  time stamp\n  string frame_id\n"
         "geometry_msgs/Point point\n  float64 x\n  float64 y\n  float64 z\n\n",
         "",
     )
-    assert run(msg.main, "show", "GoalStatus")[1].startswith("[actionlib_msgs/GoalStatus]:\nuint8 PENDING=0\n")
-    assert run(msg.main_srv, "show", "std_srvs/SetBool")[1] == "bool data\n---\nbool success\nstring message\n\n"
-    assert run(msg.main, "show", stdin="\nstd_msgs/Bool\n")[1] == "bool data\n\n"
+    assert run("msg", "show", "GoalStatus")[1].startswith("[actionlib_msgs/GoalStatus]:\nuint8 PENDING=0\n")
+    assert run("srv", "show", "std_srvs/SetBool")[1] == "bool data\n---\nbool success\nstring message\n\n"
+    assert run("msg", "show", stdin="\nstd_msgs/Bool\n")[1] == "bool data\n\n"
 
 
 def test_md5_is_that_of_the_classes_l88(run: Any) -> None:
-    assert run(msg.main, "md5", "sensor_msgs/Image")[1].strip() == load_message("sensor_msgs/Image")._md5sum
-    assert run(msg.main_srv, "md5", "std_srvs/Empty")[1].strip() == load_service("std_srvs/Empty")._md5sum
+    assert run("msg", "md5", "sensor_msgs/Image")[1].strip() == load_message("sensor_msgs/Image")._md5sum
+    assert run("srv", "md5", "std_srvs/Empty")[1].strip() == load_service("std_srvs/Empty")._md5sum
 
 
 @pytest.mark.parametrize(
@@ -103,14 +104,19 @@ def test_md5_is_that_of_the_classes_l88(run: Any) -> None:
     ],
 )
 def test_what_is_wrong_is_said_l87_l89(run: Any, words: tuple[str, ...], code: int, hint: str) -> None:
-    got, out, err = run(msg.main, *words)
+    got, out, err = run("msg", *words)
     assert (got, out) == (code, "") and hint in err
 
 
+def test_only_a_wrong_word_is_an_error_l87(run: Any) -> None:
+    assert run("msg")[0] == run("srv")[0] == 0
+    assert run("msg", "bogus")[0] == run("srv", "bogus")[0] == 64
+
+
 def test_json(run: Any) -> None:
-    assert "std_msgs/String" in json.loads(run(msg.main, "list", "--json")[1])
-    assert "std_srvs" in json.loads(run(msg.main_srv, "packages", "--json")[1])
-    assert json.loads(run(msg.main_srv, "package", "--json", "std_srvs")[1]) == [
+    assert "std_msgs/String" in json.loads(run("msg", "list", "--json")[1])
+    assert "std_srvs" in json.loads(run("srv", "packages", "--json")[1])
+    assert json.loads(run("srv", "package", "--json", "std_srvs")[1]) == [
         "std_srvs/Empty", "std_srvs/SetBool", "std_srvs/Trigger",
     ]  # fmt: skip
 
@@ -120,26 +126,26 @@ def test_definitions_in_bags_l86(run: Any, tmp_path: Path) -> None:
     fields = {"type": image._type, "md5sum": image._md5sum, "message_definition": image._full_text}
     with BagWriter(tmp_path / "a.bag") as bag:
         bag.add_connection("/t", {name: value.encode() for name, value in fields.items()})
-    code, out, _ = run(msg.main, "show", "-b", str(tmp_path / "a.bag"), "sensor_msgs/Image")
-    assert (code, out) == run(msg.main, "show", "sensor_msgs/Image")[:2]
-    assert run(msg.main, "show", "-b", str(tmp_path / "a.bag"), "std_msgs/Header")[1].startswith("uint32 seq\n")
-    assert run(msg.main, "show", "-b", str(tmp_path / "a.bag"), "std_msgs/Bool")[:2] == (0, "")
+    code, out, _ = run("msg", "show", "-b", str(tmp_path / "a.bag"), "sensor_msgs/Image")
+    assert (code, out) == run("msg", "show", "sensor_msgs/Image")[:2]
+    assert run("msg", "show", "-b", str(tmp_path / "a.bag"), "std_msgs/Header")[1].startswith("uint32 seq\n")
+    assert run("msg", "show", "-b", str(tmp_path / "a.bag"), "std_msgs/Bool")[:2] == (0, "")
     (tmp_path / "bad.bag").write_bytes(b"nonsense")
-    assert run(msg.main, "show", "-b", str(tmp_path / "bad.bag"), "std_msgs/Bool")[0] == 1
+    assert run("msg", "show", "-b", str(tmp_path / "bad.bag"), "std_msgs/Bool")[0] == 1
 
 
 @pytest.mark.parametrize("name", ["std_msgs/String", "nav_msgs/Odometry", "visualization_msgs/MarkerArray"])
 @pytest.mark.parametrize("style", [(), ("-f", "0"), ("-f", "1")])
 def test_a_template_is_a_message_l89(run: Any, name: str, style: tuple[str, ...]) -> None:
-    code, out, _ = run(msg_proto.main, "msg", "-H", "-e", *style, name)
+    code, out, _ = run("msg-proto", "msg", "-H", "-e", *style, name)
     assert code == 0 and list(load_yaml(out)) == list(load_message(name).__slots__)
 
 
 def test_templates_l89(run: Any) -> None:
-    assert run(msg_proto.main, "msg", "std_msgs/String") == (0, "\"data: ''\"\n", "")
-    assert run(msg_proto.main, "srv", "-H", "std_srvs/Empty")[1] == "{}\n"
-    assert run(msg_proto.main, "msg", "-H", "-x", "header,name,effort", "sensor_msgs/JointState")[1] == (
+    assert run("msg-proto", "msg", "std_msgs/String") == (0, "\"data: ''\"\n", "")
+    assert run("msg-proto", "srv", "-H", "std_srvs/Empty")[1] == "{}\n"
+    assert run("msg-proto", "msg", "-H", "-x", "header,name,effort", "sensor_msgs/JointState")[1] == (
         "position:\n- 0\nvelocity:\n- 0\n"
     )
-    assert run(msg_proto.main, "msg", "-s", "nope/X") == (0, "", "")
-    assert run(msg_proto.main, "nonsense", "x")[0] == 64
+    assert run("msg-proto", "msg", "-s", "nope/X") == (0, "", "")
+    assert run("msg-proto", "nonsense", "x")[0] == 64

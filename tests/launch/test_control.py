@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.cli.node_control import table
+from pyros1.cli.commands.node.status import table
 from pyros1.errors import Error
 from pyros1.launch.api import LaunchServer
 from pyros1.launch.console import Console

@@ -148,16 +148,17 @@ def _request_text(line: Line) -> list[str]:
 
 
 def _template(mode: str, name: str, one_line: bool) -> str:
-    """What ``msg-proto`` prints."""
-    from contextlib import redirect_stdout  # noqa: PLC0415
-    from io import StringIO  # noqa: PLC0415
+    from pyros1.cli.commands.msg_proto import template  # noqa: PLC0415
 
-    from pyros1.cli.msg_proto import main  # noqa: PLC0415
+    return template(mode, name, 1 if one_line else None)
 
-    text = StringIO()
-    with redirect_stdout(text):
-        main([mode, "--silent", "--no-hyphens", *(["--flow_style", "1"] if one_line else []), name])
-    return text.getvalue().rstrip("\n")
+
+def _definition_kinds(_: Line) -> list[str]:
+    return ["msg", "srv"]
+
+
+def _definitions(line: Line) -> list[str]:
+    return _types(line, line.given[0])
 
 
 def _packages(_: Line) -> list[str]:
@@ -244,6 +245,8 @@ def _throttles(_: Line) -> list[str]:
 KINDS: dict[str, Callable[[Line], list[str]]] = {
     "bag": _bags,
     "configurable": _configurable,
+    "definition": _definitions,
+    "definition_kind": _definition_kinds,
     "executable": _executables,
     "file": _files,
     "frame": _frames,

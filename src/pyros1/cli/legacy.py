@@ -10,28 +10,18 @@ OLD = {
     "launch": ("launch", "start the nodes of a launch file"),
     "test": ("test", "run the tests of a launch file"),
     "run": ("run", "start a node of a package"),
-    "node": ("node_cmd", "show and end nodes: list info ping machine kill cleanup"),
-    "service": ("service", "show and call services: list info type uri node args find call"),
-    "param": ("param", "show and set parameters: list get set load dump delete"),
-    "msg": ("msg", "show message types: show list md5 package packages"),
-    "srv": ("srv", "show service types: show list md5 package packages"),
     "wtf": ("wtf", "find what is wrong with this machine and the running system, and the cure"),
     "doctor": ("wtf", "the same as wtf"),
-    "log": ("log", "show and set log levels, print log messages: list get set echo"),
-    "graph": ("graph_cmd", "print nodes and their connections"),
     "clean": ("clean", "show and remove log files: check purge"),
     "version": ("version", "print versions of packages and the name of the distribution"),
     "pkg": ("pkg", "find and make packages: create find list depends depends-on depends-why export plugins ..."),
     "stack": ("pkg_stack", "find stacks: find list contents contains depends"),
     "setup": ("setup", "for shells: source <(pyros1 setup) gives the stock names and completion"),
     "unsetup": ("setup_undo", "take back what setup did to this shell"),
-    "dynparam": ("dynparam", "show and change parameters of running nodes: list get set set_from_parameters load dump"),
-    "diagnostic": ("diagnostic", "show what the robot's parts say of their state"),
     "unit": ("unit", "run one test program"),
-    "msg-proto": ("msg_proto", "print a message or service request to fill in"),
 }
 """Command -> module in pyros1.cli, and what it does."""
-CALLED_OTHERWISE = {"rosconsole": "log", "rospack": "pkg", "rosstack": "stack"}
+CALLED_OTHERWISE = {"rospack": "pkg", "rosstack": "stack"}
 """Stock name -> command, where that is not what follows ``ros``."""
 
 

@@ -91,7 +91,7 @@ class Verb:
 
     Args:
         name: as it is typed; empty if the command has no verbs.
-        about: one line, for the list of verbs.
+        about: one line, for the list of verbs; empty: that leaves it out.
         parts: its options and its arguments, in order.
         run: does the work.
         usage: what usage shows behind the name; None: made of the parts.
@@ -168,7 +168,7 @@ class Command:
         usage_code: exit code without a known verb.
         error_code: exit code after an error.
         failure: makes the text of an error, where it is not ``ERROR: `` and the error's own; None: that.
-        stock_help: words at which the stock tool prints the list of verbs with exit code 0.
+        stock_help: words at which the stock tool prints the list of verbs with exit code 0; an empty one: without any.
         names_unknown: the stock tool says which verb it does not know.
     """
 

@@ -88,8 +88,8 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
     known = registry.verbs(command.name)
     for name in command.sorted(known):
         entry = known[name]
-        if not (as_stock and entry.own):
-            about = entry.stock_about if as_stock else entry.about
+        about = entry.stock_about if as_stock else entry.about
+        if about and not (as_stock and entry.own):
             lines.append(command.row.format(program=program, name=name, about=about, usage=entry.usage))
     return "\n".join([*lines, command.footing.format(program=program)])
 

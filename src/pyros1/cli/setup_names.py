@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pyros1.cli import registry
 from pyros1.cli.legacy import CALLED_OTHERWISE
 from pyros1.cli.legacy import OLD as COMMANDS
 
@@ -17,7 +18,6 @@ _TOOLS = {
     "roslaunch-complete": ("launch", "--complete"),
     "roslaunch-deps": ("launch", "--deps"),
     "roslaunch-logs": ("launch", "--logs"),
-    "dynparam": ("dynparam",),
 }
 _NOT_STOCK = frozenset({"doctor", "dynparam", "pkg", "stack", "log", "setup", "unsetup"})
 FUNCTIONS = ("roscd", "rospd", "rosd")
@@ -26,7 +26,7 @@ FUNCTIONS = ("roscd", "rospd", "rosd")
 
 def stock_names() -> dict[str, tuple[str, ...]]:
     """Return stock name -> the words behind ``pyros1`` that do the same."""
-    names: dict[str, tuple[str, ...]] = {
+    names = registry.stock_names() | {
         f"ros{name}": (name,) for name in COMMANDS if name not in _NOT_STOCK and not name.startswith("_")
     }
     names.update({name: (command,) for name, command in CALLED_OTHERWISE.items() if command in COMMANDS})

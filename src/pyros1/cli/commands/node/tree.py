@@ -5,33 +5,44 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from pyros1.cli.common import Invocation, print_json
-from pyros1.graph import SystemState, in_namespace
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.shared.printing import print_json
+from pyros1.graph import UNKNOWN_TYPE, SystemState, in_namespace
 from pyros1.shown import one_line
 
 _QUIET_TOPICS = ("/rosout", "/rosout_agg", "/clock")
 _QUIET_SERVICES = ("/get_loggers", "/set_logger_level")
 
 
-def tree(invocation: Invocation) -> None:
-    """``node tree [options] [/namespace]``."""
-    parser = invocation.parser("tree [options] [/namespace]")
-    parser.add_option("-a", "--all", action="store_true", help="also what every node has, such as /rosout")
-    invocation.add_json(parser, "print a JSON list of objects: node, publishes, subscribes, services")
-    options, args = parser.parse_args(invocation.args)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print nodes by namespace."""
     if len(args) > 1:
-        parser.error("you may only specify one input namespace")
+        raise UsageError("you may only specify one input namespace")
     graph = invocation.graph
     state = graph.state()
     names = in_namespace(sorted(state.nodes()), invocation.resolve(args[0]) if args else None)
-    table = {name: facts(state, name, everything=bool(options.all)) for name in names}
+    table = {name: _facts(state, name, everything=options.all) for name in names}
     if options.json:
         print_json([{"node": name, **table[name]} for name in names])
         return
-    print("\n".join(render(table, graph.topic_types(), state)))
+    print("\n".join(_render(table, graph.topic_types(), state)))
 
 
-def facts(state: SystemState, name: str, *, everything: bool) -> dict[str, list[str]]:
+VERB = Verb(
+    "tree",
+    "nodes by namespace, with their topics and services",
+    Flag("-a", "--all", help="also what every node has, such as /rosout"),
+    Flag("--json", help="print a JSON list of objects: node, publishes, subscribes, services", own=True),
+    Argument("/namespace", "namespace", optional=True),
+    examples=[("", "nodes by namespace, with what they publish and subscribe")],
+    own=True,
+    run=run,
+)
+
+
+def _facts(state: SystemState, name: str, *, everything: bool) -> dict[str, list[str]]:
     """What a node publishes, subscribes and offers; without what all nodes have, unless ``everything``."""
     own = state.of_node(name)
     quiet_services = () if everything else tuple(name + service for service in _QUIET_SERVICES)
@@ -43,7 +54,7 @@ def facts(state: SystemState, name: str, *, everything: bool) -> dict[str, list[
     }
 
 
-def render(table: dict[str, dict[str, list[str]]], types: dict[str, str], state: SystemState) -> Iterator[str]:
+def _render(table: dict[str, dict[str, list[str]]], types: dict[str, str], state: SystemState) -> Iterator[str]:
     """Return the lines of the tree."""
     root: dict[str, Any] = {}
     for name in table:
@@ -70,9 +81,9 @@ def _branch(
         if own is not None:
             edge = inner + ("│ " if below else "  ")
             for topic in own["publishes"]:
-                yield f"{edge}─> {topic} [{types.get(topic, 'unknown type')}]{_others(state.subscribers, topic, name)}"
+                yield f"{edge}─> {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_others(state.subscribers, topic, name)}"
             for topic in own["subscribes"]:
-                yield f"{edge}<─ {topic} [{types.get(topic, 'unknown type')}]{_others(state.publishers, topic, name)}"
+                yield f"{edge}<─ {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_others(state.publishers, topic, name)}"
             for service in own["services"]:
                 yield f"{edge}() {service}"
         yield from _branch(below, name, inner, table, types, state)

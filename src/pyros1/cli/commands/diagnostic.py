@@ -9,39 +9,28 @@ from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.common import CommandError, Invocation, did_you_mean, print_json, run, use_colour
-from pyros1.cli.usage import examples_text
+from pyros1.cli.failures import CommandError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Command, Flag, Option, Verb
+from pyros1.cli.shared.printing import print_json, use_colour
 from pyros1.shown import one_line
 
 if TYPE_CHECKING:
-    import argparse
-
     from pyros1.msgs import Message
 
 LEVELS = ["ok", "warn", "error", "stale"]
 """Names of the levels; the position is the number."""
+_NUMBERED = ", ".join(f"{number} {name}" for number, name in enumerate(LEVELS))
 _SHOWN = [" OK  ", "WARN ", "ERROR", "STALE"]
 _COLOURS = ["\x1b[92m", "\x1b[93m", "\x1b[91m", "\x1b[94m"]
 _RESET = "\x1b[0m"
 _WIDTH = 69
 _LOOK_FOR_END = 0.2
 _TYPE = "diagnostic_msgs/DiagnosticArray"
-_EXAMPLES = {
-    "%prog": "what is not well",
-    "%prog -l ok -d": "everything, with all values",
-    "%prog -f --filter battery": "the battery, as it changes",
-    "%prog --topic /diagnostics": "where no aggregator runs",
-}
 
 
-def main(argv: list[str]) -> int:
-    """Run ``diagnostic ...``; returns the exit code."""
-    return run("rosdiagnostic", ["show", *argv], {"show": show}, lambda program: "")
-
-
-def show(invocation: Invocation) -> None:
-    """``diagnostic [-f] [-l LEVEL] [--topic TOPIC] [--filter REGEX] [--nocolor] [-d]``."""
-    options = _options(invocation)
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print what is not well."""
     try:
         pattern = re.compile(options.filter)
     except re.error as error:
@@ -70,39 +59,54 @@ def show(invocation: Invocation) -> None:
                 return
 
 
-def _options(invocation: Invocation) -> argparse.Namespace:
-    import argparse  # noqa: PLC0415 - most commands use optparse, as their stock tools do
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    from pyros1.cli.shared.argument_parser import argument_parser  # noqa: PLC0415 - completion does without
 
-    stock = invocation.program == invocation.stock
-    parser = argparse.ArgumentParser(
-        prog=invocation.program,
-        description="Print what the robot's parts say of their state.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=None if stock else examples_text(invocation.program, _EXAMPLES).lstrip(),
-    )
-    add = parser.add_argument
-    levels = ", ".join(f"{number} {name}" for number, name in enumerate(LEVELS))
-    add("-f", "--follow", action="store_true", help="go on printing what comes")
-    add("-l", "--level", type=_level, default=1, metavar="LEVEL", help=f"lowest level to print: {levels} (default: 1)")
-    add("--topic", default="/diagnostics_agg", help="topic to read (default: %(default)s)")
-    add("--filter", default=".*", metavar="REGEX", help="only of names in which this occurs")
-    add("--nocolor", action="store_true", help="output without color, also on a terminal")
-    add("-d", "--detail", action="store_true", help="print time, hardware and all values, too")
-    add("--json", action="store_true", help=argparse.SUPPRESS if stock else "print a line of JSON")
-    return parser.parse_args(invocation.args)
-
-
-def _level(text: str) -> int:
-    from argparse import ArgumentTypeError  # noqa: PLC0415 - as above
-
-    word = text.lower()
+    parser = argument_parser(invocation, verb)
+    options = parser.parse_args(invocation.args)
+    word = str(options.level).lower()
     if word in LEVELS:
-        return LEVELS.index(word)
-    numbers = {str(number): number for number in range(len(LEVELS))}
-    if word not in numbers:
-        levels = ", ".join(f"{number} {name}" for number, name in enumerate(LEVELS))
-        raise ArgumentTypeError(f"there is no level {text!r}{did_you_mean(word, LEVELS)}; there are {levels}")
-    return numbers[word]
+        options.level = LEVELS.index(word)
+    elif word in {str(number) for number in range(len(LEVELS))}:
+        options.level = int(word)
+    else:
+        hint = did_you_mean(word, LEVELS)
+        parser.error(f"argument -l/--level: there is no level {options.level!r}{hint}; there are {_NUMBERED}")
+    return options, []
+
+
+COMMAND = Command(
+    "diagnostic",
+    "show what the robot's parts say of their state",
+    Verb(
+        "",
+        "",
+        Flag("-f", "--follow", help="go on printing what comes"),
+        Option(
+            "-l",
+            "--level",
+            default="1",
+            metavar="LEVEL",
+            help=f"lowest level to print: {_NUMBERED} (default: 1)",
+        ),
+        Option("--topic", default="/diagnostics_agg", help="topic to read (default: %(default)s)"),
+        Option("--filter", default=".*", metavar="REGEX", help="only of names in which this occurs"),
+        Flag("--nocolor", help="output without color, also on a terminal"),
+        Flag("-d", "--detail", help="print time, hardware and all values, too"),
+        Flag("--json", help="print a line of JSON", own=True),
+        description="Print what the robot's parts say of their state.",
+        examples=[
+            ("", "what is not well"),
+            ("-l ok -d", "everything, with all values"),
+            ("-f --filter battery", "the battery, as it changes"),
+            ("--topic /diagnostics", "where no aggregator runs"),
+        ],
+        parse=_parse,
+        run=run,
+    ),
+    group="look",
+    stock="rosdiagnostic",
+)
 
 
 def _say_if_unpublished(invocation: Invocation, topic: str) -> None:

@@ -7,10 +7,12 @@ brackets.
 from __future__ import annotations
 
 import sys
-from optparse import OptionParser
+from collections.abc import Collection
 from typing import Any
 
-from pyros1.cli.common import EX_USAGE, program_name
+from pyros1.cli.failures import EX_USAGE
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.errors import Error
 from pyros1.msgs import Message, load_message, load_service
 from pyros1.values.writing import Writer
@@ -19,9 +21,8 @@ LONG = 4
 """Most entries of a collection that is not long."""
 
 
-def main(argv: list[str]) -> int:
-    """Run ``msg-proto``; returns the exit code."""
-    options, args = _parser().parse_args(argv)
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print a template."""
 
     def say(text: str) -> None:
         if not options.silent:
@@ -33,41 +34,79 @@ def main(argv: list[str]) -> int:
     if args[0] not in ("msg", "srv"):
         say(f"Invalid type: {args[0]!r} is neither msg nor srv")
         return EX_USAGE
+    excluded = (options.exclude_slots or "").split(",")
     try:
-        message = _load(args[0], args[1])()
+        text = template(args[0], args[1], options.flow_style, empty_arrays=options.empty_arrays, excluded=excluded)
     except Error as error:
         say(f"Unknown {'message' if args[0] == 'msg' else 'service'} class: {error}")
         return 0 if options.silent else 1  # completion must not disturb
-    excluded = set((options.exclude_slots or "").split(","))
-    value = {name: item for name, item in _prototype(message, options.empty_arrays).items() if name not in excluded}
-    lines = render(value, options.flow_style).split("\n")
-    text = "\n".join(options.prefix + line for line in lines)
+    text = "\n".join(options.prefix + line for line in text.split("\n"))
     print(text if options.no_hyphens else f'"{text}"')
     return 0
 
 
-def _parser() -> OptionParser:
-    parser = OptionParser(
-        usage="usage: %prog msg|srv [options] TYPE",
-        prog=program_name("rosmsg-proto"),
+COMMAND = Command(
+    "msg-proto",
+    "print a message or service request to fill in",
+    Verb(
+        "",
+        "",
+        Option(
+            "-f",
+            "--flow_style",
+            type="int",
+            help="if 1 always use brackets, if 0 never use brackets. Default is a heuristic mix.",
+        ),
+        Flag("-e", "--empty-arrays", help="if true flexible size arrays are not filled with default instance"),
+        Flag("-s", "--silent", help="suppress all error messages"),
+        Option(
+            "-p",
+            "--prefix",
+            metavar="prefix",
+            default="",
+            help="prefix to print before each line, can be used for indent",
+        ),
+        Flag("-H", "--no-hyphens", help="if true output has no outer hyphens"),
+        Option("-x", "--exclude-slots", help="comma separated list of slot names not to print"),
+        Argument("msg|srv", "definition_kind"),
+        Argument("TYPE", "definition"),
+        usage="msg|srv [options] TYPE",
         description="Prints a template of a message or a service request, to fill in; shells complete with it.",
-    )
-    flow = "if 1 always use brackets, if 0 never use brackets. Default is a heuristic mix."
-    parser.add_option("-f", "--flow_style", type="int", default=None, help=flow)
-    empty = "if true flexible size arrays are not filled with default instance"
-    parser.add_option("-e", "--empty-arrays", action="store_true", default=False, help=empty)
-    parser.add_option("-s", "--silent", action="store_true", default=False, help="suppress all error messages")
-    prefix = "prefix to print before each line, can be used for indent"
-    parser.add_option("-p", "--prefix", metavar="prefix", default="", help=prefix)
-    hyphens = "if true output has no outer hyphens"
-    parser.add_option("-H", "--no-hyphens", action="store_true", default=False, help=hyphens)
-    parser.add_option("-x", "--exclude-slots", help="comma separated list of slot names not to print")
-    return parser
+        run=run,
+    ),
+    group="develop",
+    stock="rosmsg-proto",
+)
+
+
+def template(
+    mode: str,
+    name: str,
+    flow_style: int | None = None,
+    *,
+    empty_arrays: bool = False,
+    excluded: Collection[str] = (),
+) -> str:
+    """Return a template of a message or a service request as YAML.
+
+    Args:
+        mode: ``msg`` or ``srv``.
+        name: of the type.
+        flow_style: 1 all with brackets; 0 nothing; None: brackets for the innermost collections from the first field
+            with a long collection on, or for all fields if there are many or one of them is a long array.
+        empty_arrays: arrays of no fixed length have no element.
+        excluded: fields to leave out.
+
+    Raises:
+        Error: there is no such type.
+    """
+    fields = _prototype(_load(mode, name)(), empty_arrays)
+    return _render({field: value for field, value in fields.items() if field not in excluded}, flow_style)
 
 
 def _load(mode: str, name: str) -> Any:
     if "/" not in name:
-        from pyros1.cli.msg import MESSAGES, SERVICES, find  # noqa: PLC0415 - shells ask with full names
+        from pyros1.cli.shared.definitions import MESSAGES, SERVICES, find  # noqa: PLC0415 - shells ask with full names
 
         names, _ = find(MESSAGES if mode == "msg" else SERVICES, name)
         name = names[0] if names else name
@@ -124,13 +163,7 @@ class _Layout(Writer):
         return list(value.items())
 
 
-def render(value: dict[str, Any], flow_style: int | None) -> str:
-    """Return a template as YAML.
-
-    Args:
-        flow_style: 1 all with brackets; 0 nothing; None: brackets for the innermost collections from the first field
-            with a long collection on, or for all fields if there are many or one of them is a long array.
-    """
+def _render(value: dict[str, Any], flow_style: int | None) -> str:
     brackets: set[int] = set()
     if flow_style == 1:
         brackets.add(id(value))

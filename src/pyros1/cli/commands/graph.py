@@ -11,10 +11,13 @@ from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
-from pyros1.cli.common import CommandError, Invocation, no_master, quiet_pipe, report
+from pyros1.cli.failures import CommandError, no_master
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import leave_words
+from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.doctor.edges import Edge, actual_edges
 from pyros1.doctor.together import together
-from pyros1.errors import Error, MasterUnreachableError
+from pyros1.errors import MasterUnreachableError
 from pyros1.graph import Connection, Graph
 from pyros1.shown import json_text
 
@@ -22,56 +25,51 @@ _NODE_TIMEOUT = 2.0
 _PERIOD = 1.0
 
 
-def usage(program: str) -> str:
-    """What the tool is for."""
-    text = f"{program} is a command-line tool for debugging the ROS Computation Graph.\n\nUsage:\n\t{program}\n"
-    if program == "rosgraph":
-        return text
-    return f"""{text}
-Prints nodes, their connections and services, each second until it is interrupted.
-
-Options:
-\t--once      print once
-\t--json      print one line of JSON
-\t--dot       print the graph in Graphviz's language
-\t--svg FILE  draw the graph, where Graphviz is installed
-"""
-
-
-def main(argv: list[str]) -> int:
-    """Run ``graph``.
-
-    Args:
-        argv: the words behind.
-
-    Returns:
-        The exit code.
-    """
-    invocation = Invocation("rosgraph", ["graph", *argv])
-    words = invocation.args
-    if words in (["-h"], ["--help"]):
-        print(usage(invocation.program))
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print the graph, again and again, or once in another form."""
+    if args in (["-h"], ["--help"]):
+        print(_usage(invocation))
         return 0
-    drawing = len(words) == 2 and words[0] == "--svg"
-    if words and not drawing and words not in (["--once"], ["--json"], ["--dot"]):
-        print(usage(invocation.program))
+    drawing = len(args) == 2 and args[0] == "--svg"
+    if args and not drawing and args not in (["--once"], ["--json"], ["--dot"]):
+        print(_usage(invocation))
         return 255
     try:
-        _run(invocation, *words)
+        _print(invocation, *args)
     except KeyboardInterrupt:
         pass
-    except BrokenPipeError:
-        quiet_pipe()
     except MasterUnreachableError as error:
-        return no_master(error, 0 if invocation.program == "rosgraph" else 1)
-    except Error as error:
-        return report(str(error), 1)
-    finally:
-        invocation.close()
+        return no_master(error, 0 if invocation.as_stock else 1)
     return 0
 
 
-def _run(invocation: Invocation, how: str = "", file: str = "") -> None:
+_VERB = Verb(
+    "",
+    "",
+    Flag("--once", help="print once", own=True),
+    Flag("--json", help="print one line of JSON", own=True),
+    Flag("--dot", help="print the graph in Graphviz's language", own=True),
+    Option("--svg", metavar="FILE", help="draw the graph, where Graphviz is installed", own=True),
+    parse=leave_words,
+    run=run,
+)
+COMMAND = Command("graph", "print nodes and their connections", _VERB, group="look", stock="rosgraph")
+
+
+def _usage(invocation: Invocation) -> str:
+    program = invocation.program
+    text = f"{program} is a command-line tool for debugging the ROS Computation Graph.\n\nUsage:\n\t{program}\n"
+    if invocation.as_stock:
+        return text
+    rows = {" ".join([*each.names, *each.settings.get("metavar", "").split()]): each.help for each in _VERB.options}
+    listed = "".join(f"\t{option:10}  {about}\n" for option, about in rows.items())
+    return (
+        f"{text}\nPrints nodes, their connections and services, each second until it is interrupted.\n\n"
+        f"Options:\n{listed}"
+    )
+
+
+def _print(invocation: Invocation, how: str = "", file: str = "") -> None:
     while True:
         picture = Picture(invocation.graph)
         if how == "--svg":

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.cli.param import INT_RANGE
+from pyros1.cli.shared.integers import INT_RANGE
 from pyros1.errors import Error
 from pyros1.suggest import did_you_mean
 from pyros1.values import YamlError, dump_yaml, load_all_yaml

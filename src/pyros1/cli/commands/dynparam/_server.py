@@ -1,0 +1,156 @@
+"""The node to configure: reading and changing its configuration, and what is said if that cannot be."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pyros1.cli.failures import CommandError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.errors import ServiceError, WaitTimeoutError
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_T = TypeVar("_T")
+_SERVICE = "/set_parameters"
+_PATIENCE = 1.0
+"""Seconds after which the user is told what is waited for."""
+
+
+def known(invocation: Invocation) -> list[str]:
+    """Return the nodes that can be configured, by their service, as everybody finds them."""
+    services = invocation.graph.state().services
+    return sorted(name.removesuffix(_SERVICE) for name in services if name.endswith(_SERVICE))
+
+
+def change(invocation: Invocation, name: str, values: dict[str, Any], timeout: float | None) -> int:
+    """Do what `apply` does, with a node of its own."""
+    code = 0
+    with invocation.open_node() as node:
+        code = apply(invocation, node, name, values, timeout)
+    return code
+
+
+def apply(invocation: Invocation, node: Node, name: str, values: dict[str, Any], timeout: float | None) -> int:
+    """Set parameters of a node.
+
+    Args:
+        invocation: the command.
+        node: of the command.
+        name: of the node to configure.
+        values: as `Server.change` takes them.
+        timeout: as `Server` takes it.
+
+    Returns:
+        The exit code.
+    """
+    from pyros1.cli.commands.dynparam._values import ParameterError  # noqa: PLC0415
+
+    try:
+        Server(invocation, node, name, timeout).change(values)
+    except ParameterError as error:
+        return refuse(invocation, f"error updating parameters: {error}", error.hint)
+    except WaitTimeoutError as error:
+        return refuse(invocation, f"couldn't set parameters at node {name}", str(error))
+    return 0
+
+
+def refuse(invocation: Invocation, text: str, hint: str = "") -> int:
+    """Print why nothing was done, where the stock tool does; return the exit code.
+
+    Args:
+        invocation: the command.
+        text: why.
+        hint: what the stock tool would not say; it goes to stderr.
+    """
+    print(text, flush=True)
+    if hint:
+        print(f"{invocation.program}: {hint.strip(' ()')}", file=sys.stderr)
+    return failed(invocation)
+
+
+def failed(invocation: Invocation) -> int:
+    """Return the exit code: the stock tool ends with 0 although nothing was set; scripts should know."""
+    return 0 if invocation.as_stock else 1
+
+
+class Server:
+    """A node that can be configured.
+
+    Args:
+        invocation: the command.
+        node: of the command.
+        name: of the node to configure, as the user wrote it.
+        timeout: seconds to wait for anything; None or 0 waits for ever, and says so.
+
+    Raises:
+        WaitTimeoutError: the node is not there.
+    """
+
+    def __init__(self, invocation: Invocation, node: Node, name: str, timeout: float | None) -> None:
+        self.name = invocation.resolve(name)
+        self._node = node
+        self._timeout = timeout or None
+        service = self.name + _SERVICE
+        others = known(invocation)
+        hint = "" if self.name in others else did_you_mean(self.name, others)
+        self._await(lambda seconds: node.wait_for_service(service, seconds), f"service {service}", hint)
+
+    def _await(self, wait: Callable[[float | None], _T], what: str, hint: str = "") -> _T:
+        if self._timeout is not None:
+            try:
+                return wait(self._timeout)
+            except WaitTimeoutError as error:
+                raise WaitTimeoutError(f"{error}{hint}") from None
+        try:
+            return wait(_PATIENCE)
+        except WaitTimeoutError:
+            print(f"Waiting for {what}...{hint}", file=sys.stderr, flush=True)
+            return wait(None)
+
+    def _message(self, topic: str, type_name: str, what: str) -> Any:
+        """The latched message of one of the node's topics."""
+        full = f"{self.name}/{topic}"
+        return self._await(lambda seconds: self._node.wait_for_message(full, type_name, seconds), what)
+
+    def _description(self) -> Any:
+        return self._message("parameter_descriptions", "dynamic_reconfigure/ConfigDescription", "description")
+
+    def _config(self) -> Any:
+        return self._message("parameter_updates", "dynamic_reconfigure/Config", "configuration")
+
+    def configuration(self) -> dict[str, Any] | None:
+        """Return the values of all parameters and groups; None if the node does not tell them in time."""
+        from pyros1.cli.commands.dynparam._values import configuration  # noqa: PLC0415
+
+        try:
+            description = self._description()
+            return configuration(self._config(), description)
+        except WaitTimeoutError:
+            return None
+
+    def change(self, values: dict[str, Any]) -> None:
+        """Set parameters.
+
+        Args:
+            values: parameter -> value, ``groups`` -> group -> state.
+
+        Raises:
+            ParameterError: there is no such parameter, or it cannot have the value.
+            WaitTimeoutError: the node does not describe its parameters in time.
+            CommandError: the node refused.
+        """
+        from pyros1.cli.commands.dynparam._values import request  # noqa: PLC0415
+        from pyros1.msgs import load_service  # noqa: PLC0415
+        from pyros1.msgs.fill import fill_message  # noqa: PLC0415
+
+        fields = request(values, self._description(), self._config() if "groups" in values else None)
+        service_class = load_service("dynamic_reconfigure/Reconfigure")
+        message = service_class._request_class()
+        fill_message(message, {"config": fields})
+        try:
+            self._node.service(self.name + _SERVICE, service_class).call(message, self._timeout)
+        except ServiceError as error:
+            raise CommandError(f"the node [{self.name}] did not change its configuration: {error}") from None

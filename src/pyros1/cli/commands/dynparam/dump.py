@@ -1,0 +1,48 @@
+"""``dynparam dump``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check
+from pyros1.cli.commands.dynparam._server import Server, refuse
+from pyros1.cli.failures import CommandError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_with_negative_numbers
+from pyros1.cli.records import Argument, Verb
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Write a node's configuration into a file."""
+    from pyros1.cli.commands.dynparam._values import file_text  # noqa: PLC0415 - help does without
+
+    check(args, "a node name", "an output file")
+    name, path = args
+    code = 0
+    with invocation.open_node() as node:
+        values = Server(invocation, node, name, options.timeout).configuration()
+        if values is None:
+            code = refuse(invocation, f"couldn't get parameters from node {name}")
+        else:
+            _write(path, file_text(values))
+    return code
+
+
+VERB = Verb(
+    "dump",
+    "write a node's configuration into a file",
+    TIMEOUT,
+    Argument("node", "configurable"),
+    Argument("file", "file"),
+    examples=[("/camera outdoors.yaml", "into a file")],
+    parse=parse_with_negative_numbers,
+    run=run,
+)
+
+
+def _write(path: str, text: str) -> None:
+    try:
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        raise CommandError(f"cannot write [{path}]: {error.strerror}") from None

@@ -1,0 +1,16 @@
+"""``pyros1 log``: rosconsole (L176)."""
+
+from __future__ import annotations
+
+from pyros1.cli.records import Command
+
+COMMAND = Command(
+    "log",
+    "show and set log levels, print log messages",
+    group="look",
+    stock="rosconsole",
+    heading="{program} is a command-line tool for configuring the logger level of ROS nodes.\n\nCommands:",
+    order=("get", "list", "set", "echo"),
+    row="\t{program} {name}\t{about}",
+    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} list -h'\n",
+)

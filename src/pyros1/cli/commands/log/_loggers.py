@@ -1,0 +1,57 @@
+"""The levels, and the two services that each node offers for its log."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pyros1.cli.failures import CommandError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.errors import ServiceError, ServiceUnavailableError, WaitTimeoutError
+from pyros1.graph import NODE_TIMEOUT
+from pyros1.shown import one_line
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+LEVELS = ("debug", "info", "warn", "error", "fatal")
+"""Names of the levels; the number of each is 1, shifted by its position."""
+
+
+def get_loggers(invocation: Invocation, node: Node, name: str) -> dict[str, str]:
+    """Return the levels of a node's loggers by name."""
+    response = call(invocation, node, name, "get_loggers", {})
+    return {logger.name: logger.level for logger in response.loggers}
+
+
+def no_logger(invocation: Invocation, node: str, logger: str, loggers: dict[str, str]) -> CommandError:
+    """Return the error that a node has no such logger."""
+    what = f"node {node} does not contain logger {one_line(logger)}{did_you_mean(logger, loggers)}"
+    return CommandError(f"{invocation.program}: error: {what}", 2, plain=True)
+
+
+def call(invocation: Invocation, node: Node, name: str, what: str, request: dict[str, str]) -> Any:
+    """Call one of the two services.
+
+    Args:
+        invocation: the command.
+        node: of the command.
+        name: of the node to ask.
+        what: ``get_loggers`` or ``set_logger_level``.
+        request: the fields of the request.
+
+    Returns:
+        The response.
+    """
+    service = f"{name}/{what}"
+    service_type = "roscpp/GetLoggers" if what == "get_loggers" else "roscpp/SetLoggerLevel"
+    try:
+        client = node.service(service, service_type)
+        return client.call(client.type._request_class(**request), NODE_TIMEOUT)
+    except WaitTimeoutError:
+        text = f"node '{name}' does not answer within {NODE_TIMEOUT:g} s"
+    except ServiceUnavailableError:
+        hint = did_you_mean(name, invocation.graph.state().nodes())
+        text = f"node '{name}' doesn't exist or doesn't support query: Service [{service}] is not available.{hint}"
+    except ServiceError as error:
+        text = f"node '{name}' logger request failed: {error}"
+    raise CommandError(f"{invocation.program}: error: {text}", 1, plain=True)

@@ -1,0 +1,42 @@
+"""``msg md5`` (L88)."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from typing import Any
+
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, near, type_argument
+from pyros1.errors import UnknownTypeError
+
+
+def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print a type's checksum. One that is not known is told on stderr, with exit code 0 as stock's."""
+    name = type_argument(kind, args)
+    names, bare = find(kind, name)
+    if bare and not names:
+        print(f"No {kind.word}s matching the name [{name}]", file=sys.stderr)
+    for full_name in names:
+        try:
+            total = library().digests.md5(kind.spec(library(), full_name))
+        except UnknownTypeError:
+            print(f"Cannot locate [{full_name}]{near(kind, full_name)}", file=sys.stderr)
+            continue
+        print(f"[{full_name}]: {total}" if bare else total)
+
+
+def make_verb(kind: Kind, *examples: tuple[str, str]) -> Verb:
+    """Return the verb for messages or services."""
+    return Verb(
+        "md5",
+        f"Display {kind.word} md5sum",
+        Argument("type", kind.completes),
+        usage=f"<{kind.word} type>",
+        examples=examples,
+        run=partial(_run, kind),
+    )
+
+
+VERB = make_verb(MESSAGES, ("std_msgs/String", "what must be the same on both sides of a topic"))

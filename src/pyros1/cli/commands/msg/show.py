@@ -1,0 +1,135 @@
+"""``msg show`` and ``msg info`` (L86)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+from pyros1.cli.failures import CommandError, fail
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, near, type_argument
+from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.errors import DefinitionError, UnknownTypeError
+
+if TYPE_CHECKING:
+    from pyros1.msgs.spec import MessageSpec, ServiceSpec
+
+MOST_LINES = 100_000
+"""Most lines that a type is shown in: each level can hold the next one many times."""
+
+
+def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print a definition."""
+    name = type_argument(kind, args)
+    if options.bag:
+        for text in _from_bag(options.bag, name, options.raw):
+            print(text)
+        return
+    names, bare = find(kind, name)
+    if not names:
+        fail(f"Could not find msg '{name}'{near(kind, name)}")
+    for full_name in names:
+        try:
+            spec = kind.spec(library(), full_name)
+            text = spec.text if options.raw else _describe(spec, library().message)
+        except (DefinitionError, UnknownTypeError) as error:
+            said = "Unable to load msg" if kind is MESSAGES else "Unknown srv type"
+            fail(f"{said} [{full_name}]: {error}")
+        print((f"[{full_name}]:\n" if bare else "") + text)
+
+
+def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
+    """Return the two verbs for messages or services."""
+    parts = (
+        Flag("-r", "--raw", help="show raw message text, including comments"),
+        Option("-b", "--bag", metavar="BAGFILE", help=f"show {kind.word} from .bag file"),
+        CHUNK_LIMIT_OPTION,
+        Argument("type", kind.completes),
+    )
+    usage = f"[options] <{kind.word} type>"
+    show = Verb(
+        "show", f"Show {kind.word} description", *parts, usage=usage, examples=examples, run=partial(_run, kind)
+    )
+    info = Verb(
+        "info",
+        f"Alias for pyros1 {kind.extension} show",
+        *parts,
+        usage=usage,
+        examples=[(examples[0][0], "the same as show")],
+        stock_about=f"Alias for ros{kind.extension} show",
+        run=partial(_run, kind),
+    )
+    return show, info
+
+
+VERBS = make_verbs(
+    MESSAGES,
+    ("geometry_msgs/PoseStamped", "its fields, and those of the types in it"),
+    ("-r Imu", "as it was written, with comments; the package may be left out"),
+    ("-b run.bag my_robot/State", "as a bag holds it"),
+)
+
+
+def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageSpec]) -> str:
+    """Return a definition with those of nested types below each field.
+
+    Args:
+        resolve: returns the spec of a full type name.
+
+    Raises:
+        DefinitionError: a type contains itself, or there are more than MOST_LINES lines.
+    """
+    from pyros1.msgs.digest import Digests  # noqa: PLC0415
+    from pyros1.msgs.spec import MessageSpec  # noqa: PLC0415
+
+    Digests(resolve).dependencies(spec)  # there must be an end to them
+    parts = (spec,) if isinstance(spec, MessageSpec) else (spec.request, spec.response)
+    texts = ["".join(line + "\n" for line in islice(_lines(part, resolve, ""), MOST_LINES + 1)) for part in parts]
+    if any(text.count("\n") > MOST_LINES for text in texts):
+        raise DefinitionError(
+            f"more than {MOST_LINES} lines with all types written out; --raw shows the text", spec.name
+        )
+    return "---\n".join(texts)
+
+
+def _lines(spec: MessageSpec, resolve: Callable[[str], MessageSpec], indent: str) -> Iterator[str]:
+    for constant in spec.constants:
+        yield f"{indent}{constant.type} {constant.name}={constant.text}"
+    for field in spec.fields:
+        yield f"{indent}{field.type} {field.name}"
+        if not field.is_builtin:
+            yield from _lines(resolve(field.base), resolve, indent + "  ")
+
+
+def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
+    """The definitions of a type in a bag, each once."""
+    if not os.path.isfile(path):
+        raise CommandError(f"bag file [{path}] does not exist")
+    from pyros1 import bag as bags  # noqa: PLC0415 - only here are bags needed
+    from pyros1.msgs.digest import split_full_text  # noqa: PLC0415
+    from pyros1.msgs.spec import parse_message  # noqa: PLC0415
+
+    with bags.open(path) as bag:
+        texts = {connection.text("message_definition"): connection.type for connection in bag.connections}
+    shown = set()
+    for text, type_name in texts.items():
+        parts = split_full_text(type_name, text)
+        if name not in parts or (parts[name] in shown):
+            continue
+        shown.add(parts[name])
+        if raw:
+            yield (text if type_name == name else parts[name]).removesuffix("\n")
+        else:
+            yield _describe(parse_message(name, parts[name], path), partial(_part, parts, path))
+
+
+def _part(texts: Mapping[str, str], path: str, name: str) -> MessageSpec:
+    from pyros1.msgs.spec import parse_message  # noqa: PLC0415
+
+    if name not in texts:
+        raise CommandError(f"[{path}] holds no definition of {name}")
+    return parse_message(name, texts[name], path)

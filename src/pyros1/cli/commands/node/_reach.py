@@ -1,0 +1,21 @@
+"""What ``ping`` and ``cleanup`` share: how long a node is waited for, and why it did not answer."""
+
+from __future__ import annotations
+
+from pyros1.errors import DeadlineError, Error, UnknownHostError
+from pyros1.net.hosts import parse_uri
+
+PING_TIMEOUT = 3.0
+"""Seconds that a node gets to answer."""
+
+
+def failure(error: Error, name: str, uri: str) -> str:
+    """Return why a node did not answer, in stock's words."""
+    cause = error.__cause__
+    if isinstance(error, UnknownHostError):
+        return f"Unknown host [{parse_uri(uri)[0]}] for node [{name}]"
+    if isinstance(error, DeadlineError):
+        return f"connection to [{uri}] timed out"
+    if isinstance(cause, ConnectionRefusedError):
+        return f"connection refused to [{uri}]"
+    return f"communicating with [{uri}]: {error}"

@@ -1,0 +1,93 @@
+"""``node cleanup`` (L75)."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from typing import Any
+
+from pyros1.cli.commands.node._reach import PING_TIMEOUT, failure
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation
+from pyros1.cli.records import Verb
+from pyros1.errors import Error, MasterError
+from pyros1.graph import Graph
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Take nodes that do not answer off the master, after a question."""
+    if args:
+        raise UsageError("too many arguments")
+    graph = invocation.graph
+    from pyros1.doctor.together import together  # noqa: PLC0415 - the other verbs ask one node
+
+    names = graph.state().nodes()
+    answers = together({name: partial(_answers, graph, name) for name in names}, PING_TIMEOUT + 1.0)
+    for found in answers.values():
+        if isinstance(found, MasterError):
+            raise found  # not known to be dead
+    dead = [name for name, answers_us in answers.items() if answers_us is not True]
+    if not dead:
+        return
+    print("Unable to contact the following nodes:\n" + "\n".join(f" * {name}" for name in dead))
+    print("Warning: these might include alive and functioning nodes, e.g. in unstable networks.")
+    print("Cleanup will purge all information about these nodes from the master.")
+    print("Please type y or n to continue:", flush=True)
+    while True:
+        line = sys.stdin.readline()
+        answer = line.strip()
+        if answer == "y":
+            break
+        if answer == "n" or not line:
+            print("aborting")
+            return
+        print("Please type y or n to continue:", flush=True)
+    for name in dead:
+        print(f"Unregistering {name}")
+        _unregister(invocation, graph, name)
+    print("done")
+
+
+VERB = Verb(
+    "cleanup",
+    "purge registration information of unreachable nodes",
+    examples=[("", "take nodes that do not answer off the master, after a question")],
+    run=run,
+)
+
+
+def _answers(graph: Graph, name: str) -> bool:
+    uri = graph.node_uri(name)
+    if uri is None:
+        return True  # it went meanwhile
+    node = graph.node(uri, PING_TIMEOUT)
+    try:
+        node.pid()
+    except Error as error:
+        sys.stderr.write(f"ERROR: {failure(error, name, uri)}\n")  # in one: others are asked at the same time
+        return False
+    finally:
+        node.close()
+    return True
+
+
+def _unregister(invocation: Invocation, graph: Graph, name: str) -> None:
+    """Take all registrations of a node off the master, in its name."""
+    from pyros1.net.master_client import MasterClient  # noqa: PLC0415
+
+    uri = graph.node_uri(name)
+    if uri is None:
+        return
+    node = graph.state().of_node(name)
+    calls: list[tuple[str, list[str]]] = [("unregisterPublisher", [topic, uri]) for topic in node.publications]
+    calls += [("unregisterSubscriber", [topic, uri]) for topic in node.subscriptions]
+    for service in node.services:
+        service_uri = graph.service_uri(service)
+        if service_uri:
+            calls.append(("unregisterService", [service, service_uri]))
+    master = MasterClient(name, invocation.master.uri, timeout=MASTER_TIMEOUT)
+    try:
+        for method, arguments in calls:
+            master.call(method, *arguments)
+    finally:
+        master.close()

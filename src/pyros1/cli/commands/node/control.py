@@ -1,0 +1,76 @@
+"""``node stop``, ``node start`` and ``node restart``: the nodes of running launches."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from typing import Any
+
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.launch.control import Launch, Status, running_launches
+
+_POLL = 0.05
+_DEADLINE = 30.0
+
+
+def _run(verb: str, done: str, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Tell launches to do something with nodes, and print what was done."""
+    if not args:
+        raise UsageError("You must specify at least one node name")
+    names = [invocation.resolve(arg) for arg in args]
+    launches = running_launches(invocation.master)
+    try:
+        told = [(launch, entry) for launch, entries in launches for entry in entries if entry.node in names]
+        for launch, entry in told:
+            launch.tell(verb, entry.node)
+        for launch, before in told:
+            after = _wait(launch, before, verb)
+            pid = f" with pid [{after.pid}]" if after.state == "running" else ""
+            print(f"{before.node} {done}{pid}", flush=True)
+    finally:
+        for launch, _ in launches:
+            launch.close()
+    unknown = set(names) - {entry.node for _, entry in told}
+    if unknown:
+        raise CommandError("no launch has " + ", ".join(sorted(unknown)))
+
+
+def _verb(name: str, done: str, about: str, example: str) -> Verb:
+    return Verb(
+        name,
+        about,
+        Argument("node", "node", many=True),
+        usage="node1 [node2...]",
+        examples=[("/driver", example)],
+        own=True,
+        run=partial(_run, name, done),
+    )
+
+
+VERBS = [
+    _verb("stop", "stopped", "stop a node of a launch", "a node of a launch, which does not start it again"),
+    _verb("start", "started", "start a stopped node of a launch", "a node of a launch that was stopped or has ended"),
+    _verb(
+        "restart",
+        "restarted",
+        "stop a node of a launch and start it again",
+        "a node of a launch, for example after its program was changed",
+    ),
+]
+
+
+def _wait(launch: Launch, before: Status, verb: str) -> Status:
+    """Wait until the launch has done what it was told."""
+    deadline = time.monotonic() + _DEADLINE
+    while time.monotonic() < deadline:
+        after = next((entry for entry in launch.status() if entry.label == before.label), before)
+        if verb == "stop" and after.state not in ("running", "stopping"):
+            return after
+        if verb == "start" and after.state == "running":
+            return after
+        if verb == "restart" and after.starts > before.starts:
+            return after
+        time.sleep(_POLL)
+    raise CommandError(f"{before.node}: the launch was told to {verb} it, but that is not done after {_DEADLINE:g} s")

@@ -1,0 +1,129 @@
+"""``node info`` (L71, L72)."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from pyros1.cli.failures import CommandError, UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.shared.printing import print_json
+from pyros1.errors import DeadlineError, UnreachableError
+from pyros1.graph import UNKNOWN_TYPE, Connection, Graph, SystemState
+
+_RULE = "-" * 80
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print what nodes publish, subscribe and offer, and their connections."""
+    if not args:
+        raise UsageError("You must specify at least one node name")
+    graph = invocation.graph
+    if options.json:
+        state = graph.state()
+        print_json([_facts(graph, state, name, contact=not options.quiet) for name in map(invocation.resolve, args)])
+        return
+    for name in map(invocation.resolve, args):
+        print(_RULE)
+        state = graph.state()
+        print(_description(name, state, graph.published_types()))
+        uri = graph.node_uri(name)
+        if uri is None:
+            sys.stdout.flush()
+            hint = did_you_mean(name, state.nodes())
+            print(f"cannot contact [{name}]: unknown node{hint}", file=sys.stderr)
+        elif not options.quiet:
+            _contact(graph, state, uri)
+
+
+VERB = Verb(
+    "info",
+    "print information about node",
+    Flag(
+        "-q",
+        "--quiet",
+        help="Prints only basic information such as pubs/subs and does not contact nodes for more information",
+    ),
+    Flag("--json", help="print a JSON list of objects, one for each node", own=True),
+    Argument("node", "node", many=True),
+    usage="[options] node1 [node2...]",
+    examples=[("/talker", "topics, services and connections of a node")],
+    run=run,
+)
+
+
+def _facts(graph: Graph, state: SystemState, name: str, *, contact: bool) -> dict[str, Any]:
+    registered = state.of_node(name)
+    facts: dict[str, Any] = {
+        "node": name,
+        "uri": graph.node_uri(name),
+        "publishes": registered.publications,
+        "subscribes": registered.subscriptions,
+        "services": registered.services,
+    }
+    if facts["uri"] is None:
+        raise CommandError(f"unknown node {name}{did_you_mean(name, state.nodes())}")
+    if contact:
+        node = graph.node(facts["uri"])
+        try:
+            facts["pid"] = node.pid()
+            facts["connections"] = [connection._asdict() for connection in node.connections()]
+        except (UnreachableError, DeadlineError) as error:
+            facts["error"] = str(error)
+        finally:
+            node.close()
+    return facts
+
+
+def _description(name: str, state: SystemState, types: dict[str, str]) -> str:
+    """What the master knows of a node, as ``node info`` prints it."""
+    node = state.of_node(name)
+
+    def block(title: str, entries: list[str]) -> str:
+        return f"{title}: None\n" if not entries else f"{title}: \n" + "".join(f" * {entry}\n" for entry in entries)
+
+    def typed(topics: list[str]) -> list[str]:
+        return [f"{topic} [{types.get(topic, UNKNOWN_TYPE)}]" for topic in topics]
+
+    return "\n".join(
+        [
+            f"Node [{name}]\n" + block("Publications", typed(node.publications)),
+            block("Subscriptions", typed(node.subscriptions)),
+            block("Services", node.services),
+        ]
+    )
+
+
+def _contact(graph: Graph, state: SystemState, uri: str) -> None:
+    print(f"\ncontacting node {uri} ...")
+    node = graph.node(uri)
+    try:
+        pid, connections = node.pid(), node.connections()
+    except (UnreachableError, DeadlineError):
+        raise CommandError(f"Communication with node[{uri}] failed!") from None
+    finally:
+        node.close()
+    print(f"Pid: {pid}")
+    if connections:
+        print("Connections:")
+    for connection in connections:
+        if connection.connected:
+            print(_connection_text(connection, graph, state))
+    print()
+
+
+def _connection_text(connection: Connection, graph: Graph, state: SystemState) -> str:
+    peer = connection.destination
+    if connection.direction == "i":
+        for name in state.publishers.get(connection.topic, ()):
+            if graph.node_uri(name) == peer:
+                peer = f"{name} ({peer})"
+                break
+    direction = {"i": "inbound", "o": "outbound"}.get(connection.direction, "unknown")
+    if connection.peer is not None:
+        direction += f" ({connection.local_port} - {connection.peer}) [{connection.socket}]"
+    return (
+        f" * topic: {connection.topic}\n    * to: {peer}\n"
+        f"    * direction: {direction}\n    * transport: {connection.transport}"
+    )

@@ -1,0 +1,90 @@
+"""``node kill`` (L74)."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from pyros1.cli.failures import CommandError, UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.errors import DeadlineError, Error
+from pyros1.graph import Graph
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Tell nodes to end."""
+    if options.all and args:
+        raise UsageError("invalid arguments with kill all (-a) option")
+    graph = invocation.graph
+    known = graph.state().nodes()
+    if options.all:
+        names = known
+    elif args:
+        names = [invocation.resolve(arg) for arg in args]
+        unknown = [name for name in names if name not in known]
+        if unknown:
+            raise CommandError(
+                "Unknown node(s):\n" + "\n".join(f" * {name}{did_you_mean(name, known)}" for name in unknown)
+            )
+    else:
+        chosen = _choose(sorted(known))
+        if chosen is None:
+            return 0
+        names = [chosen]
+    if len(names) > 1:
+        print("killing:\n" + "\n".join(f" * {name}" for name in names))
+    else:
+        print(f"killing {names[0]}" if names else "killing:")
+    failed = [name for name in names if not _kill(graph, name)]
+    if failed:
+        sys.stdout.flush()
+        print("ERROR: Failed to kill:\n" + "\n".join(f" * {name}" for name in failed), file=sys.stderr)
+        return 1
+    print("killed")
+    return 0
+
+
+VERB = Verb(
+    "kill",
+    "kill a running node",
+    Flag("-a", "--all", help="kill all nodes"),
+    Argument("node", "node", many=True, optional=True),
+    usage="[node]...",
+    examples=[("/talker", "tell a node to end")],
+    run=run,
+)
+
+
+def _choose(names: list[str]) -> str | None:
+    """Let the user choose a node by its number; None if there is none, or no answer."""
+    if not names:
+        print("No nodes running")
+        return None
+    print("".join(f"{number}. {name}\n" for number, name in enumerate(names, 1)))
+    print("Please enter the number of the node you wish to kill.\n> ", end="", flush=True)
+    while True:
+        line = sys.stdin.readline()
+        if not line:
+            return None
+        if line.strip().isdecimal() and 1 <= int(line) <= len(names):
+            return names[int(line) - 1]
+        print("ERROR: please enter a number (ctrl-C to cancel)", flush=True)
+
+
+def _kill(graph: Graph, name: str) -> bool:
+    uri = graph.node_uri(name)
+    if uri is None:
+        return False
+    node = graph.node(uri)
+    try:
+        node.shutdown("user request")
+    except DeadlineError as error:
+        print(f"[{name}]: {error}; kill -9 ends a process that hangs", file=sys.stderr)
+        return False
+    except Error:
+        # A node may end before it has answered, and a dead one needs no killing: stock says killed in both cases.
+        return True
+    finally:
+        node.close()
+    return True

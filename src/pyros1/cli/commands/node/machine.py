@@ -1,0 +1,58 @@
+"""``node machine`` (L74)."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterable
+from typing import Any
+
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.shared.printing import print_json
+from pyros1.net.hosts import parse_uri
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the machines that nodes run on, or the nodes of one."""
+    if len(args) > 1:
+        raise UsageError("please enter only one machine name")
+    graph = invocation.graph
+    hosts: dict[str, str] = {}
+    for name in graph.state().nodes():
+        uri = graph.node_uri(name)
+        if uri:
+            hosts[name] = parse_uri(uri)[0]
+    if not args:
+        _print(set(hosts.values()), json=options.json)
+        return
+    wanted = _addresses(args[0])
+    if not wanted:
+        raise CommandError(f"cannot resolve machine name [{args[0]}] to address")
+    here = {host for host in set(hosts.values()) if host == args[0] or _addresses(host) & wanted}
+    _print((name for name, host in hosts.items() if host in here), json=options.json)
+
+
+VERB = Verb(
+    "machine",
+    "list nodes running on a particular machine or list machines",
+    Flag("--json", help="print a JSON list: machines, or the nodes of one", own=True),
+    Argument("machine-name", "machine", optional=True),
+    usage="[machine-name]",
+    examples=[("", "the machines that nodes run on"), ("robot1", "the nodes of one")],
+    run=run,
+)
+
+
+def _print(names: Iterable[str], *, json: bool) -> None:
+    if json:
+        print_json(sorted(names))
+    else:
+        print(*sorted(names), sep="\n")
+
+
+def _addresses(host: str) -> set[str]:
+    try:
+        return {str(entry[4][0]) for entry in socket.getaddrinfo(host, 0, proto=socket.IPPROTO_TCP)}
+    except OSError:
+        return set()

@@ -1,0 +1,18 @@
+"""``pyros1 param``: rosparam (L80-L85)."""
+
+from __future__ import annotations
+
+from pyros1.cli.records import Command
+
+COMMAND = Command(
+    "param",
+    "show and set parameters",
+    group="look",
+    stock="rosparam",
+    heading="{program} is a command-line tool for getting, setting, and deleting parameters from the ROS Parameter "
+    "Server.\n\nCommands:",
+    order=("set", "get", "load", "dump", "delete", "list"),
+    row="\t{program} {name}\t{about}",
+    footing="",
+    usage_code=0,
+)

@@ -1,0 +1,55 @@
+"""Setting values leaf by leaf, so that a dictionary is merged into what is there (L80)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.failures import CommandError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.shared.integers import INT_RANGE
+from pyros1.errors import MasterError, MasterUnreachableError
+
+
+def set_leaves(invocation: Invocation, name: str, value: Any, form: str = "") -> None:
+    """Set a value.
+
+    Args:
+        invocation: the command.
+        name: full name of the parameter.
+        value: what parameters can hold.
+        form: is printed after each leaf, with its name and value; empty: nothing is.
+    """
+    _check(value)
+    for leaf, item in leaves(name, value):
+        if item is None:
+            raise CommandError(f"Parameter [{leaf}] cannot be set to nothing (null)")
+        try:
+            invocation.master.set_param(leaf, item)
+        except MasterUnreachableError:
+            raise
+        except MasterError as error:
+            raise CommandError(str(error)) from None
+        if form:
+            print(form.format(leaf, item))
+
+
+def leaves(name: str, value: Any) -> list[tuple[str, Any]]:
+    """Return the leaves of a value with their full names."""
+    if not isinstance(value, dict):
+        return [(name, value)]
+    prefix = name.rstrip("/")
+    return [leaf for key, item in value.items() for leaf in leaves(f"{prefix}/{key}", item)]
+
+
+def _check(value: Any) -> None:
+    """Refuse what parameters cannot hold, before anything is set."""
+    if isinstance(value, dict):
+        if any(not isinstance(key, str) for key in value):
+            raise CommandError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")
+        for item in value.values():
+            _check(item)
+    elif isinstance(value, (list, tuple)):
+        for item in value:
+            _check(item)
+    elif isinstance(value, int) and value not in INT_RANGE:
+        raise CommandError(f"the integer {value} does not fit into the 32 bits of a parameter")

@@ -1,0 +1,37 @@
+"""``param delete`` (L83)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.commands.param._arguments import VERBOSE, check
+from pyros1.cli.failures import CommandError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.errors import ParameterNotSetError
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Delete a parameter, or all below a name."""
+    check(args, 1, "parameter name")
+    name = invocation.resolve(args[0])
+    try:
+        if name == "/":
+            invocation.master.set_param("/", {})
+        else:
+            invocation.master.delete_param(name)
+    except ParameterNotSetError:
+        hint = did_you_mean(name, invocation.master.get_param_names())
+        raise CommandError(f"parameter [{name}] is not set{hint}") from None
+    if options.verbose:
+        print(f"deleted parameter [{name}]")
+
+
+VERB = Verb(
+    "delete",
+    "delete parameter",
+    VERBOSE,
+    Argument("parameter", "param"),
+    examples=[("/gain", "one"), ("/robot1", "all below")],
+    run=run,
+)

@@ -1,0 +1,85 @@
+"""``param get`` (L81)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1 import shown
+from pyros1.cli.commands.param._arguments import VERBOSE, check
+from pyros1.cli.failures import CommandError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Argument, Flag, Verb
+from pyros1.cli.shared.printing import print_json
+from pyros1.errors import ParameterNotSetError
+from pyros1.shown import one_line
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print a parameter, or all below a name."""
+    check(args, 1, "parameter name")
+    name = invocation.resolve(args[0])
+    if options.verbose:
+        print(f"getting parameter [{name}]")
+    try:
+        value = invocation.master.get_param(name)
+    except ParameterNotSetError:
+        hint = did_you_mean(name, invocation.master.get_param_names())
+        raise CommandError(f"Parameter [{name}] is not set{hint}") from None
+    if options.json:
+        print_json(_plain(value))
+    elif options.pretty and isinstance(value, dict):
+        for line in _pretty_lines(value, ""):
+            print(line)
+    elif options.pretty and isinstance(value, str):
+        print(value)
+    else:
+        print(_scalar_or_block(value))
+
+
+VERB = Verb(
+    "get",
+    "get parameter",
+    Flag("-p", dest="pretty", help="pretty print. WARNING: not YAML-safe"),
+    VERBOSE,
+    JSON,
+    Argument("parameter", "param"),
+    examples=[("/gain", "a value"), ("/robot1", "all below, as YAML")],
+    run=run,
+)
+
+
+def _plain(value: Any) -> Any:
+    """The value for JSON: binary data as base64, times as text."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, bytes):
+        import base64  # noqa: PLC0415
+
+        return base64.b64encode(value).decode("ascii")
+    return value if value is None or isinstance(value, (str, int, float)) else str(value)
+
+
+def _scalar_or_block(value: Any) -> str:
+    from pyros1.values import dump_yaml  # noqa: PLC0415 - listing names needs no YAML
+
+    text = dump_yaml(value)
+    return text[: -len("\n...\n")] if text.endswith("\n...\n") else text
+
+
+def _pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
+    """A dictionary for people: strings without quotes, longer ones as blocks."""
+    lines = []
+    for name in sorted(value):
+        item, key = value[name], one_line(name)
+        if isinstance(item, dict):
+            lines += [f"{indent}{key}:", *_pretty_lines(item, indent + "  ")]
+        elif isinstance(item, str):
+            if "\n" in item:
+                lines += [f"{indent}{key}: |", *(f"{indent}  {line}" for line in shown.lines(item).split("\n"))]
+            else:
+                lines.append(f"{indent}{key}: {shown.lines(item)}")
+        else:
+            lines.append(f"{indent}{key}: {_scalar_or_block(item)}".rstrip("\n"))
+    return lines

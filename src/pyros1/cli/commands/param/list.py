@@ -1,0 +1,35 @@
+"""``param list`` (L83)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.commands.param._arguments import check
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.shared.printing import print_json
+from pyros1.shown import foreign
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the names of parameters."""
+    check(args, 1)
+    names = [*map(foreign, invocation.master.get_param_names())]
+    if args:
+        prefix = invocation.resolve(args[0]).rstrip("/") + "/"
+        names = [name for name in names if name.startswith(prefix)]
+    if options.json:
+        print_json(sorted(names))
+    else:
+        print(*sorted(names), sep="\n")
+
+
+VERB = Verb(
+    "list",
+    "list parameter names",
+    JSON,
+    Argument("namespace", "param", optional=True),
+    usage="[namespace]",
+    examples=[("", "all names"), ("/robot1", "those below /robot1")],
+    run=run,
+)

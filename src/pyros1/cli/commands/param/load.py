@@ -1,0 +1,64 @@
+"""``param load`` (L82)."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+from pyros1.cli.commands.param._arguments import VERBOSE, check
+from pyros1.cli.commands.param._leaves import set_leaves
+from pyros1.cli.failures import CommandError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Set the parameters in a file."""
+    check(args, 2, "file name or - for stdin")
+    path = args[0]
+    base = invocation.resolve(args[1]) if len(args) > 1 else invocation.namespace
+    if path == "-":
+        text, where = sys.stdin.read(), "stdin"
+        source = "reading parameters from stdin"
+    else:
+        if not os.path.isfile(path):
+            raise CommandError(f"file [{path}] does not exist")
+        with open(path, encoding="utf-8") as file:
+            text, where = file.read(), path
+        source = f"reading parameters from [{path}]"
+    if options.verbose:
+        print(source)
+    from pyros1.values import load_all_yaml  # noqa: PLC0415
+
+    pending = []
+    for document in load_all_yaml(text, where):
+        if document is None:
+            continue
+        namespace = base
+        if isinstance(document, dict) and "_ns" in document:
+            namespace = _join(base, str(document.pop("_ns")))
+            if options.verbose:
+                print(f"reading parameters into namespace [{namespace}]")
+        elif not isinstance(document, dict) and base == "/":
+            raise CommandError(f"{where}: the root of the parameters must be a dictionary, not {document!r}")
+        pending.append((namespace, document))
+    for namespace, document in pending:
+        set_leaves(invocation, namespace, document, "{}={}" if options.verbose else "")
+
+
+VERB = Verb(
+    "load",
+    "load parameters from file",
+    VERBOSE,
+    Argument("file", "file"),
+    Argument("namespace", "param", optional=True),
+    examples=[("robot.yaml /robot1", "a file into a namespace")],
+    run=run,
+)
+
+
+def _join(base: str, name: str) -> str:
+    from pyros1.names import canonicalize_name, ns_join  # noqa: PLC0415
+
+    return canonicalize_name(ns_join(base, name))

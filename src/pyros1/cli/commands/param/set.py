@@ -1,0 +1,73 @@
+"""``param set`` (L80)."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from pyros1.cli.commands.param._arguments import VERBOSE, check
+from pyros1.cli.commands.param._leaves import set_leaves
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_with_negative_numbers
+from pyros1.cli.records import Argument, Option, Verb
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Set a parameter to a value, or to what a file holds."""
+    check(args, 2, "parameter name")
+    name = invocation.resolve(args[0])
+    form = "set parameter [{}] to [{}]" if options.verbose else ""
+    if options.text_file and options.bin_file:
+        raise UsageError("you may only specify one of --textfile or --binfile")
+    if options.text_file:
+        if not os.path.isfile(options.text_file):
+            raise UsageError(f"file '{options.text_file}' does not exist")
+        with open(options.text_file, encoding="utf-8") as text:
+            set_leaves(invocation, name, text.read(), form)
+        return
+    if options.bin_file:
+        try:
+            with open(options.bin_file, "rb") as data:
+                content = data.read()
+        except OSError as error:
+            raise CommandError(f"cannot read [{options.bin_file}]: {error.strerror}") from None
+        invocation.master.set_param(name, content)
+        if options.verbose:
+            print(f"set parameter [{name}] to [{content.decode('utf-8', 'replace')}]")
+        return
+    if len(args) < 2 or args[1] in ("-", "--"):
+        raise UsageError("invalid arguments. Please specify a parameter value")
+    from pyros1.values import load_yaml  # noqa: PLC0415
+
+    set_leaves(invocation, name, "" if args[1] == "" else load_yaml(args[1]), form)
+
+
+VERB = Verb(
+    "set",
+    "set parameter",
+    Option(
+        "-t",
+        "--textfile",
+        dest="text_file",
+        metavar="TEXT_FILE",
+        help="set parameters to contents of text file",
+    ),
+    Option(
+        "-b",
+        "--binfile",
+        dest="bin_file",
+        metavar="BINARY_FILE",
+        help="set parameters to contents of binary file",
+    ),
+    VERBOSE,
+    Argument("parameter", "param"),
+    Argument("value"),
+    examples=[
+        ("/gain 2.5", "a number"),
+        ("/name \"'42'\"", "text, by YAML's rules"),
+        ("/limits '{low: 0, high: deg(90)}'", "several"),
+    ],
+    parse=parse_with_negative_numbers,
+    run=run,
+)

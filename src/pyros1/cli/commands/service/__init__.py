@@ -1,0 +1,16 @@
+"""``pyros1 service``: rosservice (L76-L79)."""
+
+from __future__ import annotations
+
+from pyros1.cli.records import Command
+
+COMMAND = Command(
+    "service",
+    "show and call services",
+    group="look",
+    stock="rosservice",
+    heading="Commands:",
+    row="\t{program} {name}\t{about}",
+    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} call -h'\n",
+    error_code=2,
+)

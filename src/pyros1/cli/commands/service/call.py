@@ -1,0 +1,120 @@
+"""``service call`` (L78)."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+from pyros1.cli.commands.service._provider import ERROR, header, load, not_available
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_with_negative_numbers
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.errors import MessageError, SerializationError, ServiceError, ServiceUnavailableError
+from pyros1.shown import json_text, lines
+
+if TYPE_CHECKING:
+    from pyros1.msgs import Message, Service
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Call a service, with a request of the arguments or of each document on stdin, and print the response."""
+    if not args:
+        raise UsageError("service must be specified")
+    name, *words = args
+    name = invocation.resolve(name)
+    from pyros1.values import load_yaml  # noqa: PLC0415 - help does without
+
+    arguments: list[Any] = [load_yaml(word) if word else word for word in words]
+    graph = invocation.graph
+    graph.service_uri(name)  # before anything is imported: is there a master?
+    with invocation.open_node() as node:
+        if options.wait:
+            node.wait_for_service(name)
+        found = header(invocation, graph, name)
+        if found is None:
+            raise not_available(graph, name)
+        service_class = load(found.get("type", ""))
+        client = node.service(name, service_class)
+        if arguments or not service_class._request_class.__slots__ or sys.stdin.isatty():
+            print(_response(options, _call(client, service_class, name, arguments, node.now(), options.verbose)))
+            return
+        from pyros1.cli.shared.documents import documents  # noqa: PLC0415 - as above
+
+        for document in documents(sys.stdin):
+            arguments = document if isinstance(document, list) else [document]
+            response = _call(client, service_class, name, arguments, node.now(), options.verbose)
+            print(_response(options, response), flush=True)
+
+
+VERB = Verb(
+    "call",
+    "call the service with the provided args",
+    Flag("-v", dest="verbose", help="print verbose output"),
+    Flag("--wait", help="wait for service to be advertised"),
+    Flag("--nostr", help="exclude strings", own=True),
+    Flag("--noarr", help="exclude arrays", own=True),
+    Flag("--json", help="print the response as a line of JSON", own=True),
+    Argument("/service", "service"),
+    Argument("args", "request_text", optional=True),
+    usage="/service [args...]",
+    examples=[("/flip true", "values in the order of the fields"), ("/flip 'data: true'", "or by name")],
+    parse=parse_with_negative_numbers,
+    run=run,
+)
+
+
+def _response(options: Any, response: Message) -> str:
+    if options.json:
+        import json  # noqa: PLC0415
+
+        from pyros1.msgs.json_form import to_json  # noqa: PLC0415
+
+        return json_text(json.dumps(to_json(response), ensure_ascii=False))
+    from pyros1.msgs.text import format_message  # noqa: PLC0415
+
+    return lines(format_message(response, no_string=options.nostr, no_array=options.noarr))
+
+
+def _call(
+    client: Any, service_class: type[Service], name: str, arguments: list[Any], now: Any, verbose: bool
+) -> Message:
+    from pyros1.cli.shared.argument_names import argument_names  # noqa: PLC0415
+    from pyros1.msgs.fill import fill_message  # noqa: PLC0415
+
+    request = service_class._request_class()
+    try:
+        fill_message(request, arguments, now)
+    except MessageError as error:
+        provided = "\n".join(f" * {argument} (type {type(argument).__name__})" for argument in arguments)
+        expected = " ".join(argument_names(service_class._request_class))
+        raise CommandError(
+            f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n{provided}\n\n"
+            f"Service arguments are: [{expected}]",
+            ERROR,
+        ) from None
+    if verbose:
+        print(f"{request}\n---")
+    sys.stdout.flush()
+    try:
+        response: Message = client.call(request)
+    except SerializationError as error:
+        raise CommandError(
+            "Unable to send request. One of the fields has an incorrect type:\n"
+            f"  {error}\n\nsrv file:\n{_without_comments(service_class._full_text)}\n",
+            ERROR,
+        ) from None
+    except ServiceUnavailableError:
+        raise CommandError(f"Service [{name}] is not available.", ERROR) from None
+    except ServiceError as error:
+        reason = str(error)
+        prefix = f"service [{name}] responded with an error: "
+        if reason.startswith(prefix):
+            reason = f"{prefix}{reason[len(prefix) :].encode()!r}"
+        raise CommandError(reason, ERROR) from None
+    return response
+
+
+def _without_comments(text: str) -> str:
+    lines = [line if "=" in line.partition("#")[0] else line.partition("#")[0].rstrip() for line in text.splitlines()]
+    return "\n".join(line for line in lines if line)

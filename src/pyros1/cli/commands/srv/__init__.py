@@ -1,0 +1,17 @@
+"""``pyros1 srv``: rossrv, whose verbs do what those of ``pyros1 msg`` do (L86-L89)."""
+
+from __future__ import annotations
+
+from pyros1.cli.records import Command
+
+COMMAND = Command(
+    "srv",
+    "show service types",
+    group="develop",
+    stock="rossrv",
+    heading="{program} is a command-line tool for displaying information about ROS Service types.\n\nCommands:",
+    order=("show",),
+    row="\t{program} {name}\t{about}",
+    footing="\nType {program} <command> -h for more detailed usage\n",
+    stock_help=("", "--help"),
+)

@@ -1,0 +1,97 @@
+"""Definitions of messages and services by name, for ``msg``, ``srv`` and ``msg-proto``."""
+
+from __future__ import annotations
+
+import os
+import sys
+from functools import cache
+from typing import TYPE_CHECKING
+
+from pyros1.cli.failures import EX_USAGE, UsageError, did_you_mean, fail
+from pyros1.cli.records import Flag
+
+if TYPE_CHECKING:
+    from pyros1.finding.library import Library
+    from pyros1.msgs.spec import MessageSpec, ServiceSpec
+
+JSON_LIST = Flag("--json", help="print a JSON list", own=True)
+
+
+class Kind:
+    """Messages or services: what ``msg`` and ``srv`` differ in.
+
+    Attributes:
+        extension: of definition files, ``msg`` or ``srv``.
+        word: in texts.
+        completes: the kind of their names in `pyros1.cli.complete_values`.
+    """
+
+    def __init__(self, extension: str, word: str, completes: str) -> None:
+        self.extension = extension
+        self.word = word
+        self.completes = completes
+
+    def names(self, library: Library, package: str) -> list[str]:
+        """Return the full names of a package's types, sorted."""
+        short = library.messages(package) if self.extension == "msg" else library.services(package)
+        return [f"{package}/{name}" for name in short]
+
+    def spec(self, library: Library, name: str) -> MessageSpec | ServiceSpec:
+        """Return a definition."""
+        return library.message(name) if self.extension == "msg" else library.service(name)
+
+
+MESSAGES = Kind("msg", "message", "message")
+SERVICES = Kind("srv", "service", "service_type")
+
+
+@cache
+def library() -> Library:
+    """Return all definitions; a command reads its environment once."""
+    from pyros1.finding.library import Library  # noqa: PLC0415 - help does without
+
+    return Library(os.environ)
+
+
+def find(kind: Kind, name: str) -> tuple[list[str], bool]:
+    """Return the full names that a name may mean, and whether it came without a package."""
+    if "/" in name:
+        return [name], False
+    everything = library()
+    return [
+        f"{package}/{name}"
+        for package in everything.packages()
+        if f"{package}/{name}" in kind.names(everything, package)
+    ], True
+
+
+def near(kind: Kind, name: str) -> str:
+    """Return a hint at the type that a name was meant to be."""
+    full_names = [full for package in library().packages() for full in kind.names(library(), package)]
+    return did_you_mean(name, full_names if "/" in name else {full.partition("/")[2] for full in full_names})
+
+
+def type_argument(kind: Kind, args: list[str]) -> str:
+    """Return the name of the type that the arguments, or else standard input, give."""
+    if len(args) > 1:
+        raise UsageError(f"you may only specify one {kind.word} type")
+    name = args[0] if args else from_stdin()
+    if "::" in name:
+        raise UsageError(
+            "rosmsg does not understand C++-style namespaces (i.e. '::').\n"
+            "Please refer to msg/srv types as 'package_name/Type'."
+        )
+    name = name.removesuffix("." + kind.extension)
+    if "." in name:
+        raise UsageError(f"invalid message type '{name}'.\nPlease refer to msg/srv types as 'package_name/Type'.")
+    return name
+
+
+def from_stdin() -> str:
+    """Return what was not given as an argument: it is read from standard input, so that it can come through a pipe."""
+    if sys.stdin.isatty():
+        fail("no name was given: write it behind the command, or send it through a pipe", EX_USAGE)
+    for line in sys.stdin:
+        if line.strip():
+            return line.strip()
+    return fail("no name was given", EX_USAGE)
