@@ -29,6 +29,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the graph, again and again, or once in another form."""
     if args in (["-h"], ["--help"]):
         print(_usage(invocation))
+        if not invocation.as_stock:
+            from pyros1.cli.help import examples_text  # noqa: PLC0415 - only help needs it
+
+            print(examples_text(invocation.program, _VERB.examples).lstrip(), end="")
         return 0
     drawing = len(args) == 2 and args[0] == "--svg"
     if args and not drawing and args not in (["--once"], ["--json"], ["--dot"]):
@@ -50,6 +54,11 @@ _VERB = Verb(
     Flag("--json", help="print one line of JSON", own=True),
     Flag("--dot", help="print the graph in Graphviz's language", own=True),
     Option("--svg", metavar="FILE", help="draw the graph, where Graphviz is installed", own=True),
+    examples=[
+        ("", "anew each second"),
+        ("--once", "at once, and end"),
+        ("--svg graph.svg", "as a picture"),
+    ],
     parse=leave_words,
     run=run,
 )

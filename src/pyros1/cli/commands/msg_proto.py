@@ -72,6 +72,7 @@ COMMAND = Command(
         Argument("TYPE", "definition"),
         usage="msg|srv [options] TYPE",
         description="Prints a template of a message or a service request, to fill in; shells complete with it.",
+        examples=[("msg geometry_msgs/Twist", "a message"), ("srv -H -f 1 std_srvs/SetBool", "a request, in one line")],
         run=run,
     ),
     group="develop",

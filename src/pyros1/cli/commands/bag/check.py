@@ -46,6 +46,10 @@ VERB = Verb(
     usage="BAG [-g RULEFILE] [EXTRARULES1 EXTRARULES2 ...]",
     description="Determine whether a bag is playable in the current system, or if it can be migrated. "
     "Rule files are Python programs, and are executed.",
+    examples=[
+        ("old.bag", "which types have changed since it was recorded"),
+        ("-g rules.bmr old.bag", "write rules for `fix`, to be completed by hand"),
+    ],
     run=run,
 )
 

@@ -42,6 +42,7 @@ VERBS = [
         BAGS,
         usage=USAGE,
         description="Decompress one or more bag files.",
+        examples=[("run.bag", "in place, with a backup")],
         run=decompress,
     ),
 ]

@@ -45,6 +45,7 @@ VERBS = [
         BAGS,
         usage=USAGE,
         description="Encrypt one or more bag files.",
+        examples=[("-r robot@example.com run.bag", "who has the secret key of that address can read it")],
         run=encrypt,
     ),
     Verb(
@@ -55,6 +56,7 @@ VERBS = [
         BAGS,
         usage=USAGE,
         description="Decrypt one or more bag files.",
+        examples=[("run.bag", "with your secret key of gpg")],
         run=decrypt,
     ),
 ]

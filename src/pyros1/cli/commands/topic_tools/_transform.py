@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -10,9 +9,9 @@ from pyros1 import names
 from pyros1.cli.commands.topic_tools._expression import load_modules
 from pyros1.cli.commands.topic_tools._tool import open_node
 from pyros1.cli.failures import CommandError
-from pyros1.cli.help import examples_text
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.shared.argument_parser import argument_parser
 from pyros1.cli.shared.fields import FieldPath, FieldPathError
 from pyros1.cli.shared.subscribing import Decoder
 from pyros1.errors import Error
@@ -46,12 +45,8 @@ def parse(invocation: Invocation, verb: Verb, expression: str) -> tuple[Any, lis
     Raises:
         SystemExit: help was asked for (0), or the words are wrong (2); what there is to say has been printed.
     """
-    parser = argparse.ArgumentParser(
-        prog=verb.name,
-        description=verb.description,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=examples_text(f"{invocation.program} {verb.name}", verb.examples),
-    )
+    parser = argument_parser(invocation, verb)
+    parser.prog = verb.name
     texts = {
         "input": "input topic, or a field of it: /topic/field",
         "output_topic": "output topic",
@@ -60,8 +55,6 @@ def parse(invocation: Invocation, verb: Verb, expression: str) -> tuple[Any, lis
     }
     for argument in verb.arguments:
         parser.add_argument(argument.name, nargs="?" if argument.optional else None, help=texts[argument.name])
-    for option in verb.options:
-        parser.add_argument(*option.names, help=option.help, **option.settings)
     return parser.parse_args(invocation.args), []
 
 
