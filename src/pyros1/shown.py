@@ -12,10 +12,11 @@ import re
 
 _STEERING = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 _CONTROLS = _STEERING + "\ud800-\udfff"  # and what cannot be encoded
-_BUT_BYTES = re.compile(f"\r(?!\n)|(?!\r)[{_STEERING}]")
-_IN_LINES = re.compile(f"\r(?!\n)|(?!\r)[{_CONTROLS}]")
-_IN_ONE_LINE = re.compile(f"[\t\n{_CONTROLS}]")
-_BUT_COLOURS = re.compile(f"(\x1b\\[[0-9;]*m)|\r(?!\n)|(?!\r)[{_CONTROLS}]")
+# Compiled when a text needs them, which few do: every command and node starts sooner.
+_BUT_BYTES = f"\r(?!\n)|(?!\r)[{_STEERING}]"
+_IN_LINES = f"\r(?!\n)|(?!\r)[{_CONTROLS}]"
+_IN_ONE_LINE = f"[\t\n{_CONTROLS}]"
+_BUT_COLOURS = f"(\x1b\\[[0-9;]*m)|\r(?!\n)|(?!\r)[{_CONTROLS}]"
 
 
 def one_line(value: object, most: int = 1000) -> str:
@@ -28,7 +29,7 @@ def one_line(value: object, most: int = 1000) -> str:
     text = str(value)
     if len(text) > most:
         text = f"{text[:most]}... ({len(text) - most} more characters)"
-    return text if text.isprintable() else _IN_ONE_LINE.sub(_escape, text)
+    return text if text.isprintable() else re.sub(_IN_ONE_LINE, _escape, text)
 
 
 def lines(text: str, *, keep_bytes: bool = False) -> str:
@@ -39,14 +40,14 @@ def lines(text: str, *, keep_bytes: bool = False) -> str:
     """
     if text.replace("\n", "").isprintable():  # as nearly all are; much quicker than to look for what is not
         return text
-    return (_BUT_BYTES if keep_bytes else _IN_LINES).sub(_escape, text)
+    return re.sub(_BUT_BYTES if keep_bytes else _IN_LINES, _escape, text)
 
 
 def coloured_lines(text: str) -> str:
     """Return the same with colours: for texts that a program writes itself, as those of its log."""
     if text.replace("\n", "").isprintable():
         return text
-    return _BUT_COLOURS.sub(lambda found: found.group(1) or _escape(found), text)
+    return re.sub(_BUT_COLOURS, lambda found: found.group(1) or _escape(found), text)
 
 
 class Foreign(str):
@@ -66,7 +67,7 @@ class Foreign(str):
 
 def foreign(text: str) -> str:
     """Return a text of others to be shown and used; the same object if nothing in it does harm."""
-    return text if text.isprintable() or not _IN_ONE_LINE.search(text) else Foreign(text)
+    return text if text.isprintable() or not re.search(_IN_ONE_LINE, text) else Foreign(text)
 
 
 def json_text(text: str) -> str:
@@ -74,7 +75,7 @@ def json_text(text: str) -> str:
     return (
         text
         if text.isascii() and "\x7f" not in text
-        else _IN_LINES.sub(lambda found: f"\\u{ord(found.group()):04x}", text)
+        else re.sub(_IN_LINES, lambda found: f"\\u{ord(found.group()):04x}", text)
     )
 
 

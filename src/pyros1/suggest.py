@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable
 
@@ -24,21 +23,25 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
         word: what was written.
         known: what could have been written.
     """
+    from difflib import get_close_matches  # noqa: PLC0415 - few words are misspelt
+
     words = list(known)
     close = [SYNONYMS[word]] if SYNONYMS.get(word) in words else []
     close = close or [other for other in words if other.casefold() == word.casefold()]
-    close = close or difflib.get_close_matches(word, words, 5, 0.7)
+    close = close or get_close_matches(word, words, 5, 0.7)
     meant = next((other for other in close if word in SYNONYMS or _is_near(word, other)), word)
     return f" (did you mean '{one_line(meant)}'?)" if meant != word else ""
 
 
 def _is_near(word: str, other: str) -> bool:
     """Whether two names are also near without the parts that they share, as a package or the services of all nodes."""
+    from difflib import SequenceMatcher  # noqa: PLC0415
+
     ours, theirs = word.casefold().split("/"), other.casefold().split("/")
     for end in (0, -1):
         while len(ours) > 1 and len(theirs) > 1 and ours[end] == theirs[end]:
             del ours[end], theirs[end]
-    return difflib.SequenceMatcher(None, "/".join(ours), "/".join(theirs)).ratio() >= _NEAR_BEHIND
+    return SequenceMatcher(None, "/".join(ours), "/".join(theirs)).ratio() >= _NEAR_BEHIND
 
 
 def meant_option(word: str) -> str | None:

@@ -15,7 +15,7 @@ from typing import Any, TextIO
 
 from pyros1 import shown
 
-_OWN = re.compile("(\x1b\\[(?:[0-9;]*m|[0-9;]*H|[0-2]?J|K|\\?(?:25|1049)[hl])|\r)")
+_OWN = "(\x1b\\[(?:[0-9;]*m|[0-9;]*H|[0-2]?J|K|\\?(?:25|1049)[hl])|\r)"
 
 
 _clean = partial(shown.lines, keep_bytes=True)
@@ -39,7 +39,7 @@ class CleanStream:
         """Write a text, cleaned."""
         if not text.isprintable():
             if self._steers and ("\x1b" in text or "\r" in text):
-                parts = enumerate(_OWN.split(text))
+                parts = enumerate(re.split(_OWN, text))
                 text = "".join(part if number % 2 else _clean(part) for number, part in parts)
             else:
                 text = _clean(text)
