@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from pyros1.cli.main import entry
+from pyros1.cli.shared.definitions import library
 from pyros1.errors import UnknownTypeError
 from pyros1.finding import stubs
 from pyros1.finding.library import Library
@@ -72,8 +74,8 @@ def test_the_programs_of_the_readme_have_types(tmp_path: Path, number: int) -> N
 
 
 def test_the_stubs_that_are_installed_are_current() -> None:
-    library = stubs.shipped()
-    files = dict(stubs.stubs(library, library.packages()))
+    shipped = stubs.shipped()
+    files = dict(stubs.stubs(shipped, shipped.packages()))
     there = {path.relative_to(stubs.HOME) for path in stubs.HOME.glob("*/*.pyi")}
     assert there == {*files}, "made by the build backend: install pyros1 again"
     for name, text in files.items():
@@ -106,13 +108,13 @@ def test_names_that_hide_others(tmp_path: Path) -> None:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text)
         (tmp_path / "src" / package / "package.xml").write_text(f"<package><name>{package}</name></package>")
-    library = Library({"ROS_PACKAGE_PATH": str(tmp_path / "src")}, installs=())
+    own = Library({"ROS_PACKAGE_PATH": str(tmp_path / "src")}, installs=())
     out = tmp_path / "out" / "pyros1" / "msgs"
-    written = stubs.write(stubs.stubs(library, ["base", "other_pkg"]), out)
+    written = stubs.write(stubs.stubs(own, ["base", "other_pkg"]), out)
     assert {str(path.relative_to(out)) for path in written} == {
         f"{folder}/{name}.pyi" for folder in ("base_", "other_pkg") for name in ("__init__", "msg", "srv")
     }
-    assert stubs.write(stubs.stubs(library, ["base", "other_pkg"]), out) == [], "nothing has changed"
+    assert stubs.write(stubs.stubs(own, ["base", "other_pkg"]), out) == [], "nothing has changed"
     text = (out / "base_" / "msg.pyi").read_text()
     names = next(each for each in ast.parse(text).body if isinstance(each, ast.ClassDef) and each.name == "Names")
     fields = {
@@ -145,3 +147,23 @@ def test_names_that_hide_others(tmp_path: Path) -> None:
 def test_an_unknown_package(tmp_path: Path) -> None:
     with pytest.raises(UnknownTypeError, match="did you mean 'std_msgs'"):
         list(stubs.stubs(stubs.shipped(), ["std_msg"]))
+
+
+def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    package = tmp_path / "src" / "my_robot"
+    (package / "msg").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>my_robot</name></package>")
+    (package / "msg" / "State.msg").write_text("float64 x\n")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    monkeypatch.setattr(stubs, "HOME", tmp_path / "home")
+    library.cache_clear()
+    try:
+        for new in (1, 0):
+            assert entry(["pyros1", "msg", "stubs", "my_robot"]) == 0
+            assert f"1 package, {new} new or changed" in capsys.readouterr().out
+        assert "class State(_Base):\n    x: _b.float" in (tmp_path / "home" / "my_robot" / "msg.pyi").read_text()
+        monkeypatch.setattr(stubs, "HOME", tmp_path / "src" / "my_robot" / "package.xml")
+        assert entry(["pyros1", "msg", "stubs", "my_robot"]) == 1
+        assert "install it where you may write" in capsys.readouterr().err
+    finally:
+        library.cache_clear()

@@ -108,6 +108,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
             'md5': ('msg.md5', 'Display message md5sum', 'Display message md5sum', False, '<message type>', ('message',), ()),
             'package': ('msg.package', 'List messages in a package', 'List messages in a package', False, '<package>', ('package',), ()),
             'packages': ('msg.packages', 'List packages that contain messages', 'List packages that contain messages', False, '', (), ()),
+            'stubs': ('msg.stubs', 'make messages and services of packages known to editors and type checkers', 'make messages and services of packages known to editors and type checkers', True, '[package...]', ('package+',), ()),
         },
     ),
     'msg-proto': (

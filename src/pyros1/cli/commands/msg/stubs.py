@@ -1,0 +1,40 @@
+"""``msg stubs``: what editors and type checkers know of messages and services."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.failures import CommandError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.cli.shared.definitions import library
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Write stubs of packages beside those that came with pyros1, where editors and type checkers find them."""
+    from pyros1.finding import stubs  # noqa: PLC0415 - help needs none of it
+
+    packages = args or library().packages()
+    try:
+        written = stubs.write(stubs.stubs(library(), packages), stubs.HOME)
+    except OSError as error:
+        raise CommandError(
+            f"cannot write {error.filename}: {error.strerror}. Stubs are part of the installed pyros1: install it where"
+            " you may write, for example in a virtual environment"
+        ) from None
+    done = {path.parent.name for path in written}
+    print(f"{len(packages)} package{'s' * (len(packages) != 1)}, {len(done)} new or changed, in {stubs.HOME}")
+
+
+VERB = Verb(
+    "stubs",
+    "make messages and services of packages known to editors and type checkers",
+    Argument("package", "package", many=True, optional=True),
+    description="Those that come with pyros1 are known already. Without a package: all packages that are found.",
+    examples=[
+        ("my_robot", "for mypy, pyright and editors: from pyros1.msgs.my_robot.msg import State"),
+        ("", "of all packages, for example after a change"),
+    ],
+    own=True,
+    run=run,
+)
