@@ -160,7 +160,7 @@ def test_listing_topics_imports_nothing_heavy(environ: dict[str, str]) -> None:
         "pyros1.node",
         "pyros1.msgs",
         "pyros1.values",
-        "ruamel.yaml",
+        "yaml",
         "logging",
         "argparse",
         "http.client",

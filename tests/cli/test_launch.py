@@ -302,6 +302,6 @@ def test_a_question_imports_no_more_than_it_needs(env: dict[str, str], tmp_path:
         "socket",
         "subprocess",
         "asyncio",
-        "ruamel.yaml",
+        "yaml",
     ):
         assert name not in loaded
