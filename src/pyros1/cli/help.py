@@ -18,8 +18,7 @@ class Parser(OptionParser):
 
     def __init__(self, verb: Verb, invocation: Invocation) -> None:
         stock = invocation.as_stock
-        called = f"{invocation.program} {verb.name}".rstrip()
-        self._examples = [] if stock else [(f"{called} {line}".rstrip(), about) for line, about in verb.examples]
+        self._examples = verb.examples_text(invocation.program, as_stock=stock)
         usage = " ".join(filter(None, ["usage: %prog", verb.name, verb.usage]))
         super().__init__(
             usage=usage, prog=invocation.program, formatter=_Formatter(), description=verb.description or None
@@ -30,10 +29,7 @@ class Parser(OptionParser):
 
     def format_epilog(self, formatter: HelpFormatter) -> str:
         """Return the examples."""
-        if not self._examples:
-            return ""
-        width = max(len(line) for line, _ in self._examples)
-        return "\nExamples:\n" + "".join(f"  {line:{width}}  {about}\n" for line, about in self._examples)
+        return self._examples
 
 
 class _Formatter(IndentedHelpFormatter):
