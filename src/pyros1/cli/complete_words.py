@@ -139,7 +139,6 @@ _PLAIN: dict[str, tuple[str, ...]] = {
     "run": ("package", "executable", "file+"),
     "launch": ("package|launch_file", "package_launch_file|launch_arg", "launch_arg+"),
     "test": ("package|launch_file", "package_launch_file|launch_arg", "launch_arg+"),
-    "unit": ("file+",),
     "wtf": ("launch_file",),
     "doctor": ("launch_file",),
     "version": ("package",),

@@ -29,7 +29,6 @@ OLD = {
     "tf": ("tf", "show and publish coordinate frames: echo monitor tree view_frames static_transform_publisher"),
     "dynparam": ("dynparam", "show and change parameters of running nodes: list get set set_from_parameters load dump"),
     "diagnostic": ("diagnostic", "show what the robot's parts say of their state"),
-    "unit": ("unit", "run one test program"),
     "msg-proto": ("msg_proto", "print a message or service request to fill in"),
     "bag": ("bag", "record, play, look at and change bags: info reindex filter compress merge ..."),
 }
