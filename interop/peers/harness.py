@@ -361,15 +361,15 @@ def our_tools() -> ForkedTools:
     """Our commands under stock's names; they end with this process."""
     modules = [
         "main",
-        "topic_echo",
-        "topic_list",
-        "topic_pub",
+        "commands.topic.echo",
+        "commands.topic.list",
+        "commands.topic.pub",
         "node_cmd",
         "service",
         "param",
         "msg",
-        "launch",
-        "launch_queries",
+        "commands.launch",
+        "commands.launch._queries",
     ]
     folder = tempfile.TemporaryDirectory(prefix="pyros1-tools-")
     for name in ("rostopic", "rosnode", "rosservice", "rosparam", "rosmsg", "rossrv", "rosmsg-proto", "roslaunch"):

@@ -106,7 +106,6 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
         "split": _BAGS,
     },
     "log": {"echo": ("node",), "get": ("node",), "list": ("node",), "set": ("node",)},
-    "clean": {"check": (), "purge": ()},
     "dynparam": {
         **dict.fromkeys(("get", "set", "set_from_parameters"), ("configurable",)),
         **dict.fromkeys(("dump", "load"), ("configurable", "file")),
@@ -136,12 +135,6 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
 """Command -> verb -> kinds of its arguments."""
 
 _PLAIN: dict[str, tuple[str, ...]] = {
-    "run": ("package", "executable", "file+"),
-    "launch": ("package|launch_file", "package_launch_file|launch_arg", "launch_arg+"),
-    "test": ("package|launch_file", "package_launch_file|launch_arg", "launch_arg+"),
-    "wtf": ("launch_file",),
-    "doctor": ("launch_file",),
-    "version": ("package",),
 }
 
 

@@ -5,22 +5,13 @@ from __future__ import annotations
 from importlib import import_module
 
 OLD = {
-    "core": ("core", "start a master, with parameter server and rosout"),
-    "master": ("master", "start a master alone, without rosout"),
-    "launch": ("launch", "start the nodes of a launch file"),
-    "test": ("test", "run the tests of a launch file"),
-    "run": ("run", "start a node of a package"),
     "node": ("node_cmd", "show and end nodes: list info ping machine kill cleanup"),
     "service": ("service", "show and call services: list info type uri node args find call"),
     "param": ("param", "show and set parameters: list get set load dump delete"),
     "msg": ("msg", "show message types: show list md5 package packages"),
     "srv": ("srv", "show service types: show list md5 package packages"),
-    "wtf": ("wtf", "find what is wrong with this machine and the running system, and the cure"),
-    "doctor": ("wtf", "the same as wtf"),
     "log": ("log", "show and set log levels, print log messages: list get set echo"),
     "graph": ("graph_cmd", "print nodes and their connections"),
-    "clean": ("clean", "show and remove log files: check purge"),
-    "version": ("version", "print versions of packages and the name of the distribution"),
     "pkg": ("pkg", "find and make packages: create find list depends depends-on depends-why export plugins ..."),
     "stack": ("pkg_stack", "find stacks: find list contents contains depends"),
     "setup": ("setup", "for shells: source <(pyros1 setup) gives the stock names and completion"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pyros1.cli import registry
 from pyros1.cli.legacy import CALLED_OTHERWISE
 from pyros1.cli.legacy import OLD as COMMANDS
 
@@ -13,10 +14,6 @@ _TOOLS = {
     "roscat": ("pkg", "cat"),
     "roscp": ("pkg", "cp"),
     "rosmv": ("pkg", "mv"),
-    "roslaunch-check": ("launch", "--check"),
-    "roslaunch-complete": ("launch", "--complete"),
-    "roslaunch-deps": ("launch", "--deps"),
-    "roslaunch-logs": ("launch", "--logs"),
     "dynparam": ("dynparam",),
     "tf_remap": ("tf", "remap"),
     "view_frames": ("tf", "view_frames"),
@@ -33,4 +30,4 @@ def stock_names() -> dict[str, tuple[str, ...]]:
     }
     names.update({name: (command,) for name, command in CALLED_OTHERWISE.items() if command in COMMANDS})
     names.update({name: words for name, words in _TOOLS.items() if words[0] in COMMANDS})
-    return dict(sorted(names.items()))
+    return dict(sorted({**names, **registry.stock_names()}.items()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from optparse import Values
+from typing import Any
 
 from pyros1.errors import Error, LaunchError
 from pyros1.launch.loader import absolute_files, load_plan
@@ -27,7 +27,7 @@ def check(files: list[str], arguments: dict[str, str], resources: Resources) -> 
     return 1 if texts else 0
 
 
-def answer(files: list[str], arguments: dict[str, str], resources: Resources, options: Values) -> int:
+def answer(files: list[str], arguments: dict[str, str], resources: Resources, options: Any) -> int:
     """Print what one of the pure queries asked for (X06); no master is needed."""
     only_args = options.ros_args and not (options.dump_params or options.file_list)
     try:
@@ -55,7 +55,7 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
     return 0
 
 
-def _text(plan: Plan, options: Values) -> str:
+def _text(plan: Plan, options: Any) -> str:
     if options.file_list and not options.dump_params:
         return _names(absolute_files(plan.files), options)
     if options.dump_params or options.ros_args:
@@ -69,7 +69,7 @@ def _text(plan: Plan, options: Values) -> str:
     return _names([node.full_name for node in [*plan.nodes, *plan.tests]], options)
 
 
-def _names(names: list[str], options: Values) -> str:
+def _names(names: list[str], options: Any) -> str:
     if not options.json:
         return "\n".join(names)
     import json  # noqa: PLC0415 - few ask for it

@@ -1,87 +1,26 @@
-"""``pyros1 clean``: rosclean (L179). Nothing outside the log folder is touched, and no log that is being written."""
+"""``clean purge`` (L179). Nothing outside the log folder is touched, and no log that is being written."""
 
 from __future__ import annotations
 
-import argparse
 import os
 import shlex
 import shutil
 import sys
-from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from pyros1.cli.common import print_json, program_name
-from pyros1.cli.usage import examples_text
-from pyros1.doctor.disk import files_in_use, folder_size, human_size
-from pyros1.launch.logs import log_folder, ros_home
+from pyros1.cli.commands.clean._folders import folders
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Flag, Option, Verb
+from pyros1.doctor.disk import files_in_use, folder_size
 
-_EXAMPLES = {
-    "%prog check": "how much is there",
-    "%prog purge": "remove all, after a question; what running programs write to is kept",
-    "%prog purge -y --size 500": "remove the oldest, until 500 MB are left",
-}
 _MEGABYTE = 1024 * 1024
 
 
-def main(argv: list[str]) -> int:
-    """Run ``clean check`` or ``clean purge``.
-
-    Args:
-        argv: the words behind ``clean``.
-
-    Returns:
-        The exit code: 1 if something could not be removed.
-    """
-    program = program_name("rosclean")
-    ours = program != "rosclean"
-    parser = argparse.ArgumentParser(
-        prog=program,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=examples_text(program, _EXAMPLES).lstrip() if ours else None,
-    )
-    verbs = parser.add_subparsers(required=True, dest="{check,purge}")
-    check_parser = verbs.add_parser("check", help="Check usage of log files")
-    check_parser.add_argument("--json", action="store_true", help="print JSON" if ours else argparse.SUPPRESS)
-    check_parser.set_defaults(verb=check)
-    purge_parser = verbs.add_parser("purge", help="Remove log files")
-    purge_parser.add_argument("-y", action="store_true", dest="yes", help="remove without asking")
-    purge_parser.add_argument("--size", type=int, help="keep the newest, up to this many MB in all")
-    purge_parser.add_argument(
-        "--running",
-        action="store_true",
-        help="also remove what running programs write to" if ours else argparse.SUPPRESS,
-    )
-    purge_parser.set_defaults(verb=purge)
-    options = parser.parse_args(argv)
-    code: int = options.verb(options)
-    return code
-
-
-def _folders() -> Iterator[tuple[Path, str]]:
-    """Folders that are there, with their name in texts; what they link to, if they are links."""
-    for folder, label in (
-        (log_folder(os.environ), "ROS node logs"),
-        (ros_home(os.environ) / "rosmake", "rosmake logs"),
-    ):
-        if folder.is_dir():
-            yield folder.resolve() if folder.is_symlink() else folder, label
-
-
-def check(options: argparse.Namespace) -> int:
-    """``clean check``: how much is there."""
-    rows = [(label, folder, folder_size(folder, on_disk=True)) for folder, label in _folders()]
-    if options.json:
-        print_json([{"what": label, "folder": str(folder), "bytes": size} for label, folder, size in rows])
-        return 0
-    for label, _, size in rows:
-        print(f"{human_size(size)} {label}")
-    return 0
-
-
-def purge(options: argparse.Namespace) -> int:
-    """``clean purge``: remove all, or the oldest until the rest is small enough."""
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Remove all, or the oldest until the rest is small enough; the exit code is 1 if something could not be."""
     done = True
-    for folder, label in _folders():
+    for folder, label in folders():
         if _holds_home(folder):
             print(f"will not remove {folder}: that is no folder of logs only; is ROS_LOG_DIR right?", file=sys.stderr)
             return 1
@@ -106,7 +45,7 @@ def _in_use(folder: Path) -> set[str]:
     return used | {name for name in links if {real / other for other in used} & {(folder / name).resolve()}}
 
 
-def _purge_all(folder: Path, label: str, options: argparse.Namespace, kept: set[str]) -> bool | None:
+def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
     """Remove all; returns whether that went well, None if the user did not agree."""
     print(f"Purging {label}.")
     if not options.yes:
@@ -121,7 +60,7 @@ def _purge_all(folder: Path, label: str, options: argparse.Namespace, kept: set[
     return all(removed)
 
 
-def _purge_to_size(folder: Path, label: str, options: argparse.Namespace, kept: set[str]) -> bool | None:
+def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
     """Remove the oldest; returns as `_purge_all`."""
     limit, size = options.size * _MEGABYTE, folder_size(folder)
     if size <= limit:
@@ -177,3 +116,13 @@ def _holds_home(folder: Path) -> bool:
     """Whether a folder is the user's home or lies above it, as ``/`` does."""
     home, folder = Path.home().resolve(), folder.resolve()
     return folder == home or folder in home.parents
+
+
+VERB = Verb(
+    "purge",
+    "Remove log files",
+    Flag("-y", dest="yes", help="remove without asking"),
+    Option("--size", type=int, help="keep the newest, up to this many MB in all"),
+    Flag("--running", help="also remove what running programs write to", own=True),
+    run=run,
+)

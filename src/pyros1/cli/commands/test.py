@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import socket
 import sys
-from optparse import OptionParser, Values
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pyros1 import shown
 from pyros1.cli.clean_output import data_stream
-from pyros1.cli.common import program_name
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_all_words
+from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.errors import Error
 
 if TYPE_CHECKING:
@@ -19,28 +21,19 @@ if TYPE_CHECKING:
     from pyros1.launch.testing import TestRun
 
 
-def main(argv: list[str]) -> int:
-    """Run ``pyros1 test``.
-
-    Args:
-        argv: the words after the command's name.
-
-    Returns:
-        The exit code: 0 when all is well, 1 when a test could not be run, 2 when one has found a failure.
-    """
-    parser = make_parser()
-    options, words = parser.parse_args(argv)
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Run tests; the exit code is 0 when all is well, 1 when one could not be run, 2 when one has found a failure."""
     if options.clear and not options.reuse_master:
         print("The --clear option is only valid with --reuse-master", file=sys.stderr)
         return 1
-    if not words:
-        parser.error("You must supply a test file argument to rostest.")
-    return _test(parser, options, words)
+    if not args:
+        raise UsageError("You must supply a test file argument to rostest.")
+    return _test(options, args)
 
 
-def _test(parser: OptionParser, options: Values, words: list[str]) -> int:
+def _test(options: Any, words: list[str]) -> int:
     # What runs tests is imported after the command line proved right.
-    from pyros1.cli.launch import print_exception  # noqa: PLC0415
+    from pyros1.cli.shared.launching import print_exception  # noqa: PLC0415
     from pyros1.launch.junit import Case, Results, write_results  # noqa: PLC0415
     from pyros1.launch.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.testing import TestRun, name_from_path, results_file, results_folder  # noqa: PLC0415
@@ -53,7 +46,7 @@ def _test(parser: OptionParser, options: Values, words: list[str]) -> int:
     try:
         files = words if missing else find_files(words, resources)
         if len(files) != 1:
-            parser.error("rostest only accepts a single test file")
+            raise UsageError("rostest only accepts a single test file")
         file = Path(files[0])
         place, package = package_of(file)
         place, package = Path(options.pkg_dir or place), options.package or package
@@ -64,7 +57,7 @@ def _test(parser: OptionParser, options: Values, words: list[str]) -> int:
         if missing:
             text = f"rostest file [{file}] does not exist"
             write_results(path, name, Results([Case("test_ran", "Results", 1.0, [("", text)])]), "", "")
-            parser.error(f"test file is invalid. Generated failure case result file in {path}")
+            raise UsageError(f"test file is invalid. Generated failure case result file in {path}")
         plan = load_plan([str(file)], {}, resources)
         run = TestRun(
             plan,
@@ -78,24 +71,12 @@ def _test(parser: OptionParser, options: Values, words: list[str]) -> int:
         )
         return _run(run, path, options.text)
     except WordsError as error:
-        parser.error(str(error))
+        raise UsageError(str(error)) from None
+    except UsageError:
+        raise
     except Error as error:
         print_exception(error)
         return 1
-
-
-def make_parser() -> OptionParser:
-    """Return the parser of the command's options."""
-    parser = OptionParser(usage="usage: %prog [options] [package] <filename>", prog=program_name("rostest"))
-    add = parser.add_option
-    add("-t", "--text", action="store_true", default=False, help="tests write to the screen, not to XML files")
-    add("--pkgdir", dest="pkg_dir", metavar="PKG_DIR", help="folder of the package, if not found from the file")
-    add("--package", metavar="PACKAGE", help="name of the package, if not found from the file")
-    add("--results-filename", metavar="RESULTS_FILENAME", help="name of the results, if not that of the file")
-    add("--results-base-dir", metavar="RESULTS_BASE_DIR", help="folder of the results of all packages")
-    add("-r", "--reuse-master", action="store_true", help="use the ROS master that runs instead of one per test")
-    add("-c", "--clear", action="store_true", help="with --reuse-master: delete all its parameters before each test")
-    return parser
 
 
 def _run(run: TestRun, path: Path, text: bool) -> int:
@@ -144,3 +125,28 @@ def _print_run(case: Case) -> None:
     print(f"[Testcase: {case.name}] ... {f'{kind}!' if kind else 'ok'}")
     for _, text in [*case.failures, *case.errors]:
         print(f"{kind}: {text}\n{'-' * 80}")
+
+
+COMMAND = Command(
+    "test",
+    "run the tests of a launch file",
+    Verb(
+        "",
+        "",
+        Flag("-t", "--text", help="tests write to the screen, not to XML files"),
+        Option("--pkgdir", dest="pkg_dir", metavar="PKG_DIR", help="folder of the package, if not found from the file"),
+        Option("--package", metavar="PACKAGE", help="name of the package, if not found from the file"),
+        Option("--results-filename", metavar="RESULTS_FILENAME", help="name of the results, if not that of the file"),
+        Option("--results-base-dir", metavar="RESULTS_BASE_DIR", help="folder of the results of all packages"),
+        Flag("-r", "--reuse-master", help="use the ROS master that runs instead of one per test"),
+        Flag("-c", "--clear", help="with --reuse-master: delete all its parameters before each test"),
+        Argument("package", "package|launch_file", optional=True),
+        Argument("<filename>", "package_launch_file|launch_arg"),
+        Argument("arg_name:=value", "launch_arg", many=True, optional=True),
+        usage="[options] [package] <filename>",
+        parse=parse_all_words,
+        run=run,
+    ),
+    group="run",
+    stock="rostest",
+)

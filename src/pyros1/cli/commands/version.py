@@ -2,49 +2,37 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pyros1 import __version__
-from pyros1.cli.common import did_you_mean, print_json, program_name
-from pyros1.cli.usage import examples_text
+from pyros1.cli.failures import did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Argument, Command, Flag, Verb
+from pyros1.cli.shared.argparsing import add_parts, make_parser
+from pyros1.cli.shared.printing import print_json
 from pyros1.errors import PackageNotFoundError
 from pyros1.msgs.packages import PackageIndex
 
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _VERSION = re.compile(r"<version[^>]*>\s*([^<\s]+)\s*</version>")
-_EXAMPLES = {"%prog": "of pyros1", "%prog roscpp": "of a package", "%prog -d": "the distribution's name"}
 _UNVERSIONED = "<unversioned>"
 
 
-def main(argv: list[str]) -> int:
-    """Run ``version``.
+_SKIP_NEWLINE = Flag("-s", "--skip-newline", help="print no line end")
+_WHAT = (
+    Argument("package", "package", optional=True, help="name of a package, for example roscpp"),
+    Flag("-d", "--distro", help="print the name of the ROS distribution"),
+    Flag("-a", "--all", help="print all packages and their versions"),
+)
 
-    Args:
-        argv: the words behind.
 
-    Returns:
-        The exit code: 1 when there is no such package.
-    """
-    stock = program_name("rosversion") == "rosversion"
-    parser = argparse.ArgumentParser(
-        prog=program_name("rosversion"),
-        description="Print the version of a package, the name of the ROS distribution"
-        + (", or both for everything." if stock else ", or pyros1's own version."),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=None if stock else examples_text("pyros1 version", _EXAMPLES).lstrip(),
-    )
-    parser.add_argument("-s", "--skip-newline", action="store_true", help="print no line end")
-    what = parser.add_mutually_exclusive_group(required=stock)
-    what.add_argument("package", nargs="?", help="name of a package, for example roscpp")
-    what.add_argument("-d", "--distro", action="store_true", help="print the name of the ROS distribution")
-    what.add_argument("-a", "--all", action="store_true", help="print all packages and their versions")
-    parser.add_argument("--json", action="store_true", help=argparse.SUPPRESS if stock else "print JSON")
-    options = parser.parse_args(argv)
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print versions; the exit code is 1 when there is no such package."""
     index = PackageIndex(os.environ)
     if options.all:
         versions = {name: package_version(folder) for name, folder in sorted(index.paths().items())}
@@ -63,7 +51,7 @@ def main(argv: list[str]) -> int:
             print(f"Cannot locate [{options.package}]")  # where the stock tool prints it, too
             hint = did_you_mean(options.package, index.paths())
             if hint:
-                print(f"{parser.prog}: there is no package {options.package}{hint}", file=sys.stderr)
+                print(f"{invocation.program}: there is no package {options.package}{hint}", file=sys.stderr)
             return 1
     if options.json:
         print_json(lines[0])
@@ -102,3 +90,32 @@ def distribution(environ: Mapping[str, str]) -> str:
     if installed:
         return installed[0].parent.parent.name
     return "Debian" if Path("/usr/share/roslib/package.xml").exists() else "<unknown>"
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    parser = make_parser(invocation, verb)
+    parser.description = "Print the version of a package, the name of the ROS distribution" + (
+        ", or both for everything." if invocation.as_stock else ", or pyros1's own version."
+    )
+    add_parts(parser, invocation, _SKIP_NEWLINE)
+    add_parts(parser.add_mutually_exclusive_group(required=invocation.as_stock), invocation, *_WHAT)
+    add_parts(parser, invocation, JSON)
+    return parser.parse_args(invocation.argv), []
+
+
+COMMAND = Command(
+    "version",
+    "print versions of packages and the name of the distribution",
+    Verb(
+        "",
+        "",
+        _SKIP_NEWLINE,
+        *_WHAT,
+        JSON,
+        examples=[("", "of pyros1"), ("roscpp", "of a package"), ("-d", "the distribution's name")],
+        parse=_parse,
+        run=run,
+    ),
+    group="machine",
+    stock="rosversion",
+)

@@ -6,24 +6,15 @@ import os
 import shlex
 import sys
 from pathlib import Path
+from typing import Any
 
-from pyros1.cli.common import program_name
-from pyros1.cli.usage import examples_text
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.errors import PackageNotFoundError
 from pyros1.launch.command_line import executable_words, is_own, own_python_environment
 from pyros1.launch.shebang import script_trouble
 from pyros1.msgs.packages import PackageIndex
 from pyros1.suggest import argument_hint, did_you_mean
-
-USAGE = """Usage: %prog [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
-  %prog will locate PACKAGE and try to find
-  an executable named EXECUTABLE in the PACKAGE tree.
-  If it finds it, it will run it with ARGS."""
-EXAMPLES = {
-    "%prog minimal_nodes minimal_publisher": "start a node",
-    "%prog my_robot driver __name:=left _port:=/dev/ttyUSB0": "with a name and a private parameter",
-    '%prog --prefix "gdb --args" my_robot driver': "under a debugger",
-}
 
 
 class _Options:
@@ -48,24 +39,17 @@ class _Options:
         self.usage = self.usage or len(words) < 2
 
 
-def main(argv: list[str]) -> int:
-    """Run ``pyros1 run``; the program replaces this process (L22-L24).
-
-    Args:
-        argv: the words after the command's name.
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Let the program replace this process (L22-L24).
 
     Returns:
         Only if nothing was run: 0 after the usage text, 1 for a name ending in a slash, 2 for an unknown package,
         3 if there is no such executable.
     """
-    options = _Options(argv)
     if options.usage:
-        program = program_name("rosrun")
-        print(USAGE.replace("%prog", program))
-        if program != "rosrun":
-            print(examples_text(program, EXAMPLES), end="")
+        _print_usage(invocation)
         return 0
-    package, name, *arguments = options.words
+    package, name, *arguments = args
     if name.endswith("/"):
         print(f"[rosrun] Couldn't find executable named {name}", file=sys.stderr)
         return 1
@@ -140,3 +124,45 @@ def _select(found: list[Path]) -> Path | None:
             return None
         if answer.isdigit() and 0 < int(answer) <= len(found):
             return found[int(answer) - 1]
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    options = _Options(invocation.argv)
+    return options, options.words
+
+
+def _print_usage(invocation: Invocation) -> None:
+    from pyros1.cli.help import Parser  # noqa: PLC0415 - only who asks needs it
+
+    parser = Parser(_VERB, invocation)
+    print(parser.get_usage() + parser.format_epilog(parser.formatter), end="")
+
+
+_VERB = Verb(
+    "",
+    "",
+    Option("-p", "--prefix", metavar="cmd", help="words before the program's, for example of a debugger"),
+    Flag("-d", "--debug", help="print where it was looked for"),
+    Argument("PACKAGE", "package"),
+    Argument("EXECUTABLE", "executable"),
+    Argument("ARGS", "file", many=True, optional=True),
+    usage="""[--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
+  %prog will locate PACKAGE and try to find
+  an executable named EXECUTABLE in the PACKAGE tree.
+  If it finds it, it will run it with ARGS.""",
+    examples=[
+        ("minimal_nodes minimal_publisher", "start a node"),
+        ("my_robot driver __name:=left _port:=/dev/ttyUSB0", "with a name and a private parameter"),
+        ('--prefix "gdb --args" my_robot driver', "under a debugger"),
+    ],
+    parse=_parse,
+    run=run,
+)
+
+COMMAND = Command(
+    "run",
+    "start a node of a package",
+    _VERB,
+    group="run",
+    stock="rosrun",
+)

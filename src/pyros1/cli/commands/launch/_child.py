@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from optparse import OptionParser, Values
+from typing import Any
 
+from pyros1.cli.failures import UsageError
 from pyros1.errors import Error
 from pyros1.launch.child import Child, end_with_stdin
 from pyros1.launch.options import Options
@@ -12,22 +13,21 @@ from pyros1.launch.supervisor import install_signals
 from pyros1.launch.world import make_resources
 
 
-def run_child(values: Values, words: list[str], parser: OptionParser) -> int:
+def run_child(values: Any, words: list[str]) -> int:
     """Serve the parent until all is over.
 
     Args:
-        values: options as parsed.
+        values: of the options.
         words: what else is on the command line.
-        parser: for errors.
 
     Returns:
         The exit code: 1 if the parent cannot be served.
     """
     for option in ("server_uri", "run_id"):
         if not getattr(values, option):
-            parser.error(f"--child option requires --{option} to be set as well")
+            raise UsageError(f"--child option requires --{option} to be set as well")
     if words:
-        parser.error("Input files are not allowed when run in child mode")
+        raise UsageError("Input files are not allowed when run in child mode")
     screen = False if values.force_log else True if values.force_screen else None
     options = Options(
         screen=screen,

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from pyros1 import __version__
-from pyros1.cli.common import use_colour
+from pyros1.cli.shared.printing import use_colour
 from pyros1.doctor.facts import Machine
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.doctor.here import check_packages, collect_machine

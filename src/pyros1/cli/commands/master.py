@@ -6,40 +6,23 @@ import os
 import sys
 from pathlib import Path
 from queue import SimpleQueue
+from typing import Any
 
-from pyros1.cli.usage import Parser
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_without_specials
+from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.errors import Error
-from pyros1.names import parse_arguments
 
-_EXAMPLES = {
-    "%prog --core": "listen on the port of ROS_MASTER_URI, or 11311",
-    "%prog --core -p 11312 __log:=/tmp/master.log": "on another port, with its log there",
-}
 _BANNER = """ACHTUNG WARNING ACHTUNG WARNING ACHTUNG
 The master alone has no rosout: start it with pyros1 core (roscore), or say --core if that is meant.
 """
 
 
-def main(argv: list[str]) -> int:
-    """Run ``pyros1 master`` until a signal, or a client of its API, ends it.
-
-    Args:
-        argv: the words after the command's name.
-
-    Returns:
-        The exit code: 0 after a normal end, 1 when it could not start, 2 for a wrong command line.
-    """
-    special = parse_arguments(argv).special
-    parser = Parser("rosmaster", "%prog [options]", _EXAMPLES)
-    add = parser.add_option
-    add("--core", action="store_true", dest="core", default=False, help="do not ask whether roscore was meant")
-    add("-p", "--port", metavar="PORT", dest="port", type="int", default=0, help="override port")
-    add("-w", "--numworkers", metavar="NUM_WORKERS", type="int", help="accepted; no workers needed")
-    add("-t", "--timeout", metavar="TIMEOUT", dest="timeout", type="float", help="seconds that nodes have to answer")
-    add("--master-logger-level", metavar="LEVEL", dest="level", default="info", help="least level in the log")
-    options, words = parser.parse_args([word for word in argv if not word.startswith("__")])
-    if words:
-        parser.error(f"unrecognized args: {' '.join(words)}")
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Run until a signal, or a client of the master's API, ends it; the exit code is 1 when it could not start."""
+    if args:
+        raise UsageError(f"unrecognized args: {' '.join(args)}")
 
     from pyros1.interrupts import catch  # noqa: PLC0415
     from pyros1.launch.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
@@ -47,9 +30,10 @@ def main(argv: list[str]) -> int:
     from pyros1.net.hosts import host_from_environment, master_uri, parse_uri  # noqa: PLC0415
 
     if options.level not in LOG_LEVELS:
-        parser.error(f"the level must be one of {', '.join(LOG_LEVELS)}, not {options.level!r}")
+        raise UsageError(f"the level must be one of {', '.join(LOG_LEVELS)}, not {options.level!r}")
     if not options.core:
         print(_BANNER, flush=True)
+    special = invocation.special
     ended: SimpleQueue[str] = SimpleQueue()  # a signal handler may put into it
     restore = catch(lambda *_: ended.put("signal"))  # before it answers: who sees that may end it
     try:
@@ -78,3 +62,34 @@ def main(argv: list[str]) -> int:
     finally:
         restore()
     return 0
+
+
+COMMAND = Command(
+    "master",
+    "start a master alone, without rosout",
+    Verb(
+        "",
+        "",
+        Flag("--core", help="do not ask whether roscore was meant"),
+        Option("-p", "--port", metavar="PORT", dest="port", type="int", default=0, help="override port"),
+        Option("-w", "--numworkers", metavar="NUM_WORKERS", type="int", help="accepted; no workers needed"),
+        Option(
+            "-t",
+            "--timeout",
+            metavar="TIMEOUT",
+            dest="timeout",
+            type="float",
+            help="seconds that nodes have to answer",
+        ),
+        Option("--master-logger-level", metavar="LEVEL", dest="level", default="info", help="least level in the log"),
+        examples=[
+            ("--core", "listen on the port of ROS_MASTER_URI, or 11311"),
+            ("--core -p 11312 __log:=/tmp/master.log", "on another port, with its log there"),
+        ],
+        stock_examples=True,
+        parse=parse_without_specials,
+        run=run,
+    ),
+    group="run",
+    stock="rosmaster",
+)

@@ -6,10 +6,14 @@ import os
 import re
 import sys
 from dataclasses import replace
-from optparse import OptionParser, Values
 from pathlib import Path
+from typing import Any
 
-from pyros1.cli.common import MASTER_TIMEOUT, program_name
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation
+from pyros1.cli.parsing import leave_words, parse_all_words, parse_these
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.running import run_verb
 from pyros1.errors import Error, LaunchError, MasterError, ParameterNotSetError
 from pyros1.launch.check import missing_parts
 from pyros1.launch.depends import FileNeeds, file_needs, owner, undeclared
@@ -21,36 +25,35 @@ from pyros1.launch.world import make_resources
 from pyros1.msgs.packages import files_below, package_of
 
 
-def _parser(tool: str, usage: str) -> OptionParser:
-    stock = f"roslaunch-{tool}"
-    called = program_name(stock)
-    return OptionParser(usage=f"usage: {usage}", prog=called if called == stock else f"pyros1 launch --{tool}")
-
-
-def deps(argv: list[str]) -> int:
-    """Print the packages that launch files need: ``pyros1 launch --deps``, ``roslaunch-deps``.
+def run_tool(argv: list[str]) -> int:
+    """Run a tool.
 
     Args:
-        argv: the words behind.
+        argv: its name, and the words behind.
 
     Returns:
-        The exit code: 1 when a file cannot be understood.
+        The exit code.
     """
-    parser = _parser("deps", "%prog [options] <file(s)...>")
-    parser.add_option("-v", "--verbose", action="store_true", default=False, help="print which file needs what")
-    parser.add_option("-w", "--warn", action="store_true", default=False, help="print what package.xml does not name")
-    options, files = parser.parse_args([word for word in argv if ":=" not in word])
+    name, *words = argv
+    return run_verb(TOOLS[name], Invocation(f"launch {name}", f"roslaunch-{name[2:]}", words, with_verb=False))
+
+
+def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
+    """Print the packages that launch files need: ``pyros1 launch --deps``, ``roslaunch-deps``; returns the exit code.
+
+    It is 1 when a file cannot be understood.
+    """
     if not files:
-        parser.error("please specify a launch file")
+        raise UsageError("please specify a launch file")
     missing = [file for file in files if not os.path.exists(file)]
     if missing:
-        parser.error(f"cannot locate {','.join(missing)}")
+        raise UsageError(f"cannot locate {','.join(missing)}")
     try:
         _one_package(files)
         resources = replace(make_resources(), run_command=lambda words: "", read_bytes=_read_if_there)
         needs: dict[str, FileNeeds] = {}
         for file in files:
-            plan = load_plan([file], parse_arguments(argv), resources)
+            plan = load_plan([file], parse_arguments(invocation.argv), resources)
             needs.update({each.file: each for each in file_needs(plan)})
             if options.verbose:
                 for loaded in plan.files:
@@ -97,23 +100,22 @@ def _print_needs(needs: list[FileNeeds]) -> None:
     print("-" * 80)
 
 
-def logs(argv: list[str]) -> int:
-    """Print the folder of the log files of the master that runs: ``pyros1 launch --logs``, ``roslaunch-logs``.
+def _parse_files(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    return parse_these(invocation, verb, [word for word in invocation.argv if ":=" not in word])
 
-    Args:
-        argv: the words behind; there are none.
+
+def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print the folder of the log files of the master that runs: ``pyros1 launch --logs``, ``roslaunch-logs``.
 
     Returns:
         The exit code: 2, and the folder of all runs, when no master runs.
     """
+    if args:
+        raise UsageError(f"{invocation.program} takes no arguments")
     from pyros1.launch.logs import log_folder  # noqa: PLC0415 - only this tool asks a master
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
-    parser = _parser("logs", "%prog")
-    _, words = parser.parse_args(argv)
-    if words:
-        parser.error(f"{parser.get_prog_name()} takes no arguments")
     master = MasterClient("/roslaunch", master_uri(os.environ, {}), timeout=MASTER_TIMEOUT)
     try:
         print(log_folder(os.environ) / str(master.get_param("/run_id")))
@@ -126,17 +128,16 @@ def logs(argv: list[str]) -> int:
     return 0
 
 
-def complete(argv: list[str]) -> int:
+def _complete(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the names of a file's arguments in one line: ``pyros1 launch --complete``, ``roslaunch-complete``.
 
-    Args:
-        argv: what has been typed so far: a file, or a package and a file, and what may follow.
+    The words are what has been typed so far: a file, or a package and a file, and what may follow.
 
     Returns:
         The exit code: 1, and no word, when there is no such file.
     """
     resources = make_resources()
-    words = [word for word in argv if ":=" not in word]
+    words = [word for word in invocation.argv if ":=" not in word]
     try:
         files = find_files(words, resources)[:1] if words else []
         plan = load_plan(files, {}, resources, only_args=True)
@@ -146,32 +147,44 @@ def complete(argv: list[str]) -> int:
     return 0
 
 
-def check_package_files(
-    words: list[str], arguments: dict[str, str], options: Values, parser: OptionParser, default_output: bool = False
-) -> int:
+TOOLS = {
+    "--deps": Verb(
+        "",
+        "",
+        Flag("-v", "--verbose", help="print which file needs what"),
+        Flag("-w", "--warn", help="print what package.xml does not name"),
+        Argument("<file(s)...>", "launch_file", many=True),
+        usage="[options] <file(s)...>",
+        parse=_parse_files,
+        run=_deps,
+    ),
+    "--logs": Verb("", "", parse=parse_all_words, run=_logs),
+    "--complete": Verb("", "", parse=leave_words, run=_complete),
+}
+"""What is the first word of a command line that is another tool's -> its record."""
+
+
+def check_package_files(words: list[str], arguments: dict[str, str], options: Any) -> int:
     """Check a file, or all of a folder, and write JUnit results: ``pyros1 launch --check -o``, ``roslaunch-check``.
 
     Args:
         words: the file or folder, and ``NAME=VALUE`` for the environment.
         arguments: ``name:=value`` of the command line.
         options: ``output_file``, ``test_depends`` and ``ignore_unset_args`` are used.
-        parser: told of wrong words.
-        default_output: without ``output_file``, write to where the results of tests go.
 
     Returns:
         The exit code: 1 if there is a problem.
     """
     from pyros1.launch.junit import Case, Results, write_results  # noqa: PLC0415 - each tool imports what it needs
-    from pyros1.launch.testing import results_file, results_folder  # noqa: PLC0415
 
     if not words:
-        parser.error("please specify a file or directory for roslaunch files to test")
+        raise UsageError("please specify a file or directory for roslaunch files to test")
     place, *settings = words
     wrong = [word for word in settings if "=" not in word]
     if wrong:
-        parser.error(f"{wrong[0]} is not of the form NAME=VALUE")
+        raise UsageError(f"{wrong[0]} is not of the form NAME=VALUE")
     if not os.path.exists(place):
-        parser.error(f"cannot locate {place}")
+        raise UsageError(f"cannot locate {place}")
     resources = make_resources()
     resources.environ = {**resources.environ, **dict(word.split("=", 1) for word in settings)}
     texts: list[str] = []
@@ -183,17 +196,14 @@ def check_package_files(
     folder, package = package_of(Path(place, "x") if os.path.isdir(place) else Path(place))
     inside = Path(place).resolve().relative_to(folder)
     name = "" if inside == Path() else re.sub(r"[/.]", "_", str(inside))
-    path = Path(options.output_file) if options.output_file else None
-    if path is None and default_output:
-        kind = "roslaunch_check_" + re.sub(r"[/.]", "_", place)
-        path = results_file(results_folder(os.environ), package, "rosunit", kind)
-    if path is not None:
+    if options.output_file:
+        path = Path(options.output_file)
         case = Case(f"{package}_{name}", "roslaunch.RoslaunchCheck", 1.0)
         case.failures = [("", "\n".join([f"roslaunch check [{place}] failed", *texts]))] if texts else []
         print(f"...writing test results to {path}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_results(path, path.name if options.output_file else place, Results([case]), "\n".join(texts), "")
+            write_results(path, path.name, Results([case]), "\n".join(texts), "")
         except OSError as error:
             raise LaunchError(f"cannot write {path}: {error.strerror}") from error
     if texts:
@@ -213,7 +223,7 @@ def _launch_files(place: str) -> list[str]:
     return found
 
 
-def _problems(file: str, arguments: dict[str, str], resources: Resources, options: Values) -> list[str]:
+def _problems(file: str, arguments: dict[str, str], resources: Resources, options: Any) -> list[str]:
     """Return what is wrong with a file: what it says, what is not here, what its package does not declare."""
     errors: list[LaunchError] = []
     plan = load_plan([file], arguments, resources, problems=errors)
