@@ -6,7 +6,6 @@ from __future__ import annotations
 _TOPICS = ("topic+",)
 _NODES = ("node+",)
 _BAGS = ("bag+",)
-_PLACES = ("package|place",)
 
 VERBS: dict[str, dict[str, tuple[str, ...]]] = {
     "topic": {
@@ -69,26 +68,6 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
         "show": ("service_type",),
     },
     "msg-proto": {"msg": ("message",), "srv": ("service_type",)},
-    "pkg": {
-        **dict.fromkeys((
-                "cflags-only-I", "cflags-only-other", "depends", "depends-indent", "depends-manifests",
-                "depends-msgsrv", "depends-on", "depends-on1", "depends-why", "depends1", "export", "find",
-                "libs-only-L", "libs-only-l", "libs-only-other", "plugins", "rosdep", "rosdep0", "vcs", "vcs0",
-            ), ("package",)),
-        **dict.fromkeys(("help", "langs", "list", "list-duplicates", "list-names", "profile"), ()),
-        "create": ("", "package+"),
-        "cat": ("package", "package_file"),
-        "cd": _PLACES,
-        "cp": ("package", "package_file", "file"),
-        "edit": ("package", "package_file"),
-        "ls": _PLACES,
-        "mv": ("package", "package_file", "file"),
-    },
-    "stack": {
-        **dict.fromkeys(("contains", "contains-path", "contents", "depends", "depends1", "find"), ("package",)),
-        **dict.fromkeys(("depends-on", "depends-on1", "depends-why", "depends-indent"), ("package",)),
-        **dict.fromkeys(("help", "list", "list-names", "profile"), ()),
-    },
     "bag": {
         "check": _BAGS,
         "compress": _BAGS,
@@ -133,20 +112,3 @@ VERBS: dict[str, dict[str, tuple[str, ...]]] = {
     },
 }  # fmt: skip
 """Command -> verb -> kinds of its arguments."""
-
-_PLAIN: dict[str, tuple[str, ...]] = {
-}
-
-
-def arguments_of(command: str, verb: str, position: int) -> str:
-    """Return the kinds of an argument, parted by ``|``; empty if nothing is known.
-
-    Args:
-        command: the command.
-        verb: its verb, empty if it has none.
-        position: number of arguments before this one.
-    """
-    kinds = VERBS.get(command, {}).get(verb, ()) if verb else _PLAIN.get(command, ())
-    if position < len(kinds):
-        return kinds[position].rstrip("+")
-    return kinds[-1].rstrip("+") if kinds and kinds[-1].endswith("+") else ""

@@ -12,8 +12,6 @@ OLD = {
     "srv": ("srv", "show service types: show list md5 package packages"),
     "log": ("log", "show and set log levels, print log messages: list get set echo"),
     "graph": ("graph_cmd", "print nodes and their connections"),
-    "pkg": ("pkg", "find and make packages: create find list depends depends-on depends-why export plugins ..."),
-    "stack": ("pkg_stack", "find stacks: find list contents contains depends"),
     "setup": ("setup", "for shells: source <(pyros1 setup) gives the stock names and completion"),
     "unsetup": ("setup_undo", "take back what setup did to this shell"),
     "topic_tools": ("topic_tools", "forward topics: relay drop throttle mux demux transform relay_field"),
@@ -24,7 +22,7 @@ OLD = {
     "bag": ("bag", "record, play, look at and change bags: info reindex filter compress merge ..."),
 }
 """Command -> module in pyros1.cli, and what it does."""
-CALLED_OTHERWISE = {"rosconsole": "log", "rospack": "pkg", "rosstack": "stack"}
+CALLED_OTHERWISE = {"rosconsole": "log"}
 """Stock name -> command, where that is not what follows ``ros``."""
 
 

@@ -7,18 +7,11 @@ from pyros1.cli.legacy import CALLED_OTHERWISE
 from pyros1.cli.legacy import OLD as COMMANDS
 
 _TOOLS = {
-    "catkin_create_pkg": ("pkg", "create"),
-    "roscreate-pkg": ("pkg", "create"),
-    "rosls": ("pkg", "ls"),
-    "rosed": ("pkg", "edit"),
-    "roscat": ("pkg", "cat"),
-    "roscp": ("pkg", "cp"),
-    "rosmv": ("pkg", "mv"),
     "dynparam": ("dynparam",),
     "tf_remap": ("tf", "remap"),
     "view_frames": ("tf", "view_frames"),
 }
-_NOT_STOCK = frozenset({"doctor", "dynparam", "pkg", "stack", "log", "tf", "tf2", "topic_tools", "setup", "unsetup"})
+_NOT_STOCK = frozenset({"doctor", "dynparam", "log", "tf", "tf2", "topic_tools", "setup", "unsetup"})
 FUNCTIONS = ("roscd", "rospd", "rosd")
 """Names of what only a function of the shell can do: changing its folder."""
 

@@ -2,38 +2,31 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
-from pyros1.cli.common import did_you_mean
+from pyros1.cli.failures import did_you_mean
+from pyros1.cli.invocation import Invocation
 from pyros1.cli.packages_here import add_packages_here
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.argparsing import add_parts, make_parser
 from pyros1.msgs.library import SHIPPED
 from pyros1.packaging.crawl import all_packages
 from pyros1.packaging.create import CreateError, NewPackage, create, name_problem
 
-EXAMPLES = """
-examples:
-  {0} my_robot std_msgs               nodes, a message and a launch file, ready to run
-  {0} my_robot --no-examples roscpp   package.xml and CMakeLists.txt only
-"""
-STOCK = ("catkin_create_pkg", "roscreate-pkg")
+_STOCK = ("catkin_create_pkg", "roscreate-pkg")
 
 
-def main(argv: list[str]) -> int:
-    """Run ``pyros1 pkg create``.
-
-    Args:
-        argv: the words behind.
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Make a package.
 
     Returns:
-        The exit code: 1 if the package could not be made, 2 if the words are wrong.
+        The exit code: 1 if the package could not be made, but 2 under the stock tools' names.
     """
-    called = os.path.basename(sys.argv[0]) if sys.argv else ""
-    stock = called in STOCK
-    parser = _parser(called if stock else "pyros1 pkg create", stock)
-    options = parser.parse_args(argv) if stock else parser.parse_intermixed_args(argv)
+    called = _called()
+    stock = called in _STOCK
     problem = name_problem(options.name)
     if problem and not stock:
         print(f"ERROR: '{options.name}' is no name for a package: {problem}", file=sys.stderr)
@@ -67,27 +60,46 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def _parser(program: str, stock: bool) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog=program,
-        description="Creates a new package",
-        epilog="" if stock else EXAMPLES.format(program),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("name", help="The name for the package")
-    parser.add_argument("dependencies", nargs="*", help="packages that it needs")
-    if not stock:
-        parser.add_argument("--no-examples", action="store_true", help="no nodes, message and launch file")
-    parser.add_argument("--meta", action="store_true", help="a package that only stands for others")
-    parser.add_argument("-s", "--sys-deps", nargs="*", help="what it needs of the system")
-    parser.add_argument("-b", "--boost-comps", nargs="*", help="components of Boost")
-    parser.add_argument("-V", "--pkg_version", default="0.0.0", help="first version")
-    parser.add_argument("-D", "--description", help="description")
-    parser.add_argument("-l", "--license", action="append", help="licence, for example BSD")
-    parser.add_argument("-a", "--author", action="append", help="an author; may be given several times")
-    parser.add_argument("-m", "--maintainer", action="append", help="a maintainer, as 'Name <address>'")
-    parser.add_argument("--rosdistro", help="taken for the sake of scripts; package.xml is the same for all")
-    return parser
+def _called() -> str:
+    return os.path.basename(sys.argv[0]) if sys.argv else ""
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    called = _called()
+    stock = called in _STOCK
+    words = invocation.argv[1:]
+    tool = Invocation("pkg", called if stock else "", words, with_verb=False)
+    parser = make_parser(tool, verb)
+    if stock:
+        parser.prog = called
+    add_parts(parser, tool, *verb.arguments, *(option for option in verb.options if not (option.own and stock)))
+    return (parser.parse_args(words) if stock else parser.parse_intermixed_args(words)), []
+
+
+VERB = Verb(
+    "create",
+    "make a package",
+    Flag("--no-examples", help="no nodes, message and launch file", own=True),
+    Flag("--meta", help="a package that only stands for others"),
+    Option("-s", "--sys-deps", nargs="*", help="what it needs of the system"),
+    Option("-b", "--boost-comps", nargs="*", help="components of Boost"),
+    Option("-V", "--pkg_version", default="0.0.0", help="first version"),
+    Option("-D", "--description", help="description"),
+    Option("-l", "--license", action="append", help="licence, for example BSD"),
+    Option("-a", "--author", action="append", help="an author; may be given several times"),
+    Option("-m", "--maintainer", action="append", help="a maintainer, as 'Name <address>'"),
+    Option("--rosdistro", help="taken for the sake of scripts; package.xml is the same for all"),
+    Argument("name", help="The name for the package"),
+    Argument("dependencies", "package", many=True, optional=True, help="packages that it needs"),
+    description="Creates a new package",
+    examples=[
+        ("my_robot std_msgs", "nodes, a message and a launch file, ready to run"),
+        ("my_robot --no-examples roscpp", "package.xml and CMakeLists.txt only"),
+    ],
+    own=True,
+    parse=_parse,
+    run=run,
+)
 
 
 def _warn(package: NewPackage, known: dict[str, str]) -> None:
