@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from pyros1.msgs.std_msgs.msg import Float64
 
-from pyros1.cli.setup import make_programs
+from pyros1.cli.commands.setup._programs import make_programs
 from pyros1.cli.setup_names import stock_names
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"

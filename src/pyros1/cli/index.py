@@ -112,6 +112,17 @@ INDEX: dict[str, tuple[Any, ...]] = {
         {
         },
     ),
+    'setup': (
+        'setup',
+        'for shells: source <(pyros1 setup) gives the stock names and completion',
+        'machine',
+        '',
+        {},
+        (),
+        (),
+        {
+        },
+    ),
     'stack': (
         'stack',
         'find stacks',
@@ -169,6 +180,17 @@ INDEX: dict[str, tuple[Any, ...]] = {
             'plot': ('topic.plot', 'draw numbers as curves in the terminal', 'draw numbers as curves in the terminal', True, '[options] /topic/field[:field...] ...', ('topic+',), ()),
             'pub': ('topic.pub', 'publish data to topic', 'publish data to topic', False, '/topic type [args...]', ('topic', 'topic_type', 'message_text+'), ()),
             'type': ('topic.type', 'print topic or field type', 'print topic or field type', False, 'topic_or_field', ('topic',), ()),
+        },
+    ),
+    'unsetup': (
+        'unsetup',
+        'take back what setup did to this shell',
+        'machine',
+        '',
+        {},
+        (),
+        (),
+        {
         },
     ),
     'version': (

@@ -12,8 +12,6 @@ OLD = {
     "srv": ("srv", "show service types: show list md5 package packages"),
     "log": ("log", "show and set log levels, print log messages: list get set echo"),
     "graph": ("graph_cmd", "print nodes and their connections"),
-    "setup": ("setup", "for shells: source <(pyros1 setup) gives the stock names and completion"),
-    "unsetup": ("setup_undo", "take back what setup did to this shell"),
     "topic_tools": ("topic_tools", "forward topics: relay drop throttle mux demux transform relay_field"),
     "tf": ("tf", "show and publish coordinate frames: echo monitor tree view_frames static_transform_publisher"),
     "dynparam": ("dynparam", "show and change parameters of running nodes: list get set set_from_parameters load dump"),

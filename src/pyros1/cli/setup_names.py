@@ -11,9 +11,7 @@ _TOOLS = {
     "tf_remap": ("tf", "remap"),
     "view_frames": ("tf", "view_frames"),
 }
-_NOT_STOCK = frozenset({"doctor", "dynparam", "log", "tf", "tf2", "topic_tools", "setup", "unsetup"})
-FUNCTIONS = ("roscd", "rospd", "rosd")
-"""Names of what only a function of the shell can do: changing its folder."""
+_NOT_STOCK = frozenset({"dynparam", "log", "tf", "tf2", "topic_tools"})
 
 
 def stock_names() -> dict[str, tuple[str, ...]]:

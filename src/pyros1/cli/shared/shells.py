@@ -1,4 +1,4 @@
-"""What shells read to be set up, and to be as before: texts for bash, zsh, fish and plain sh.
+"""What ``setup`` and ``unsetup`` share: which shell calls, and the texts for bash, zsh, fish and plain sh to read.
 
 Each keeps what it covers (functions and completions of the same names) and brings it back; plain sh cannot show a
 function's text, so there what was covered is lost. Nothing that starts a program may be a function: a shell runs a
@@ -7,11 +7,19 @@ function in the background as a copy of itself, and ``kill $!`` would end that c
 
 from __future__ import annotations
 
+import os
 import shlex
+import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from string import Template
+from typing import Any
 
-from pyros1.cli.setup_names import FUNCTIONS
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Option, Verb
+from pyros1.cli.registry import SHELL_FUNCTIONS
+from pyros1.cli.shared.argparsing import add_parts, make_parser
 
 
 @dataclass(frozen=True)
@@ -21,7 +29,7 @@ class Names:
     programs: list[str]
 
     def __str__(self) -> str:
-        return " ".join(sorted({*self.programs, *FUNCTIONS}))
+        return " ".join(sorted({*self.programs, *SHELL_FUNCTIONS}))
 
 
 @dataclass(frozen=True)
@@ -45,7 +53,7 @@ class Shell:
             folder: of the programs.
             names: to be completed.
         """
-        functions = " ".join(FUNCTIONS)
+        functions = " ".join(SHELL_FUNCTIONS)
         undo = self.take_back.replace("@@otherwise", "true")
         values = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": undo}
         return _AtTemplate(self.text).substitute(values).lstrip()
@@ -258,3 +266,57 @@ SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH, "sh": _SH}
 """Shell -> its texts."""
 PLAIN = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
 """Names of processes that are shells like sh."""
+
+SHELL = Option("--shell", choices=sorted(SHELLS), help="default: the shell that calls")
+
+
+def parse_shell(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Parse the words of ``setup`` and ``unsetup``."""
+    parser = make_parser(invocation, verb)
+    examples = "\n".join(f"  {name:5} {shell.how.format(invocation.program)}" for name, shell in SHELLS.items())
+    parser.epilog = f"how to use it:\n{examples}"
+    add_parts(parser, invocation, *verb.options)
+    values, others = parser.parse_known_args(invocation.argv)
+    if others:
+        hint = f" (write --shell {others[0]})" if others[0] in SHELLS else ""
+        parser.error(f"unrecognized arguments: {' '.join(others)}{hint}")
+    return values, []
+
+
+def chosen_shell(invocation: Invocation, options: Any) -> Shell | None:
+    """Return the shell that is to read what is printed; None, and how to have it read, if that goes to a terminal."""
+    name = options.shell or detect_shell(os.environ)
+    if not sys.stdout.isatty():
+        return SHELLS[name]
+    how = SHELLS[name].how.format(invocation.program)
+    print(f"This text is for the shell to read. For {name} type:\n\n  {how}\n")
+    return None
+
+
+def detect_shell(environ: Mapping[str, str]) -> str:
+    """Return the shell that called: of the processes above this one the first that is a shell we know.
+
+    A shell that only runs a script named pyros1 with our own arguments did not ask.
+    """
+    pid = os.getppid()
+    for _ in range(4):
+        try:
+            status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            break
+        name = status[status.find("(") + 1 : status.rfind(")")].lstrip("-")
+        if (name in SHELLS or name in PLAIN) and not _is_wrapper(pid):
+            return name if name in SHELLS else "sh"
+        pid = int(status[status.rfind(")") + 2 :].split()[1])
+    name = os.path.basename(environ.get("SHELL", ""))
+    return name if name in SHELLS else "bash"
+
+
+def _is_wrapper(pid: int) -> bool:
+    own = [os.fsencode(word) for word in sys.argv[1:]]
+    try:
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[:-1]
+    except OSError:
+        return False
+    script = len(words) - len(own) - 1
+    return script > 0 and os.path.basename(words[script]) == b"pyros1" and words[script + 1 :] == own
