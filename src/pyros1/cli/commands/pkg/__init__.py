@@ -9,7 +9,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Command, Verb
 from pyros1.cli.running import run_verb
-from pyros1.cli.shared.rospack import run_tool
+from pyros1.cli.shared.rospack import QUIET, run_tool
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -24,6 +24,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 VERB = Verb(
     "",
     "",
+    QUIET,
     examples=[
         ("create my_robot std_msgs", "make a package with nodes, a message and a launch file"),
         ("find my_robot", "where it is"),

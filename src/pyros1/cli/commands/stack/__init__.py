@@ -7,7 +7,7 @@ from typing import Any
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.rospack import run_tool
+from pyros1.cli.shared.rospack import QUIET, run_tool
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -18,7 +18,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 COMMAND = Command(
     "stack",
     "find stacks",
-    Verb("", "", parse=leave_words, run=run),
+    Verb("", "", QUIET, parse=leave_words, run=run),
     group="develop",
     stock="rosstack",
     heading="USAGE: {program} [options] <command> [stack]\n  Allowed commands:",
