@@ -33,7 +33,6 @@ HELP = {
     "rosmaster": "",
     "roslaunch": "",
     "rostest": "",
-    "rosunit": "",
     "roswtf": "",
     "rosversion": "",
     "catkin_create_pkg": "",

@@ -21,7 +21,7 @@ from pyros1.net.master_client import MasterClient
 SOURCES = Path(__file__).resolve().parents[2] / "src"
 TOP_LEVEL = Path(__file__).resolve().parents[2] / "launch"
 DEADLINE = 30.0
-MAIN = "import sys; from pyros1.cli.{0} import main; sys.exit(main(sys.argv[1:]))"
+MAIN = "import sys; from pyros1.cli.running import run_command; sys.exit(run_command('{0}', sys.argv[1:]))"
 
 
 class Tool:
@@ -302,6 +302,6 @@ def test_a_question_imports_no_more_than_it_needs(env: dict[str, str], tmp_path:
         "socket",
         "subprocess",
         "asyncio",
-        "ruamel.yaml",
+        "yaml",
     ):
         assert name not in loaded

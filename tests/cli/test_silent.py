@@ -42,7 +42,6 @@ def test_a_master_that_does_not_answer(
     silent: int, words: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{silent}")
-    monkeypatch.setattr("pyros1.cli.common.MASTER_TIMEOUT", 0.1)
     monkeypatch.setattr("pyros1.cli.invocation.MASTER_TIMEOUT", 0.1)
     assert entry(["pyros1", *words.split()]) in (1, 2)
     assert f"http://127.0.0.1:{silent} did not answer within 0.1 s" in capfd.readouterr().err

@@ -144,8 +144,8 @@ def test_without_a_parent_there_is_nothing_to_do(environ: dict[str, str]) -> Non
     ],
 )
 def test_wrong_words(words: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    from pyros1.cli.launch import main
+    from pyros1.cli.running import run_command
 
     with pytest.raises(SystemExit) as end:
-        main(["-c", "robot-0", *words])
+        run_command("launch", ["-c", "robot-0", *words])
     assert end.value.code == 2 and text in capsys.readouterr().err

@@ -38,7 +38,7 @@ def test_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def ask(tmp_path: Path, file: str) -> subprocess.CompletedProcess[str]:
     (tmp_path / "x.launch").write_text(f'<launch><param name="p" command="{file}" /></launch>')
     env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path / "python"), str(SOURCE)])}
-    words = [sys.executable, "-m", "pyros1.cli.launch", "--dump-params", "x.launch"]
+    words = [sys.executable, "-m", "pyros1", "launch", "--dump-params", "x.launch"]
     env["ROS_PACKAGE_PATH"] = str(tmp_path / "ws")
     return subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=60, check=False)
 

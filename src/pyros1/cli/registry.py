@@ -117,13 +117,13 @@ def completes(name: str, verb: str, position: int) -> str:
 
 def command_name(word: str) -> str | None:
     """Return the command that a word means: ``topic`` or, by its stock name, ``rostopic``. None if there is none."""
-    if word in INDEX:
-        return word
-    known = commands()
-    for name, entry in known.items():
-        if word in (name, entry.stock, *entry.aliases):
+    for name in (word, word.removeprefix("ros")):  # nearly always, and soon found
+        if name in INDEX:
             return name
-    return word[3:] if word.startswith("ros") and word[3:] in known else None
+    for name, entry in commands().items():
+        if word in (name, f"ros{name}", entry.stock, *entry.aliases):
+            return name
+    return None
 
 
 def verbs(name: str) -> dict[str, VerbEntry]:

@@ -38,3 +38,9 @@ def load_service(type_name: str) -> type[Service]:
 
 
 __all__ = ["AnyMsg", "DefinitionCache", "Message", "Service", "from_definition", "load_message", "load_service"]
+
+
+def __dir__() -> list[str]:
+    """Return the public names, and the packages that have definitions: for completion."""
+    packages = map(generated.module_name, generated.finder().library.packages())
+    return sorted({*globals(), *packages})

@@ -68,3 +68,8 @@ def __getattr__(name: str) -> Any:
     from pyros1.lazy import load  # noqa: PLC0415 - most imports never come here
 
     return load(__name__, _HOMES, name)
+
+
+def __dir__() -> list[str]:
+    """Return all public names, those that are not loaded included: for completion."""
+    return sorted({*globals(), *__all__})

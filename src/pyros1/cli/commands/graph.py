@@ -29,10 +29,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the graph, again and again, or once in another form."""
     if args in (["-h"], ["--help"]):
         print(_usage(invocation))
-        if not invocation.as_stock:
-            from pyros1.cli.help import examples_text  # noqa: PLC0415 - only help needs it
-
-            print(examples_text(invocation.program, _VERB.examples).lstrip(), end="")
+        print(_VERB.examples_text(invocation.program, as_stock=invocation.as_stock).lstrip(), end="")
         return 0
     drawing = len(args) == 2 and args[0] == "--svg"
     if args and not drawing and args not in (["--once"], ["--json"], ["--dot"]):

@@ -11,7 +11,7 @@ from pyros1.cli.commands.topic_tools._tool import open_node
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
-from pyros1.cli.shared.argument_parser import argument_parser
+from pyros1.cli.shared.argparsing import add_parts, make_parser
 from pyros1.cli.shared.fields import FieldPath, FieldPathError
 from pyros1.cli.shared.subscribing import Decoder
 from pyros1.errors import Error
@@ -20,7 +20,11 @@ from pyros1.msgs import AnyMsg, Message, load_message
 from pyros1.node import Node
 from pyros1.topic_tools.output import QUEUE_SIZE
 
-ARGUMENTS = (Argument("input", "topic"), Argument("output_topic", "topic"), Argument("output_type", "message"))
+ARGUMENTS = (
+    Argument("input", "topic", help="input topic, or a field of it: /topic/field"),
+    Argument("output_topic", "topic", help="output topic"),
+    Argument("output_type", "message", help="its type"),
+)
 OPTIONS = (
     Flag("--wait-for-start", help="wait for the input topic"),
     Flag("--tcpnodelay", help="for compatibility: it is always so"),
@@ -33,11 +37,8 @@ Maker = Callable[[Mapping[str, Any], type[Message], Node], Make]
 _LOOK_AGAIN = 0.2
 
 
-def parse(invocation: Invocation, verb: Verb, expression: str) -> tuple[Any, list[str]]:
+def parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     """Parse the words of a verb as stock does, which takes several words behind an option.
-
-    Args:
-        expression: help on that argument.
 
     Returns:
         The values of options and arguments by name; and no words.
@@ -45,16 +46,9 @@ def parse(invocation: Invocation, verb: Verb, expression: str) -> tuple[Any, lis
     Raises:
         SystemExit: help was asked for (0), or the words are wrong (2); what there is to say has been printed.
     """
-    parser = argument_parser(invocation, verb)
+    parser = make_parser(invocation, verb)
     parser.prog = verb.name
-    texts = {
-        "input": "input topic, or a field of it: /topic/field",
-        "output_topic": "output topic",
-        "output_type": "its type",
-        "expression": expression,
-    }
-    for argument in verb.arguments:
-        parser.add_argument(argument.name, nargs="?" if argument.optional else None, help=texts[argument.name])
+    add_parts(parser, invocation, *verb.arguments, *verb.options)
     return parser.parse_args(invocation.args), []
 
 

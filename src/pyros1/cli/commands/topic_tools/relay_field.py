@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
@@ -32,13 +31,13 @@ VERB = Verb(
     "relay_field",
     "publishes expressions of m as fields",
     *ARGUMENTS,
-    Argument("expression"),
+    Argument("expression", help="the output's fields, as YAML"),
     *OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE YAML",
     description="Publishes a message whose fields are given as YAML. Texts in it that are\n"
     "expressions with known names are calculated from the message m of a topic, or of a field of it.",
     examples=[("/chatter /header std_msgs/Header 'stamp: now\nframe_id: m.data'", "")],
-    parse=partial(parse, expression="the output's fields, as YAML"),
+    parse=parse,
     run=run,
 )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
@@ -22,7 +21,7 @@ VERB = Verb(
     "transform",
     "publishes what an expression makes of m",
     *ARGUMENTS,
-    Argument("expression", optional=True),
+    Argument("expression", optional=True, help="of the message m; by default m itself"),
     Option(
         "-i",
         "--import",
@@ -41,7 +40,7 @@ VERB = Verb(
         ("/imu/orientation /norm std_msgs/Float64 'numpy.linalg.norm([m.x, m.y, m.z, m.w])'", ""),
         ("/odom /pose geometry_msgs/PoseStamped '[m.header, m.pose.pose]'", ""),
     ],
-    parse=partial(parse, expression="of the message m; by default m itself"),
+    parse=parse,
     run=run,
 )
 
