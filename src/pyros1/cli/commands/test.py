@@ -144,6 +144,10 @@ COMMAND = Command(
         Argument("<filename>", "package_launch_file|launch_arg"),
         Argument("arg_name:=value", "launch_arg", many=True, optional=True),
         usage="[options] [package] <filename>",
+        examples=[
+            ("my_robot drive.test", "of a package"),
+            ("-t drive.test speed:=2", "see what the tests print"),
+        ],
         parse=parse_all_words,
         run=run,
     ),
