@@ -141,7 +141,8 @@ class Machine:
         folder = resources.files("pyros1.launch")
         source = (folder / "remote" / "agent.py").read_bytes()
         self._write(b"%d\n%s" % (len(source), source))
-        self.send({"do": "hello", "stages": list(self._stages), "usage": (folder / "running" / "usage.py").read_text("utf-8")})
+        usage = (folder / "running" / "usage.py").read_text("utf-8")
+        self.send({"do": "hello", "stages": list(self._stages), "usage": usage})
 
     def wait_ready(self) -> None:
         """Wait until nodes can be started there.
