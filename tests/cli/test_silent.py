@@ -54,7 +54,7 @@ def test_a_launch_does_not_take_it_for_no_master(
     monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{silent}")
     monkeypatch.setenv("ROS_HOSTNAME", "127.0.0.1")
     monkeypatch.setenv("ROS_HOME", str(tmp_path))
-    monkeypatch.setattr("pyros1.launch.session.PING_TIMEOUT", 0.1)
+    monkeypatch.setattr("pyros1.launch.running.session.PING_TIMEOUT", 0.1)
     assert entry(["pyros1", *words.split(), *(["-p", str(silent)] if words == "core" else [])]) == 1
     assert f"127.0.0.1:{silent}" in (err := capfd.readouterr().err) and "does not answer within 0.1 s" in err
 

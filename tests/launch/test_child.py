@@ -13,9 +13,9 @@ import pytest
 
 from pyros1.errors import Error
 from pyros1.finding.packages import PackageIndex
-from pyros1.launch.child import Child
-from pyros1.launch.options import Options
-from pyros1.launch.resources import Resources
+from pyros1.launch.reading.resources import Resources
+from pyros1.launch.remote.child import Child
+from pyros1.launch.running.options import Options
 from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_client import XmlRpcClient
 from pyros1.net.xmlrpc_server import XmlRpcServer

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.finding.packages import OWN_PACKAGES
-from pyros1.launch.xacro_tool import MISSING, xacro_words
+from pyros1.launch.reading.xacro_tool import MISSING, xacro_words
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 # The real one asks for packages in this way.
@@ -25,7 +25,7 @@ def main():
 
 def test_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = os.path.join(OWN_PACKAGES, "xacro")
-    run = [sys.executable, "-m", "pyros1.launch.xacro_tool"]
+    run = [sys.executable, "-m", "pyros1.launch.reading.xacro_tool"]
     assert xacro_words([f"{own}/xacro", "a", "b"]) == [*run, "a", "b"]
     assert xacro_words([f"{own}/xacro.py"]) == run
     assert xacro_words(["/opt/ros/lib/xacro/xacro", "a"]) == ["/opt/ros/lib/xacro/xacro", "a"]

@@ -227,9 +227,9 @@ def _package_launch_files(line: Line) -> list[str]:
 
 def _launch_args(line: Line) -> list[str]:
     """Arguments of the file: ``name:=``; none that was given already."""
-    from pyros1.launch.loader import load_plan  # noqa: PLC0415
-    from pyros1.launch.words import find_files  # noqa: PLC0415
-    from pyros1.launch.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.reading.words import find_files  # noqa: PLC0415
+    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
     if not os.path.isfile(line.given[0]) and len(line.given) < 2:
         return []

@@ -25,8 +25,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         raise UsageError(f"unrecognized args: {' '.join(args)}")
 
     from pyros1.interrupts import catch  # noqa: PLC0415
-    from pyros1.launch.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
-    from pyros1.launch.logs import log_folder  # noqa: PLC0415
+    from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
+    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment, master_uri, parse_uri  # noqa: PLC0415
 
     if options.level not in LOG_LEVELS:

@@ -17,8 +17,8 @@ from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.errors import Error
 
 if TYPE_CHECKING:
-    from pyros1.launch.junit import Case
-    from pyros1.launch.testing import TestRun
+    from pyros1.launch.testing.junit import Case
+    from pyros1.launch.testing.tests import TestRun
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -35,11 +35,11 @@ def _test(options: Any, words: list[str]) -> int:
     # What runs tests is imported after the command line proved right.
     from pyros1.cli.shared.launching import print_exception  # noqa: PLC0415
     from pyros1.finding.packages import package_of  # noqa: PLC0415
-    from pyros1.launch.junit import Case, Results, write_results  # noqa: PLC0415
-    from pyros1.launch.loader import load_plan  # noqa: PLC0415
-    from pyros1.launch.testing import TestRun, name_from_path, results_file, results_folder  # noqa: PLC0415
-    from pyros1.launch.words import WordsError, find_files  # noqa: PLC0415
-    from pyros1.launch.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.reading.words import WordsError, find_files  # noqa: PLC0415
+    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.testing.junit import Case, Results, write_results  # noqa: PLC0415
+    from pyros1.launch.testing.tests import TestRun, name_from_path, results_file, results_folder  # noqa: PLC0415
 
     resources = make_resources()
     missing = len(words) == 1 and not os.path.isfile(words[0])
@@ -80,9 +80,9 @@ def _test(options: Any, words: list[str]) -> int:
 
 
 def _run(run: TestRun, path: Path, text: bool) -> int:
-    from pyros1.launch.junit import summary, write_results  # noqa: PLC0415
-    from pyros1.launch.logs import log_folder  # noqa: PLC0415
-    from pyros1.launch.supervisor import install_signals  # noqa: PLC0415
+    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
+    from pyros1.launch.running.supervisor import install_signals  # noqa: PLC0415
+    from pyros1.launch.testing.junit import summary, write_results  # noqa: PLC0415
 
     log = log_folder(run.environ) / f"rostest-{socket.gethostname()}-{os.getpid()}.log"
     print(f"... logging to {log}")

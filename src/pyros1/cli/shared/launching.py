@@ -12,7 +12,7 @@ from pyros1.errors import Error, LaunchError
 
 if TYPE_CHECKING:
     from pyros1.launch.plan import Plan
-    from pyros1.launch.resources import Resources
+    from pyros1.launch.reading.resources import Resources
 
 
 def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
@@ -25,12 +25,12 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
         title: of the terminal.
     """
     # Everything below is needed only when something is really launched.
-    from pyros1.launch.check import check_machines, is_remote  # noqa: PLC0415
-    from pyros1.launch.console import Console  # noqa: PLC0415
-    from pyros1.launch.core import LOG_LEVELS  # noqa: PLC0415
-    from pyros1.launch.options import Options  # noqa: PLC0415
-    from pyros1.launch.session import Session  # noqa: PLC0415
-    from pyros1.launch.supervisor import install_signals  # noqa: PLC0415
+    from pyros1.launch.running.check import check_machines, is_remote  # noqa: PLC0415
+    from pyros1.launch.running.console import Console  # noqa: PLC0415
+    from pyros1.launch.running.core import LOG_LEVELS  # noqa: PLC0415
+    from pyros1.launch.running.options import Options  # noqa: PLC0415
+    from pyros1.launch.running.session import Session  # noqa: PLC0415
+    from pyros1.launch.running.supervisor import install_signals  # noqa: PLC0415
 
     _check_numbers(values)
     check_machines(plan)

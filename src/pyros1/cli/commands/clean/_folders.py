@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from pyros1.launch.logs import log_folder, ros_home
+from pyros1.launch.running.logs import log_folder, ros_home
 
 
 def folders() -> Iterator[tuple[Path, str]]:

@@ -11,7 +11,7 @@ from pyros1.cli.parsing import parse_these
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.launching import launch, print_exception
 from pyros1.errors import Error
-from pyros1.launch.words import WordsError, find_files, parse_arguments
+from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
 
 _EXCLUSIVE = ("node_list", "find_node", "node_args", "ros_args")
 """Questions of which only one can be asked."""
@@ -61,8 +61,8 @@ def _check(options: Any, words: list[str]) -> None:
 
 def _run(options: Any, words: list[str], arguments: dict[str, str]) -> int:
     # Help and wrong command lines need none of these.
-    from pyros1.launch.loader import load_plan  # noqa: PLC0415
-    from pyros1.launch.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
     resources = make_resources()
     if options.check and (options.output_file or any(map(os.path.isdir, words))):
@@ -80,7 +80,7 @@ def _run(options: Any, words: list[str], arguments: dict[str, str]) -> int:
         return answer(files, arguments, resources, options)
     plan = load_plan(files, arguments, resources)
     if options.verbose:
-        from pyros1.launch.report import contents  # noqa: PLC0415
+        from pyros1.launch.reading.report import contents  # noqa: PLC0415
 
         print(contents(plan))
     return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")

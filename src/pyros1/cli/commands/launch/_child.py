@@ -7,10 +7,10 @@ from typing import Any
 
 from pyros1.cli.failures import UsageError
 from pyros1.errors import Error
-from pyros1.launch.child import Child, end_with_stdin
-from pyros1.launch.options import Options
-from pyros1.launch.supervisor import install_signals
-from pyros1.launch.world import make_resources
+from pyros1.launch.reading.world import make_resources
+from pyros1.launch.remote.child import Child, end_with_stdin
+from pyros1.launch.running.options import Options
+from pyros1.launch.running.supervisor import install_signals
 
 
 def run_child(values: Any, words: list[str]) -> int:

@@ -6,16 +6,16 @@ import sys
 from typing import Any
 
 from pyros1.errors import Error, LaunchError
-from pyros1.launch.loader import absolute_files, load_plan
 from pyros1.launch.plan import NodePlan, Plan
-from pyros1.launch.resources import Resources
+from pyros1.launch.reading.loader import absolute_files, load_plan
+from pyros1.launch.reading.resources import Resources
 from pyros1.names import canonicalize_name, ns_join
 from pyros1.suggest import did_you_mean
 
 
 def check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
     """Print every problem of launch files, and what they need that is not here; return the exit code."""
-    from pyros1.launch.check import missing_parts  # noqa: PLC0415 - one of many questions
+    from pyros1.launch.running.check import missing_parts  # noqa: PLC0415 - one of many questions
 
     problems: list[LaunchError] = []
     plan = load_plan(files, arguments, resources, problems=problems)
@@ -39,8 +39,8 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
         print(f"Unable to load file {', '.join(files)}: {error}", file=sys.stderr)
         return 0
     if options.node_args:
-        from pyros1.launch import report  # noqa: PLC0415 - one of many questions
-        from pyros1.launch.command_line import locate, node_words  # noqa: PLC0415
+        from pyros1.launch.reading import report  # noqa: PLC0415 - one of many questions
+        from pyros1.launch.running.command_line import locate, node_words  # noqa: PLC0415
 
         node = _find_node(plan, options.node_args, files, resources)
         executable = locate(node.package, node.type, resources.packages)
@@ -59,11 +59,11 @@ def _text(plan: Plan, options: Any) -> str:
     if options.file_list and not options.dump_params:
         return _names(absolute_files(plan.files), options)
     if options.dump_params or options.ros_args:
-        from pyros1.launch import report  # noqa: PLC0415 - one of many questions
+        from pyros1.launch.reading import report  # noqa: PLC0415 - one of many questions
 
         return report.dump_params(plan) if options.dump_params else report.ros_args(plan)
     if options.graph or options.tree:
-        from pyros1.launch import drawing  # noqa: PLC0415 - one of many questions
+        from pyros1.launch.reading import drawing  # noqa: PLC0415 - one of many questions
 
         return drawing.dot(plan) if options.graph else drawing.tree(plan)
     return _names([node.full_name for node in [*plan.nodes, *plan.tests]], options)

@@ -16,13 +16,13 @@ from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.running import run_verb
 from pyros1.errors import Error, LaunchError, MasterError, ParameterNotSetError
 from pyros1.finding.packages import files_below, package_of
-from pyros1.launch.check import missing_parts
-from pyros1.launch.depends import FileNeeds, file_needs, owner, undeclared
-from pyros1.launch.loader import load_plan
-from pyros1.launch.resources import Resources
-from pyros1.launch.scope import ArgNotSetError
-from pyros1.launch.words import find_files, parse_arguments
-from pyros1.launch.world import make_resources
+from pyros1.launch.reading.depends import FileNeeds, file_needs, owner, undeclared
+from pyros1.launch.reading.loader import load_plan
+from pyros1.launch.reading.resources import Resources
+from pyros1.launch.reading.scope import ArgNotSetError
+from pyros1.launch.reading.words import find_files, parse_arguments
+from pyros1.launch.reading.world import make_resources
+from pyros1.launch.running.check import missing_parts
 
 
 def run_tool(argv: list[str]) -> int:
@@ -112,7 +112,7 @@ def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
     """
     if args:
         raise UsageError(f"{invocation.program} takes no arguments")
-    from pyros1.launch.logs import log_folder  # noqa: PLC0415 - only this tool asks a master
+    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - only this tool asks a master
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
@@ -175,7 +175,7 @@ def check_package_files(words: list[str], arguments: dict[str, str], options: An
     Returns:
         The exit code: 1 if there is a problem.
     """
-    from pyros1.launch.junit import Case, Results, write_results  # noqa: PLC0415 - each tool imports what it needs
+    from pyros1.launch.testing.junit import Case, Results, write_results  # noqa: PLC0415 - each tool imports what it needs
 
     if not words:
         raise UsageError("please specify a file or directory for roslaunch files to test")

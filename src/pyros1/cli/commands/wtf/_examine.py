@@ -100,10 +100,10 @@ def _launch_problems(files: list[str], words: list[str]) -> list[str]:
     if not files:
         return []
     from pyros1.errors import LaunchError  # noqa: PLC0415 - only with launch files
-    from pyros1.launch.check import missing_parts  # noqa: PLC0415
-    from pyros1.launch.loader import load_plan  # noqa: PLC0415
-    from pyros1.launch.words import find_files, parse_arguments  # noqa: PLC0415
-    from pyros1.launch.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.reading.words import find_files, parse_arguments  # noqa: PLC0415
+    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.running.check import missing_parts  # noqa: PLC0415
 
     resources = make_resources()
     problems: list[LaunchError] = []
