@@ -50,6 +50,11 @@ _VERB = Verb(
     Flag("--json", help="print one line of JSON", own=True),
     Flag("--dot", help="print the graph in Graphviz's language", own=True),
     Option("--svg", metavar="FILE", help="draw the graph, where Graphviz is installed", own=True),
+    examples=[
+        ("--once", "nodes, their connections and services"),
+        ("--svg graph.svg", "a picture of them"),
+        ("--json", "for programs"),
+    ],
     parse=leave_words,
     run=run,
 )
@@ -61,11 +66,13 @@ def _usage(invocation: Invocation) -> str:
     text = f"{program} is a command-line tool for debugging the ROS Computation Graph.\n\nUsage:\n\t{program}\n"
     if invocation.as_stock:
         return text
+    from pyros1.cli.help import examples_text  # noqa: PLC0415 - only help needs it
+
     rows = {" ".join([*each.names, *each.settings.get("metavar", "").split()]): each.help for each in _VERB.options}
     listed = "".join(f"\t{option:10}  {about}\n" for option, about in rows.items())
     return (
         f"{text}\nPrints nodes, their connections and services, each second until it is interrupted.\n\n"
-        f"Options:\n{listed}"
+        f"Options:\n{listed}{examples_text(program, _VERB.examples)}"
     )
 
 
