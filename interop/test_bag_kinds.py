@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from harness import SOURCE, Master, stock_tools
 
-from pyros1.bag.reader import BagReader
+from pyros1.bag.format.reader import BagReader
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "bag"))
 

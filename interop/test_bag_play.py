@@ -15,7 +15,7 @@ from harness import SOURCE, STOCK_PYTHON, Master, Peer, Process, until
 
 import pyros1
 from pyros1.bag import BagWriter
-from pyros1.bag.reader import BagReader
+from pyros1.bag.format.reader import BagReader
 from pyros1.msgs import load_message
 
 OWN_MASTER = True

@@ -12,7 +12,7 @@ import pytest
 from harness import Master, Process, until
 
 import pyros1
-from pyros1.bag.reader import BagReader
+from pyros1.bag.format.reader import BagReader
 
 OWN_MASTER = True
 MASTERS = ("ours",)  # stock's tool and ours are compared, whatever the master

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 from harness import Master, Process, until
 
-from pyros1.bag.reader import BagReader
+from pyros1.bag.format.reader import BagReader
 from pyros1.msgs import load_message
 from pyros1.node import Node
 

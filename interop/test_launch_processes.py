@@ -44,7 +44,7 @@ def env(tmp_path: Path) -> dict[str, str]:
 
 @pytest.fixture(params=["ours", "stock"])
 def launcher(request: pytest.FixtureRequest, env: dict[str, str], tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
-    words = [sys.executable, "-m", "pyros1.cli.launch"] if request.param == "ours" else ["/usr/bin/roslaunch"]
+    words = [sys.executable, "-m", "pyros1", "launch"] if request.param == "ours" else ["/usr/bin/roslaunch"]
     if request.param == "stock":
         env = {**env, "PYTHONUNBUFFERED": "1"}  # it does not flush what it prints into a file
     with (tmp_path / "output").open("w") as output:

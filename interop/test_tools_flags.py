@@ -20,7 +20,7 @@ from harness import Master, Process, free_port, our_tools, stock_tools, until
 from named_tools import named_tool
 
 import pyros1
-from pyros1.bag.reader import BagReader
+from pyros1.bag.format.reader import BagReader
 from pyros1.msgs import load_message
 
 MASTERS = ("ours",)  # stock's tools and ours are compared, whatever the master
@@ -33,7 +33,6 @@ HELP = {
     "rosmaster": "",
     "roslaunch": "",
     "rostest": "",
-    "rosunit": "",
     "roswtf": "",
     "rosversion": "",
     "catkin_create_pkg": "",

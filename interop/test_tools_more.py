@@ -1,14 +1,11 @@
-"""dynparam and rosunit beside ours (L181, L200), and the table of all commands, `commands.md`.
+"""dynparam beside ours (L200), and the table of all commands, `commands.md`.
 
 rosdiagnostic (L202) is not among Debian's packages, so `tests/cli/test_diagnostic.py` has to say what is expected.
 """
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import xml.etree.ElementTree
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -152,94 +149,6 @@ def test_lists_of_dynparam_l200(master: Master, nodes: None, tmp_path: Path) -> 
     theirs = ask(stock_tools(), [DYNPARAM, "list"], master.environ())
     assert ask(our_tools(), [named_tool(tmp_path, "dynparam"), "list"], master.environ()) == theirs
     assert theirs[1].split() == ["/mine/a", "/mine/b", "/theirs/a", "/theirs/b"]
-
-
-# rosunit --------------------------------------------------------------------------------------------------------------
-
-PACKAGE = """<package format="2"><name>tested</name><version>1.0.0</version><description>Tests.</description>
-<maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
-UNIT = """#!/usr/bin/python3
-import sys, time, unittest
-import rosunit
-
-class Case(unittest.TestCase):
-    def test_good(self):
-        print("heard", sys.argv[1:-1])
-    def test_wrong(self):
-        self.assertEqual(1, 2)
-    def test_error(self):
-        raise ValueError("<oh>")
-
-for name in ("wrong", "error"):
-    if name not in sys.argv:
-        delattr(Case, "test_" + name)
-if "hang" in sys.argv:
-    time.sleep(1000)
-if "mute" in sys.argv:
-    sys.exit(0)
-rosunit.unitrun("tested", "case", Case)
-"""
-UNITS = {
-    "test/unit.test": 0,
-    "test/unit.test --name other": 0,
-    "--name a/b --package pack test/unit.test": 0,
-    "test/unit.test wrong": 2,
-    "test/unit.test wrong error": 2,
-    "test/unit.test mute": 1,
-    "--time-limit=1 test/unit.test hang": 1,
-    "--time-limit 0 test/unit.test": 0,
-    "test/none": 1,
-    "test/plain": 1,
-    "elsewhere": 1,
-    "": 2,
-    "--nonsense test/unit.test": 2,
-}
-
-
-@pytest.mark.parametrize("line", UNITS)
-def test_rosunit_l181(tmp_path: Path, line: str) -> None:
-    """Exit codes, what is printed but for the reasons why a program could not be run, and the files of results."""
-    package = tmp_path / "tested"
-    (package / "test").mkdir(parents=True)
-    (package / "package.xml").write_text(PACKAGE)
-    (package / "test" / "unit.test").write_text(UNIT)
-    (package / "test" / "unit.test").chmod(0o755)
-    (package / "test" / "plain").write_text("not a program")
-    ours = named_tool(tmp_path, "rosunit")
-    seen = {}
-    for who, program in {"stock": "/usr/bin/rosunit", "ours": ours}.items():
-        home = tmp_path / who
-        home.mkdir()
-        environ = {**os.environ, "ROS_HOME": str(home), "PATH": f"/usr/bin:{os.environ['PATH']}", "PYTHONPATH": ""}
-        if who == "stock":
-            environ["PYTHONUNBUFFERED"] = "1"  # else what it prints comes after what the tests print
-        done = subprocess.run(
-            [program, *line.split()], cwd=package, env=environ, capture_output=True, text=True, timeout=60, check=False
-        )
-        assert done.returncode == UNITS[line], f"{who}: {done.stdout}\n{done.stderr}"
-        files = {str(path.relative_to(home)): xml_counts(path) for path in sorted(home.rglob("*.xml"))}
-        seen[who] = (files, printed(done.stdout, home))
-    assert seen["ours"] == seen["stock"]
-
-
-_UNABLE = "\nERROR: The following tests failed to run:\n * runTest\n"
-
-
-def printed(text: str, home: Path) -> list[str]:
-    """The lines of a run, without the reason and traceback of what could not be run; the summary of ours repeats it."""
-    text = re.sub(r"^((?:FAILURE|ERROR): ).*?^-{80}$", r"\1", text, flags=re.M | re.S)
-    text = re.sub(r"^(Error: ).*$", r"\1", text, flags=re.M)
-    if "... ERROR!\n" in text:  # only failures are repeated by stock
-        text = text.replace("[runTest][failed]\n", "").replace(_UNABLE, "")
-    return text.replace(str(home), "HOME").splitlines()
-
-
-def xml_counts(path: Path) -> list[tuple[str | None, str | None, list[str]]]:
-    """Classes and names of a file's test cases, and the tags in them."""
-    root = xml.etree.ElementTree.parse(path).getroot()
-    return [
-        (case.get("classname"), case.get("name"), sorted(child.tag for child in case)) for case in root.iter("testcase")
-    ]
 
 
 # The table ------------------------------------------------------------------------------------------------------------

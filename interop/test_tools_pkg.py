@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from harness import SOURCE, Master
 
-from pyros1.cli.setup import make_programs
-from pyros1.cli.setup_names import stock_names
+from pyros1.cli.commands.setup._programs import make_programs
+from pyros1.cli.registry import stock_names
 
 STOCK_PATH = "/usr/bin:/bin"
 

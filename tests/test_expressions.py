@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from pyros1.cli.shared.expression import Expression
 from pyros1.errors import LaunchError
 from pyros1.expressions import MAX_BITS, MAX_ITEMS, MAX_TEXT, ExpressionError, Interpreter, bounded, size
-from pyros1.launch.expression import evaluate
+from pyros1.launch.reading.expression import evaluate
 from pyros1.values import YamlError, load_yaml
 
 NAMES = {"i": 3, "f": 0.5, "s": "text", "t": True, "l": [1, 2]}

@@ -192,7 +192,7 @@ def peak_memory(pid: int) -> float:
 
 def messages_of(bag: Path) -> int:
     """The number of messages in a bag."""
-    from pyros1.bag.reader import BagReader
+    from pyros1.bag.format.reader import BagReader
 
     with BagReader(bag) as reader:
         return reader.count()
@@ -200,7 +200,7 @@ def messages_of(bag: Path) -> int:
 
 def make_regular_bag(path: Path, seconds: float, rate: float = 1000.0) -> int:
     """Write a bag with a Float64 every 1/rate seconds; return their number."""
-    from pyros1.bag.container import BagWriter
+    from pyros1.bag.format.writer import BagWriter
     from pyros1.msgs import load_message
 
     cls: Any = load_message("std_msgs/Float64")

@@ -368,8 +368,8 @@ def our_tools() -> ForkedTools:
         "commands.service.call",
         "commands.param.load",
         "commands.msg.show",
-        "launch",
-        "launch_queries",
+        "commands.launch",
+        "commands.launch._queries",
     ]
     folder = tempfile.TemporaryDirectory(prefix="pyros1-tools-")
     for name in ("rostopic", "rosnode", "rosservice", "rosparam", "rosmsg", "rossrv", "rosmsg-proto", "roslaunch"):

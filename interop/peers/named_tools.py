@@ -7,7 +7,7 @@ from pathlib import Path
 
 from harness import SOURCE
 
-from pyros1.cli.setup_names import stock_names
+from pyros1.cli.registry import stock_names
 
 
 def named_tool(folder: Path, name: str) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from pyros1.bag import BagWriter
-from pyros1.bag.reader import BagReader
-from pyros1.bag.records import make_bag_header, make_record
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import make_bag_header, make_record
 from pyros1.msgs import Message, load_message
 
 if __package__:

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 import pyros1.bag
-from pyros1.bag.container import BagWriter
-from pyros1.bag.files import Counts
-from pyros1.bag.reader import BagReader
-from pyros1.bag.records import BAG_HEADER_SIZE
+from pyros1.bag.format.files import Counts
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import BAG_HEADER_SIZE
+from pyros1.bag.format.writer import BagWriter
 from pyros1.errors import Error
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.timing import Duration, Time
@@ -79,7 +79,7 @@ def test_chunks_that_all_overlap_are_not_all_kept(tmp_path: Path, monkeypatch: p
             for i in range(10):
                 writer.write(conn, 10 * i + topic, bytes(200))
             writer.flush()
-    monkeypatch.setattr("pyros1.bag.reader.MAX_OPEN", 5000)
+    monkeypatch.setattr("pyros1.bag.format.reader.MAX_OPEN", 5000)
     with BagReader(tmp_path / "x.bag") as bag:
         assert [message.time for message in bag.messages()] == list(range(100))
 

@@ -15,13 +15,13 @@ from typing import Any
 import pytest
 
 import pyros1
+from pyros1.bag.edit.reindex import reindex
 from pyros1.bag.errors import BagError, NotABagError, UnindexedError
-from pyros1.bag.files import BagFile
+from pyros1.bag.format.files import BagFile
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import Connection, RecordError, make_bag_header, make_fields, make_record, parse_fields
+from pyros1.bag.format.scanner import Scanner
 from pyros1.bag.info import summarize
-from pyros1.bag.reader import BagReader
-from pyros1.bag.records import Connection, RecordError, make_bag_header, make_fields, make_record, parse_fields
-from pyros1.bag.reindex import reindex
-from pyros1.bag.scanner import Scanner
 from pyros1.cli.running import run_command
 
 from .conftest import Make, values
@@ -279,7 +279,7 @@ def test_records_in_each_other_are_not_read_again_and_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begin: bytes, record: bytes
 ) -> None:
     """Each claims that it holds the rest of the file; a file of some megabytes would take hours."""
-    monkeypatch.setattr("pyros1.bag.scanner._LEAST_WORK", 1 << 20)
+    monkeypatch.setattr("pyros1.bag.format.scanner._LEAST_WORK", 1 << 20)
     path = tmp_path / "x.bag"
     count = (1 << 18) // len(record)
     path.write_bytes((begin or b"#ROSBAG V2.0\n" + make_bag_header()) + record * count)
@@ -291,7 +291,7 @@ def test_records_in_each_other_are_not_read_again_and_again(
 
 
 def test_what_was_not_searched_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.bag.scanner._LEAST_WORK", 0)
+    monkeypatch.setattr("pyros1.bag.format.scanner._LEAST_WORK", 0)
     (tmp_path / "x.bag").write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + chunk_head(b"none", 1 << 30, 5) * 500)
     saved = reindex(tmp_path / "x.bag", tmp_path / "new.bag")
     assert "so much is damaged that the rest of the file was not searched" in saved.damages[-1].reason

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 import pyros1.bag
-from pyros1.bag.container import BagWriter
-from pyros1.bag.reader import BagReader
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.writer import BagWriter
 from pyros1.cli.running import run_command
 from pyros1.timing import Duration
 

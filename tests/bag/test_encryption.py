@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from pyros1.bag import encryption
+from pyros1.bag.edit.reindex import reindex
 from pyros1.bag.errors import EncryptedError
-from pyros1.bag.reader import BagReader
-from pyros1.bag.records import RecordError
-from pyros1.bag.reindex import reindex
+from pyros1.bag.format import encryption
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import RecordError
 from pyros1.cli.running import run_command
 
 from .conftest import Make, values
@@ -138,7 +138,7 @@ def test_wrong_plugins(run: Run, make_bag: Make, tmp_path: Path) -> None:
     assert values(tmp_path / "x.bag", unindexed=False) == list(range(100))
     with pytest.raises(EncryptedError, match="other/Plugin, which is not known"):
         data = (tmp_path / "x.orig.bag").read_bytes()
-        from pyros1.bag.records import make_bag_header
+        from pyros1.bag.format.records import make_bag_header
 
         (tmp_path / "y.bag").write_bytes(data[:13] + make_bag_header(0, 0, 0, {"encryptor": b"other/Plugin"}))
         BagReader(tmp_path / "y.bag")

@@ -19,8 +19,8 @@ from pyros1.bag import BagWriter
 from pyros1.bag.errors import BagError
 from pyros1.bag.export import mcap, mcap_writer
 from pyros1.bag.export.mcap_reader import McapReader, _module
-from pyros1.bag.reader import BagReader, RawMessage
-from pyros1.bag.records import U32, U64, Connection
+from pyros1.bag.format.reader import BagReader, RawMessage
+from pyros1.bag.format.records import U32, U64, Connection
 from pyros1.cli.running import run_command
 from pyros1.errors import Error
 from pyros1.msgs import load_message

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from rosbags.rosbag1 import Reader, Writer
 
-from pyros1.bag import edit
-from pyros1.bag.container import BagWriter
-from pyros1.bag.reader import BagReader
-from pyros1.bag.record_file import RecordWriter
-from pyros1.bag.reindex import reindex
+from pyros1.bag.edit import editing as edit
+from pyros1.bag.edit.reindex import reindex
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.writer import BagWriter
+from pyros1.bag.record.file import RecordWriter
 from pyros1.msgs import load_message
 
 from .conftest import Make

@@ -11,7 +11,7 @@ import pytest
 
 import pyros1.bag
 from pyros1.bag import BagWriter
-from pyros1.bag.migration import Migrator, rule_text
+from pyros1.bag.edit.migration import Migrator, rule_text
 from pyros1.cli.running import run_command
 from pyros1.msgs import from_definition
 

@@ -13,13 +13,12 @@ from pathlib import Path
 import pytest
 
 import pyros1.bag
-from pyros1.bag.codecs import compress
-from pyros1.bag.contents import read_content
 from pyros1.bag.errors import BagError
 from pyros1.bag.export import mcap
-from pyros1.bag.limits import CHUNK_LIMIT, chunk_limit
-from pyros1.bag.reader import BagReader
-from pyros1.bag.records import (
+from pyros1.bag.format.codecs import compress
+from pyros1.bag.format.contents import read_content
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import (
     MAGIC_20,
     MAX_CONNECTIONS,
     NS,
@@ -32,6 +31,7 @@ from pyros1.bag.records import (
     make_record,
     pack_time,
 )
+from pyros1.bag.limits import CHUNK_LIMIT, chunk_limit
 from pyros1.errors import Error
 from pyros1.master import Master
 
@@ -66,7 +66,11 @@ CONNECTION = Connection(
 RUN = """
 import resource, sys
 import lz4.frame, bz2, optparse, json
-from pyros1.bag import api, edit, player, reindex, container, info
+from pyros1.bag import api, info
+from pyros1.bag.edit import editing as edit
+from pyros1.bag.play import player
+from pyros1.bag.edit import reindex
+from pyros1.bag.format import writer as container
 from pyros1.cli import help, registry
 from pyros1.cli.running import run_command
 from pyros1.bag.export import mcap_writer
@@ -189,7 +193,7 @@ def test_chunks_that_overlap_are_dropped_and_read_again(tmp_path: Path, monkeypa
         conn = writer.add_connection("/a", CONNECTION.header)
         for i in range(300):
             writer.write(conn, (i * 37 % 300) * NS, struct.pack("<I", i * 37 % 300))
-    monkeypatch.setattr("pyros1.bag.reader.MAX_OPEN", 2000)
+    monkeypatch.setattr("pyros1.bag.format.reader.MAX_OPEN", 2000)
     with BagReader(tmp_path / "x.bag") as bag:
         assert len(bag.chunks) > 20
         assert [message.time // NS for message in bag.messages()] == list(range(300))

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import pyros1.bag
-from pyros1.bag.encryption import AES, Cipher
+from pyros1.bag.format.encryption import AES, Cipher
 from pyros1.msgs import load_message
 
 from .made import header_of
@@ -30,8 +30,10 @@ import resource, sys, threading, traceback
 import bz2, lz4.frame, optparse, json
 import cryptography.hazmat.primitives.ciphers
 import pyros1.bag.export.mcap_writer, pyros1.msgs.yamltext, pyros1.msgs.json_form, pyros1.msgs.dynamic
-import pyros1.bag.files, pyros1.bag.edit, pyros1.bag.reindex, pyros1.bag.info
-from pyros1.bag import api, encryption, play_source
+import pyros1.bag.format.files, pyros1.bag.edit.editing, pyros1.bag.edit.reindex, pyros1.bag.info
+from pyros1.bag import api
+from pyros1.bag.format import encryption
+from pyros1.bag.play import source as play_source
 from pyros1.cli import help, registry
 from pyros1.cli.commands.bag import _export_text
 from pyros1.cli.running import run_command
@@ -54,7 +56,7 @@ def ahead(path):
             count += len(batch)
         return 0 if count == 2 else 1
 
-pyros1.bag.files.open_cipher = lambda header: encryption.Cipher({"encryptor": header["encryptor"]}, b"k" * 16)
+pyros1.bag.format.files.open_cipher = lambda header: encryption.Cipher({"encryptor": header["encryptor"]}, b"k" * 16)
 threading.stack_size(1 << 18)
 for line in sys.stdin:
     word, *rest = line.split()

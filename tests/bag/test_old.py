@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import pyros1.bag
+from pyros1.bag.edit.reindex import reindex
 from pyros1.bag.errors import UnindexedError
-from pyros1.bag.reader import BagReader
-from pyros1.bag.reindex import reindex
+from pyros1.bag.format.reader import BagReader
 from pyros1.cli.running import run_command
 
 from .conftest import values

@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 
 from pyros1.bag import BagWriter
-from pyros1.bag.files import BagFile
-from pyros1.bag.play_clock import Ticker, Timeline
-from pyros1.bag.play_control import Control
-from pyros1.bag.play_source import Bags, Played, ReadAhead
-from pyros1.bag.player import Player, PlayOptions, Status
-from pyros1.bag.reader import BagReader
+from pyros1.bag.format.files import BagFile
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.play.clock import Ticker, Timeline
+from pyros1.bag.play.control import Control
+from pyros1.bag.play.player import Player, PlayOptions, Status
+from pyros1.bag.play.source import Bags, Played, ReadAhead
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.rosgraph_msgs.msg import Clock
 from pyros1.msgs.std_msgs.msg import Float64, Header, String

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from pyros1.bag import BagWriter
-from pyros1.bag.play_control import Control
-from pyros1.bag.play_source import Bags
-from pyros1.bag.player import Player, PlayOptions
+from pyros1.bag.play.control import Control
+from pyros1.bag.play.player import Player, PlayOptions
+from pyros1.bag.play.source import Bags
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64
 
@@ -84,7 +84,7 @@ def control() -> Iterator[Control]:
 @pytest.fixture
 def stage(monkeypatch: pytest.MonkeyPatch, control: Control) -> Stage:
     made = Stage()
-    monkeypatch.setattr("pyros1.bag.player.perf_counter", lambda: made.now)
+    monkeypatch.setattr("pyros1.bag.play.player.perf_counter", lambda: made.now)
     monkeypatch.setattr(control, "wait", made.wait)
     return made
 

@@ -153,8 +153,8 @@ def test_the_terminal_is_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     import pty
     import termios
 
-    from pyros1.bag.play_control import Control
-    from pyros1.bag.play_keyboard import Keyboard
+    from pyros1.bag.play.control import Control
+    from pyros1.bag.play.keyboard import Keyboard
 
     ours, theirs = pty.openpty()
     monkeypatch.setattr("os.tcgetpgrp", lambda descriptor: os.getpgrp())

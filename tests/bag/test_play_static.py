@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from pyros1.bag import BagWriter
-from pyros1.bag.play_control import Control
-from pyros1.bag.play_source import Bags
-from pyros1.bag.play_static import StaticTransforms
-from pyros1.bag.player import Player, PlayOptions
+from pyros1.bag.play.control import Control
+from pyros1.bag.play.player import Player, PlayOptions
+from pyros1.bag.play.source import Bags
+from pyros1.bag.play.static import StaticTransforms
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.std_msgs.msg import Header, String

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from pyros1.bag import BagWriter
-from pyros1.bag.play_control import Control
-from pyros1.bag.play_source import Bags
-from pyros1.bag.player import Player, PlayOptions
+from pyros1.bag.play.control import Control
+from pyros1.bag.play.player import Player, PlayOptions
+from pyros1.bag.play.source import Bags
 from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
 from pyros1.msgs.std_msgs.msg import Header, String
 from pyros1.timing import Time

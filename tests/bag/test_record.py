@@ -16,10 +16,10 @@ from typing import Any
 import pytest
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.reader import BagReader
-from pyros1.bag.record_model import RecordOptions
-from pyros1.bag.record_names import FileNames
-from pyros1.bag.recorder import Events, Recorder
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.record.model import RecordOptions
+from pyros1.bag.record.names import FileNames
+from pyros1.bag.record.recorder import Events, Recorder
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64, Header, String
 from pyros1.wire.handshake import TopicType
@@ -133,7 +133,7 @@ def test_a_full_buffer_drops_the_oldest_and_counts_them(tmp_path: Path, make_nod
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
     warnings: list[str] = []
     all_came = False
-    from pyros1.bag.record_queue import RecordQueue
+    from pyros1.bag.record.queue import RecordQueue
 
     take = RecordQueue.take
 
@@ -212,7 +212,7 @@ def test_a_folder_of_that_name_is_said_at_once(tmp_path: Path, make_node: Any) -
 
 def test_the_clock_may_leap_and_begin_anew(tmp_path: Path, make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 100 * 10**9
-    monkeypatch.setattr("pyros1.bag.recorder.clock_of", lambda node: lambda: now)
+    monkeypatch.setattr("pyros1.bag.record.recorder.clock_of", lambda node: lambda: now)
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
     with Recorder(make_node("record"), options(tmp_path, split=True, max_duration=1e-3)) as recorder:
         recorder.subscribe("/t")

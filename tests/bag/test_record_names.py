@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from pyros1.bag.record_model import Topic
-from pyros1.bag.record_names import FileNames, Selection
+from pyros1.bag.record.model import Topic
+from pyros1.bag.record.names import FileNames, Selection
 from pyros1.cli.commands.bag._live import LiveLine, RecordLine, record_table, size_text
 from pyros1.errors import Error
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from pyros1.bag.reader import BagReader
-from pyros1.bag.record_model import RecordOptions, Source, Topic
-from pyros1.bag.record_names import FileNames
-from pyros1.bag.snapshot import Ring, Snapshots
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.record.model import RecordOptions, Source, Topic
+from pyros1.bag.record.names import FileNames
+from pyros1.bag.record.snapshot import Ring, Snapshots
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, Trigger
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pyros1
-from pyros1.bag.reader import BagReader
+from pyros1.bag.format.reader import BagReader
 from pyros1.msgs.std_msgs.msg import Float64
 
 SCRIPTS = Path(pyros1.__file__).parent / "packages" / "minimal_nodes" / "scripts"

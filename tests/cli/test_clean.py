@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli import clean
+from pyros1.cli.running import run_command
 from pyros1.doctor.disk import files_in_use, folder_size, human_size
 
 Run = Callable[..., tuple[int, str, str]]
@@ -32,7 +32,7 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Run:
     def call(*words: str, stdin: str = "") -> tuple[int, str, str]:
         monkeypatch.setattr("sys.stdin", io.StringIO(stdin))
         try:
-            code = clean.main(list(words))
+            code = run_command("clean", list(words))
         except SystemExit as end:
             code = int(end.code or 0)
         return (code, *capsys.readouterr())

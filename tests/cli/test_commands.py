@@ -160,7 +160,7 @@ def test_listing_topics_imports_nothing_heavy(environ: dict[str, str]) -> None:
         "pyros1.node",
         "pyros1.msgs",
         "pyros1.values",
-        "ruamel.yaml",
+        "yaml",
         "logging",
         "argparse",
         "http.client",
@@ -337,10 +337,10 @@ def test_files_that_do_not_do(run: Any, tmp_path: Any) -> None:
 
 
 def test_memory_that_ends_is_said(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    def greedy(words: list[str]) -> int:
+    def greedy(*_: Any) -> int:
         raise MemoryError
 
-    monkeypatch.setattr("pyros1.cli.version.main", greedy)
+    monkeypatch.setattr("pyros1.cli.commands.version.COMMAND.verb.run", greedy)
     assert run("version") == (1, "", "ERROR: there is not enough memory for this\n")
 
 

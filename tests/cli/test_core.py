@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.cli.core import main
+from pyros1.cli.running import run_command
 
 
 def test_no_arguments_l13(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
-        main(["something"])
+        run_command("core", ["something"])
     assert caught.value.code == 2
     assert "pyros1 core does not take arguments" in capsys.readouterr().err
 
 
 def test_help(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
-        main(["--help"])
+        run_command("core", ["--help"])
     assert caught.value.code == 0
     out = capsys.readouterr().out
     assert all(

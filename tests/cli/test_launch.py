@@ -21,7 +21,7 @@ from pyros1.net.master_client import MasterClient
 SOURCES = Path(__file__).resolve().parents[2] / "src"
 TOP_LEVEL = Path(__file__).resolve().parents[2] / "launch"
 DEADLINE = 30.0
-MAIN = "import sys; from pyros1.cli.{0} import main; sys.exit(main(sys.argv[1:]))"
+MAIN = "import sys; from pyros1.cli.running import run_command; sys.exit(run_command('{0}', sys.argv[1:]))"
 
 
 class Tool:
@@ -292,16 +292,16 @@ def test_a_question_imports_no_more_than_it_needs(env: dict[str, str], tmp_path:
     words = [sys.executable, "-X", "importtime", "-m", "pyros1", "launch", "--nodes", "minimal_nodes.launch"]
     done = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=DEADLINE, check=True)
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
-    assert "pyros1.launch.loader" in loaded
+    assert "pyros1.launch.reading.loader" in loaded
     for name in (
-        "pyros1.launch.drawing",
-        "pyros1.launch.session",
+        "pyros1.launch.reading.drawing",
+        "pyros1.launch.running.session",
         "pyros1.node",
         "pyros1.master",
         "pyros1.net",
         "socket",
         "subprocess",
         "asyncio",
-        "ruamel.yaml",
+        "yaml",
     ):
         assert name not in loaded

@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.setup import make_programs
-from pyros1.cli.setup_names import stock_names
+from pyros1.cli.commands.setup._programs import make_programs
+from pyros1.cli.registry import stock_names
 from pyros1.msgs.std_msgs.msg import Float64
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"

@@ -82,6 +82,19 @@ def test_errors_are_said_in_words(
     assert text in said if text else said == ""
 
 
+def test_help_has_our_own_verbs_only_under_our_name(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert pkg("help") == 0
+    ours = capsys.readouterr().out
+    assert ours.startswith("USAGE: pyros1 pkg <command>") and "\n    create NAME" in ours
+    assert "\n  pyros1 pkg create my_robot std_msgs  " in ours
+    monkeypatch.setattr("sys.argv", ["/usr/bin/rospack"])
+    assert pkg("-q", "--help") == 0
+    stock = capsys.readouterr().out
+    assert ours.replace("pyros1 pkg", "rospack").startswith(stock.rstrip("\n")) and "create" not in stock
+
+
 def test_dependencies(clean: Path, capsys: pytest.CaptureFixture[str]) -> None:
     package(clean / "one", "<depend>two</depend><exec_depend>three</exec_depend>")
     package(clean / "two", "<depend>three</depend>")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.cli.run import main
+from pyros1.cli.running import run_command
 
 SOURCES = Path(__file__).resolve().parents[2] / "src"
 
@@ -28,7 +28,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(*words: str) -> subprocess.CompletedProcess[str]:
-    code = "import sys; from pyros1.cli.run import main; sys.exit(main(sys.argv[1:]))"
+    code = "import sys; from pyros1.cli.running import run_command; sys.exit(run_command('run', sys.argv[1:]))"
     env = {**os.environ, "PYTHONPATH": str(SOURCES)}
     return subprocess.run(
         [sys.executable, "-c", code, *words], env=env, capture_output=True, text=True, timeout=30, check=False
@@ -63,7 +63,7 @@ def test_own_nodes_run_without_executable_bit_in_this_interpreter(package: Path)
     ],
 )
 def test_errors_l24(package: Path, capsys: pytest.CaptureFixture[str], words: list[str], code: int, text: str) -> None:
-    assert main(words) == code
+    assert run_command("run", words) == code
     captured = capsys.readouterr()
     assert text in captured.out + captured.err
 
@@ -85,11 +85,11 @@ def test_words_that_only_look_like_remappings_are_passed_on_with_a_hint(package:
 def test_a_script_that_names_no_interpreter(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script = package / "scripts" / "hello"
     script.write_bytes(b"#!/usr/bin/env python3\r\nprint(1)\r\n")
-    assert main(["some_pkg", "hello"]) == 126
+    assert run_command("run", ["some_pkg", "hello"]) == 126
     text = f"[rosrun] cannot run {script}: its lines end as on Windows (CR LF), in the first one too: sed -i"
     assert capsys.readouterr().err.startswith(text)
     script.write_text("echo hello\n")
-    assert main(["some_pkg", "hello"]) == 126
+    assert run_command("run", ["some_pkg", "hello"]) == 126
     assert "does not say which program runs it" in capsys.readouterr().err
     assert run("--prefix", "sh", "some_pkg", "hello").stdout == "hello\n", "the prefix runs it"
 

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.cli.setup import SetupError, detect_shell, make_programs
-from pyros1.cli.setup_names import stock_names
+from pyros1.cli.commands.setup._programs import SetupError, make_programs
+from pyros1.cli.registry import stock_names
+from pyros1.cli.shared.shells import detect_shell
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 

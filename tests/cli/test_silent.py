@@ -42,7 +42,6 @@ def test_a_master_that_does_not_answer(
     silent: int, words: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{silent}")
-    monkeypatch.setattr("pyros1.cli.common.MASTER_TIMEOUT", 0.1)
     monkeypatch.setattr("pyros1.cli.invocation.MASTER_TIMEOUT", 0.1)
     assert entry(["pyros1", *words.split()]) in (1, 2)
     assert f"http://127.0.0.1:{silent} did not answer within 0.1 s" in capfd.readouterr().err
@@ -55,7 +54,7 @@ def test_a_launch_does_not_take_it_for_no_master(
     monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{silent}")
     monkeypatch.setenv("ROS_HOSTNAME", "127.0.0.1")
     monkeypatch.setenv("ROS_HOME", str(tmp_path))
-    monkeypatch.setattr("pyros1.launch.session.PING_TIMEOUT", 0.1)
+    monkeypatch.setattr("pyros1.launch.running.session.PING_TIMEOUT", 0.1)
     assert entry(["pyros1", *words.split(), *(["-p", str(silent)] if words == "core" else [])]) == 1
     assert f"127.0.0.1:{silent}" in (err := capfd.readouterr().err) and "does not answer within 0.1 s" in err
 

@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from pyros1 import __version__
-from pyros1.cli import version
+from pyros1.cli.commands import version
+from pyros1.cli.running import run_command
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -23,7 +24,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call_main: Any) -> Run:
         (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name>{text}</package>")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     monkeypatch.setenv("ROS_DISTRO", "noetic")
-    return partial(call_main, version.main)
+    return partial(call_main, partial(run_command, "version"))
 
 
 def test_versions_l180(run: Run) -> None:

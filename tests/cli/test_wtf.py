@@ -17,7 +17,8 @@ from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
 
-from pyros1.cli import wtf
+import pyros1
+from pyros1.cli.running import run_command
 from pyros1.doctor import asking, here, system
 from pyros1.master.server import Master
 from pyros1.msgs.dynamic import from_definition
@@ -27,7 +28,7 @@ from pyros1.net.master_client import MasterClient
 
 Found = dict[str, dict[str, Any]]
 MakeNode = Callable[..., Any]
-SOURCE = Path(wtf.__file__).resolve().parents[2]
+SOURCE = Path(pyros1.__file__).resolve().parents[1]
 
 NODE = """
 import pyros1
@@ -57,7 +58,7 @@ def findings(shell: pytest.MonkeyPatch, capsys: Any) -> Callable[..., Found]:
     """Run ``wtf --json``; returns its findings by kind."""
 
     def run(*words: str) -> Found:
-        code = wtf.main(["--json", *words])
+        code = run_command("wtf", ["--json", *words])
         found = {each["kind"]: each for each in json.loads(capsys.readouterr().out)}
         assert code == (1 if any(each["severity"] == "error" for each in found.values()) else 0)
         assert all(each["cure"] and "\n" not in each["cure"] for each in found.values())
@@ -126,11 +127,11 @@ def test_a_healthy_system_has_no_findings_l178(
     make_node("listener", rosout=False).subscribe("chat", String, lambda message: heard.set())
     make_node("talker", rosout=False).advertise("chat", String, latch=True).publish("x")
     assert heard.wait(10)
-    assert wtf.main([]) == 0
+    assert run_command("wtf", []) == 0
     out = capsys.readouterr().out
     assert "Static checks summary:\n\nNo errors or warnings" in out
     assert "running graph rules...\n... done running graph rules\n\nOnline checks summary:\n\nNo errors" in out
-    assert wtf.main(["--json", "--no-plugins"]) == 0 and capsys.readouterr().out == "[]\n"
+    assert run_command("wtf", ["--json", "--no-plugins"]) == 0 and capsys.readouterr().out == "[]\n"
 
 
 # Addresses ------------------------------------------------------------------------------------------------------------
@@ -403,7 +404,7 @@ def test_no_master_says_how_to_get_one(
     shell.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
     found = findings()["no-master"]
     assert found["severity"] == "warning" and found["cure"] == "pyros1 core"
-    assert wtf.main([]) == 0
+    assert run_command("wtf", []) == 0
     out = capsys.readouterr().out
     assert (
         f"ROS Master does not appear to be running.\nOnline graph checks will not be run.\nROS_MASTER_URI is [http://localhost:{free_port}]\n"
@@ -433,10 +434,10 @@ def test_launch_files_and_packages(findings: Callable[..., Found], shell: pytest
 def test_the_stock_name_returns_what_stock_returns(shell: pytest.MonkeyPatch, capsys: Any) -> None:
     shell.setenv("ROS_IP", "203.0.113.9")
     shell.delenv("ROS_HOSTNAME")
-    assert wtf.main(["--offline"]) == 1
+    assert run_command("wtf", ["--offline"]) == 1
     assert "\nFound 1 error(s).\n\nERROR ROS_IP may be incorrect" in capsys.readouterr().out
     shell.setattr("sys.argv", ["roswtf"])
-    assert wtf.main(["--offline"]) == 0
+    assert run_command("wtf", ["--offline"]) == 0
     with pytest.raises(SystemExit) as end:
-        wtf.main(["--bogus"])
+        run_command("wtf", ["--bogus"])
     assert end.value.code == 2

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from pyros1.errors import XmlRpcFault
-from pyros1.launch.api import LaunchServer
-from pyros1.launch.console import Console
-from pyros1.launch.process_spec import ProcessSpec
-from pyros1.launch.supervisor import Supervisor
+from pyros1.launch.running.api import LaunchServer
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.supervisor import Supervisor
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.xmlrpc_client import XmlRpcClient
 

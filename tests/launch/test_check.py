@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from pyros1.errors import LaunchError, PackageNotFoundError
-from pyros1.launch.check import check_machines, missing_parts
-from pyros1.launch.conditions import Condition
-from pyros1.launch.loader import load_plan
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan
-from pyros1.launch.resources import Resources
+from pyros1.launch.reading.conditions import Condition
+from pyros1.launch.reading.loader import load_plan
+from pyros1.launch.reading.resources import Resources
+from pyros1.launch.running.check import check_machines, missing_parts
 
 _Paths = list[Path]
 _Names = list[str]

@@ -13,9 +13,9 @@ import pytest
 
 from pyros1.errors import Error
 from pyros1.finding.packages import PackageIndex
-from pyros1.launch.child import Child
-from pyros1.launch.options import Options
-from pyros1.launch.resources import Resources
+from pyros1.launch.reading.resources import Resources
+from pyros1.launch.remote.child import Child
+from pyros1.launch.running.options import Options
 from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_client import XmlRpcClient
 from pyros1.net.xmlrpc_server import XmlRpcServer
@@ -144,8 +144,8 @@ def test_without_a_parent_there_is_nothing_to_do(environ: dict[str, str]) -> Non
     ],
 )
 def test_wrong_words(words: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    from pyros1.cli.launch import main
+    from pyros1.cli.running import run_command
 
     with pytest.raises(SystemExit) as end:
-        main(["-c", "robot-0", *words])
+        run_command("launch", ["-c", "robot-0", *words])
     assert end.value.code == 2 and text in capsys.readouterr().err

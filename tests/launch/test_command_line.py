@@ -9,8 +9,8 @@ import pytest
 
 from pyros1.errors import LaunchError
 from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
-from pyros1.launch.command_line import locate, node_environment, node_words
 from pyros1.launch.plan import NodePlan
+from pyros1.launch.running.command_line import locate, node_environment, node_words
 
 OWN = Path(OWN_PACKAGES) / "minimal_nodes" / "scripts" / "minimal_publisher"
 

@@ -13,12 +13,12 @@ import pytest
 
 from pyros1.cli.commands.node.status import table
 from pyros1.errors import Error
-from pyros1.launch.api import LaunchServer
-from pyros1.launch.console import Console
-from pyros1.launch.control import URIS, Launch, Status, running_launches
-from pyros1.launch.process_spec import ProcessSpec
-from pyros1.launch.supervisor import Supervisor
-from pyros1.launch.usage import group_usages
+from pyros1.launch.running.api import LaunchServer
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.control import URIS, Launch, Status, running_launches
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.supervisor import Supervisor
+from pyros1.launch.running.usage import group_usages
 from pyros1.master.server import Master
 from pyros1.net.hosts import host_from_environment
 from pyros1.net.master_client import MasterClient

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pyros1.errors import LaunchError
-from pyros1.launch.convert import convert_bool, convert_condition, convert_value
+from pyros1.launch.reading.convert import convert_bool, convert_condition, convert_value
 
 
 @pytest.mark.parametrize(

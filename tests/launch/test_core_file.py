@@ -8,8 +8,8 @@ import pytest
 
 from pyros1.errors import LaunchError
 from pyros1.finding.packages import PackageIndex
-from pyros1.launch.core import CORE_PARAMS
-from pyros1.launch.core_file import CoreFile, read_core_file
+from pyros1.launch.running.core import CORE_PARAMS
+from pyros1.launch.running.core_file import CoreFile, read_core_file
 
 USUAL = """<launch><group ns="/"><param name="rosversion" command="rosversion roslaunch"/>
 <param name="rosdistro" command="rosversion -d"/>{}</group></launch>"""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pyros1.launch.conditions import Condition
-from pyros1.launch.drawing import dot, tree
 from pyros1.launch.plan import IncludePlan, NodePlan, Plan
+from pyros1.launch.reading.conditions import Condition
+from pyros1.launch.reading.drawing import dot, tree
 
 PLAN = Plan(
     nodes=[

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.errors import LaunchError
-from pyros1.launch.expression import evaluate
+from pyros1.launch.reading.expression import evaluate
 
 VARIABLES = {"i": 3, "f": 0.5, "s": "text", "t": True}
 FUNCTIONS = {"arg": VARIABLES.__getitem__, "env": lambda name: "/home/me"}

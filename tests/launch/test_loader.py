@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from pyros1.errors import LaunchError, PackageNotFoundError
-from pyros1.launch.loader import load_plan
 from pyros1.launch.plan import Plan
-from pyros1.launch.resources import Resources
+from pyros1.launch.reading.loader import load_plan
+from pyros1.launch.reading.resources import Resources
 
 
 class FakePackages:

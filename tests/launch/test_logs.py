@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pyros1.launch.logs import log_folder, make_run_folder, ros_home
+from pyros1.launch.running.logs import log_folder, make_run_folder, ros_home
 
 
 def test_folders(tmp_path: Path) -> None:

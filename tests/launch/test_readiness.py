@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from pyros1.errors import LaunchError
-from pyros1.launch.conditions import Condition, parse_conditions, parse_seconds
-from pyros1.launch.readiness import Gate
+from pyros1.launch.reading.conditions import Condition, parse_conditions, parse_seconds
+from pyros1.launch.running.readiness import Gate
 from pyros1.master.server import Master
 from pyros1.net.master_client import MasterClient
 

@@ -15,14 +15,14 @@ from typing import Any
 import pytest
 
 from pyros1.errors import LaunchError
-from pyros1.launch.console import Console
 from pyros1.launch.plan import MachinePlan, NodePlan
-from pyros1.launch.process import Process
-from pyros1.launch.process_spec import ProcessSpec
-from pyros1.launch.remote import SSH_VARIABLE, Machine, make_machine, ssh_words
-from pyros1.launch.remote_process import RemoteProcess
-from pyros1.launch.supervisor import Supervisor
-from pyros1.launch.warden import group_exists
+from pyros1.launch.remote.over_ssh import SSH_VARIABLE, Machine, make_machine, ssh_words
+from pyros1.launch.remote.process import RemoteProcess
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.process import Process
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.supervisor import Supervisor
+from pyros1.launch.running.warden import group_exists
 
 DEADLINE = 20.0
 STAGES = (0.3, 0.3)
@@ -134,7 +134,7 @@ def test_that_it_was_started_is_said_before_what_it_says_and_how_it_ends(capsys:
 
 def test_a_start_that_is_confirmed_too_late_is_undone(monkeypatch: pytest.MonkeyPatch, environ: dict[str, str]) -> None:
     """It was told that it could not be started."""
-    monkeypatch.setattr("pyros1.launch.remote_process.ANSWER_TIME", 0.01)
+    monkeypatch.setattr("pyros1.launch.remote.process.ANSWER_TIME", 0.01)
     said, out, err = [], io.StringIO(), io.StringIO()
     started: list[RemoteProcess] = []
 

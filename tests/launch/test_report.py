@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pyros1.launch.plan import ArgPlan, NodePlan, Plan
-from pyros1.launch.report import dump_params, node_args, ros_args, summary
+from pyros1.launch.reading.report import dump_params, node_args, ros_args, summary
 
 
 def test_summary_x82() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pyros1.finding.packages import PackageIndex
-from pyros1.launch.resources import Resources
+from pyros1.launch.reading.resources import Resources
 
 
 def make(folder: Path) -> Path:

@@ -10,8 +10,8 @@ import threading
 
 import pytest
 
-from pyros1.launch.process_spec import ProcessSpec
-from pyros1.launch.screen import Screen
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.screen import Screen
 
 
 def show(screen: Screen, script: str, node: str = "/ns/node") -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.launch.shebang import script_trouble
+from pyros1.launch.running.shebang import script_trouble
 
 TROUBLES = {
     b"import sys\n": "its first line does not say which program runs it: put #!/usr/bin/env python3 there",

@@ -15,12 +15,12 @@ from pathlib import Path
 import pytest
 
 from pyros1.errors import LaunchError
-from pyros1.launch.console import Console
-from pyros1.launch.process import Process
-from pyros1.launch.process_spec import ProcessSpec
-from pyros1.launch.screen import Screen
-from pyros1.launch.supervisor import Supervisor, install_signals
-from pyros1.launch.warden import leaderless
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.process import Process
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.screen import Screen
+from pyros1.launch.running.supervisor import Supervisor, install_signals
+from pyros1.launch.running.warden import leaderless
 
 DEADLINE = 20.0
 LATE = "import signal, sys, time; signal.signal(2, lambda *_: (time.sleep(0.1), sys.exit())); print('ready', flush=True); signal.pause()"
@@ -204,7 +204,7 @@ def test_a_life_ends_while_what_another_left_is_looked_at(bench: Bench, monkeypa
             end("ready\nready\n")
         return leaderless(group)
 
-    monkeypatch.setattr("pyros1.launch.process.leaderless", look)
+    monkeypatch.setattr("pyros1.launch.running.process.leaderless", look)
     process.signal(0)
     assert not process.alive and not process.gone
     process.kill()  # reaches what both have left

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from pyros1.finding.packages import PackageIndex, package_of
-from pyros1.launch.junit import Case, Results, read_results, summary, write_results
 from pyros1.launch.plan import Plan, TestPlan
-from pyros1.launch.testing import TestRun, name_from_path, results_folder
+from pyros1.launch.testing.junit import Case, Results, read_results, summary, write_results
+from pyros1.launch.testing.tests import TestRun, name_from_path, results_folder
 
 PACKAGE = """<package format="2"><name>tested</name><version>1.0.0</version><description>Tests.</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""

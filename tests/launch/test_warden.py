@@ -11,14 +11,14 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.launch.warden import Warden, group_exists, leaderless, processes_with
+from pyros1.launch.running.warden import Warden, group_exists, leaderless, processes_with
 
 DEADLINE = 20.0
 LAUNCHER = """
 import sys, time
-from pyros1.launch.console import Console
-from pyros1.launch.process_spec import ProcessSpec
-from pyros1.launch.supervisor import Supervisor
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.supervisor import Supervisor
 supervisor = Supervisor(Console(), sigint_timeout=0.2, sigterm_timeout=0.2, guarded=True)
 for number, script in enumerate(sys.argv[1:]):
     words = ["sh", "-c", script, f"__log:=/tmp/no/such/{number}"]

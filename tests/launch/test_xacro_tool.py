@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.finding.packages import OWN_PACKAGES
-from pyros1.launch.xacro_tool import MISSING, xacro_words
+from pyros1.launch.reading.xacro_tool import MISSING, xacro_words
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 # The real one asks for packages in this way.
@@ -25,7 +25,7 @@ def main():
 
 def test_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = os.path.join(OWN_PACKAGES, "xacro")
-    run = [sys.executable, "-m", "pyros1.launch.xacro_tool"]
+    run = [sys.executable, "-m", "pyros1.launch.reading.xacro_tool"]
     assert xacro_words([f"{own}/xacro", "a", "b"]) == [*run, "a", "b"]
     assert xacro_words([f"{own}/xacro.py"]) == run
     assert xacro_words(["/opt/ros/lib/xacro/xacro", "a"]) == ["/opt/ros/lib/xacro/xacro", "a"]
@@ -38,7 +38,7 @@ def test_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def ask(tmp_path: Path, file: str) -> subprocess.CompletedProcess[str]:
     (tmp_path / "x.launch").write_text(f'<launch><param name="p" command="{file}" /></launch>')
     env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path / "python"), str(SOURCE)])}
-    words = [sys.executable, "-m", "pyros1.cli.launch", "--dump-params", "x.launch"]
+    words = [sys.executable, "-m", "pyros1", "launch", "--dump-params", "x.launch"]
     env["ROS_PACKAGE_PATH"] = str(tmp_path / "ws")
     return subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=60, check=False)
 

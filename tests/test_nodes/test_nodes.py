@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.launch.junit import Case, read_results
+from pyros1.launch.testing.junit import Case, read_results
 from pyros1.master.server import Master
 from pyros1.node import Node
 from pyros1.test_nodes import advertise, hz, param, publish

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pyros1.bag.api import Bag, BagMessage, bag_topics, open
-    from pyros1.bag.container import BagWriter
     from pyros1.bag.errors import BagError, EncryptedError, NotABagError, UnindexedError
+    from pyros1.bag.format.writer import BagWriter
 
 __all__ = [
     "Bag",
@@ -37,7 +37,7 @@ _HOMES = {
     "Bag": "pyros1.bag.api",
     "BagError": "pyros1.bag.errors",
     "BagMessage": "pyros1.bag.api",
-    "BagWriter": "pyros1.bag.container",
+    "BagWriter": "pyros1.bag.format.writer",
     "EncryptedError": "pyros1.bag.errors",
     "NotABagError": "pyros1.bag.errors",
     "UnindexedError": "pyros1.bag.errors",

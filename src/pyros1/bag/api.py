@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pyros1.bag.columns import column
 from pyros1.bag.errors import BagError
+from pyros1.bag.format.reader import BagReader, RawMessage
+from pyros1.bag.format.records import Connection
 from pyros1.bag.info import Summary, summarize
-from pyros1.bag.reader import BagReader, RawMessage
-from pyros1.bag.records import Connection
 from pyros1.errors import MessageError
 from pyros1.msgs import AnyMsg, DefinitionCache, Message
 from pyros1.suggest import did_you_mean
@@ -50,7 +50,7 @@ class Bag:
         path: the file.
         unindexed: also read bags that were not closed, by scanning them first.
         progress: called with the offset in bytes while the file is scanned.
-        chunk_limit: see :class:`pyros1.bag.reader.BagReader`.
+        chunk_limit: see :class:`pyros1.bag.format.reader.BagReader`.
 
     Raises:
         BagError: it cannot be read; the text says why and what to do.

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from itertools import islice, pairwise
 from typing import Any
 
-from pyros1.bag.reader import BagReader
-from pyros1.bag.records import NS
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import NS
 from pyros1.shown import foreign
 
 _MOST_STAMPS = 10_000_000

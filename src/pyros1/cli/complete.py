@@ -73,11 +73,10 @@ def candidates(line: Line) -> list[str]:
 
 def _options(line: Line) -> list[str]:
     """Return the options of a command or verb."""
-    if line.verbs and not line.verb:
-        return ["--help"]
     verb = registry.load_verb(line.command, line.verb) if line.verb else registry.load_command(line.command).verb
-    options = verb.options if verb is not None else []
-    return sorted({"--help", "-h", *(name for option in options if not option.hidden for name in option.names)})
+    if verb is None:
+        return ["--help"]
+    return sorted({"--help", "-h", *(name for option in verb.options if not option.hidden for name in option.names)})
 
 
 def main(argv: list[str]) -> int:

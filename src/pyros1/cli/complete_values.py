@@ -169,7 +169,7 @@ def _packages(_: Line) -> list[str]:
 
 def _places(line: Line) -> list[str]:
     """Folders in a package, and the places with names of their own."""
-    from pyros1.cli.pkg_files import folder_of, special_places  # noqa: PLC0415
+    from pyros1.cli.commands.pkg._files import folder_of, special_places  # noqa: PLC0415
     from pyros1.finding.packages import is_folder  # noqa: PLC0415
 
     place, slash, _ = line.token.rpartition("/")
@@ -180,7 +180,7 @@ def _places(line: Line) -> list[str]:
 
 
 def _package_files(line: Line) -> list[str]:
-    from pyros1.cli.pkg_files import folder_of  # noqa: PLC0415
+    from pyros1.cli.commands.pkg._files import folder_of  # noqa: PLC0415
     from pyros1.finding.packages import files_below  # noqa: PLC0415
 
     return sorted({name for _, files in files_below(folder_of(line.given[0])) for name in files})
@@ -227,9 +227,9 @@ def _package_launch_files(line: Line) -> list[str]:
 
 def _launch_args(line: Line) -> list[str]:
     """Arguments of the file: ``name:=``; none that was given already."""
-    from pyros1.launch.loader import load_plan  # noqa: PLC0415
-    from pyros1.launch.words import find_files  # noqa: PLC0415
-    from pyros1.launch.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.reading.words import find_files  # noqa: PLC0415
+    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
     if not os.path.isfile(line.given[0]) and len(line.given) < 2:
         return []

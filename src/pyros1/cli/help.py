@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from optparse import SUPPRESS_HELP, HelpFormatter, IndentedHelpFormatter, OptionParser
 
 from pyros1.cli.invocation import Invocation
@@ -19,7 +18,7 @@ class Parser(OptionParser):
 
     def __init__(self, verb: Verb, invocation: Invocation) -> None:
         stock = invocation.as_stock
-        self._examples = "" if stock else examples_text(f"{invocation.program} {verb.name}".rstrip(), verb.examples)
+        self._examples = verb.examples_text(invocation.program, as_stock=stock)
         usage = " ".join(filter(None, ["usage: %prog", verb.name, verb.usage]))
         super().__init__(
             usage=usage, prog=invocation.program, formatter=_Formatter(), description=verb.description or None
@@ -31,18 +30,6 @@ class Parser(OptionParser):
     def format_epilog(self, formatter: HelpFormatter) -> str:
         """Return the examples."""
         return self._examples
-
-
-def examples_text(called: str, examples: Sequence[tuple[str, str]]) -> str:
-    """Return a block of examples, to be put behind an empty line; empty if there are none.
-
-    Args:
-        called: how the verb was called: ``pyros1 topic echo``.
-        examples: as `Verb` has them.
-    """
-    rows = [(line if line.startswith("pyros1 ") else f"{called} {line}".rstrip(), about) for line, about in examples]
-    width = max((len(line) for line, _ in rows), default=0)
-    return "\nExamples:\n" * bool(rows) + "".join(f"  {line:{width}}  {about}".rstrip() + "\n" for line, about in rows)
 
 
 class _Formatter(IndentedHelpFormatter):

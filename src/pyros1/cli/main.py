@@ -8,7 +8,6 @@ import sys
 from pyros1 import interrupts
 from pyros1.cli import output, registry
 from pyros1.cli.clean_output import clean_output
-from pyros1.cli.legacy import OLD, legacy_name, run_old
 from pyros1.cli.packages_here import add_packages_here
 from pyros1.cli.records import GROUPS
 from pyros1.errors import Error
@@ -83,7 +82,7 @@ def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
 
 def _entry(words: list[str]) -> int:
     called = os.path.basename(words[0]) if words else ""
-    if called.startswith("ros") and (registry.command_name(called) or legacy_name(called)):
+    if called.startswith("ros") and registry.command_name(called):
         words[:1] = ["pyros1", called]
     if len(words) < 2:
         print(usage())
@@ -101,7 +100,7 @@ def _entry(words: list[str]) -> int:
         from pyros1.cli.complete import main as complete  # noqa: PLC0415
 
         return complete(words[2:])
-    name = registry.command_name(word) or legacy_name(word)
+    name = registry.command_name(word)
     if name is None:
         from pyros1.cli.failures import did_you_mean, elsewhere  # noqa: PLC0415 - only what fails needs it
 
@@ -117,7 +116,7 @@ def _run(command: str, arguments: list[str]) -> int:
         from pyros1.cli.running import run_command  # noqa: PLC0415 - help and completion run nothing
 
         with interrupts.raised():
-            code = run_old(command, arguments) if command in OLD else run_command(command, arguments)
+            code = run_command(command, arguments)
         if code:
             _say_what_was_meant(command, arguments)
         return code

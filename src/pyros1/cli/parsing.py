@@ -20,7 +20,17 @@ def parse_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     Raises:
         SystemExit: help was asked for (0), or the options are wrong (2); what there is to say has been printed.
     """
-    return _parse(invocation, verb, invocation.args)
+    return parse_these(invocation, verb, invocation.args)
+
+
+def parse_all_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Do the same with what looks like remappings, too: these are arguments of a command without verbs."""
+    return parse_these(invocation, verb, invocation.argv)
+
+
+def parse_without_specials(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Do that, but for words that begin with ``__``."""
+    return parse_these(invocation, verb, [word for word in invocation.argv if not word.startswith("__")])
 
 
 def parse_with_negative_numbers(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
@@ -35,7 +45,7 @@ def leave_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 def parse_guarded(invocation: Invocation, verb: Verb, words: list[str]) -> tuple[Any, list[str]]:
     """Parse words of which some were marked by `guard` as arguments."""
-    options, arguments = _parse(invocation, verb, words)
+    options, arguments = parse_these(invocation, verb, words)
     return options, [argument.removeprefix(_GUARD) for argument in arguments]
 
 
@@ -49,9 +59,15 @@ def unguard(word: str) -> str:
     return word.removeprefix(_GUARD)
 
 
-def _parse(invocation: Invocation, verb: Verb, words: list[str]) -> tuple[Any, list[str]]:
+def defaults(verb: Verb) -> Any:
+    """Return the options' values when none is given."""
+    return SimpleNamespace(**{option.dest: option.settings.get("default") for option in verb.options})
+
+
+def parse_these(invocation: Invocation, verb: Verb, words: list[str]) -> tuple[Any, list[str]]:
+    """Do as `parse_words` with other words than the invocation's."""
     if not any(word.startswith("-") for word in words):  # nothing to parse: the quickest commands import no parser
-        return SimpleNamespace(**{option.dest: option.settings.get("default") for option in verb.options}), words
+        return defaults(verb), words
     from pyros1.cli.help import Parser  # noqa: PLC0415
 
     return Parser(verb, invocation).parse_args(words)

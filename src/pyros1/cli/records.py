@@ -71,15 +71,19 @@ class Argument:
         completes: what a shell offers for it: kinds of `pyros1.cli.complete_values`, parted by ``|``.
         many: it may be repeated.
         optional: it may be left out.
+        help: what it is, for help that lists arguments.
     """
 
-    __slots__ = ("completes", "many", "name", "optional")
+    __slots__ = ("completes", "help", "many", "name", "optional")
 
-    def __init__(self, name: str, completes: str = "", *, many: bool = False, optional: bool = False) -> None:
+    def __init__(
+        self, name: str, completes: str = "", *, many: bool = False, optional: bool = False, help: str = ""
+    ) -> None:
         self.name = name
         self.completes = completes
         self.many = many
         self.optional = optional
+        self.help = help
 
     def __str__(self) -> str:
         text = f"{self.name}..." if self.many else self.name
@@ -101,12 +105,13 @@ class Verb:
         aliases: other names of it.
         own: stock's tool does not have it: the list of commands under that tool's name leaves it out.
         stock_about: the line in that list under the stock tool's name, where it must be another; empty: there is none.
+        stock_examples: help under the stock tool's name has the examples, too.
         parse: makes options and arguments of the words, see `pyros1.cli.parsing`; None: `parse_words`.
     """
 
     __slots__ = (
         "about", "aliases", "arguments", "description", "examples", "name", "options", "own", "parse", "run",
-        "stock_about", "usage",
+        "stock_about", "stock_examples", "usage",
     )  # fmt: skip
 
     def __init__(
@@ -121,6 +126,7 @@ class Verb:
         aliases: Sequence[str] = (),
         own: bool = False,
         stock_about: str | None = None,
+        stock_examples: bool = False,
         parse: Parse | None = None,
     ) -> None:
         self.name = name
@@ -134,7 +140,25 @@ class Verb:
         self.aliases = tuple(aliases)
         self.own = own
         self.stock_about = about if stock_about is None else stock_about
+        self.stock_examples = stock_examples
         self.parse = parse
+
+    def examples_text(self, program: str, *, as_stock: bool) -> str:
+        """Return the end of help: a block of examples.
+
+        Args:
+            program: how the command was called.
+            as_stock: it was called by the stock tool's name.
+        """
+        if not self.examples or (as_stock and not self.stock_examples):
+            return ""
+        called = f"{program} {self.name}".rstrip()
+        rows = [
+            (line if line.startswith("pyros1 ") else f"{called} {line}".rstrip(), about)
+            for line, about in self.examples
+        ]
+        width = max(len(line) for line, _ in rows)
+        return "\nExamples:\n" + "".join(f"  {line:{width}}  {about}".rstrip() + "\n" for line, about in rows)
 
     def _words(self) -> list[str]:
         return [str(argument) for argument in self.arguments]
@@ -157,7 +181,8 @@ class Command:
         name: as it is typed.
         about: one line, for ``pyros1 help``.
         group: under which of `GROUPS` that lists it.
-        verb: what it does, of a command without verbs.
+        verb: what it does, of a command without verbs; or what finds and runs its verbs, where others than the first
+            word may be one.
         stock: the stock tool's name; empty if there is none.
         also: other names of the stock tool's family, each with the words behind this command that do the same.
         aliases: other names of the command.

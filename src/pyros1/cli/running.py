@@ -41,7 +41,7 @@ def run_command(name: str, argv: list[str]) -> int:
             return run_command(name, [about, "-h"]) if about else _no_such_verb(command, invocation)
         verb = registry.load_verb(name, found)
     try:
-        return _run(verb, invocation)
+        return run_verb(verb, invocation)
     except BrokenPipeError:
         return quiet_pipe()
     except MasterUnreachableError as error:
@@ -62,7 +62,8 @@ def _told(command: Command, error: Error | OSError) -> int:
     return code
 
 
-def _run(verb: Verb, invocation: Invocation) -> int:
+def run_verb(verb: Verb, invocation: Invocation) -> int:
+    """Parse the words of an invocation, run a verb with them, and return the exit code."""
     try:
         options, arguments = (verb.parse or parse_words)(invocation, verb)
         code = verb.run(invocation, options, arguments)

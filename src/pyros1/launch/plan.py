@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from pyros1.launch.conditions import DEFAULT_TIMEOUT, Condition
+from pyros1.launch.reading.conditions import DEFAULT_TIMEOUT, Condition
 from pyros1.names import ns_join
 
 

@@ -19,16 +19,16 @@ import uuid
 from collections.abc import Iterable, Sequence
 
 from pyros1.errors import LaunchError, MasterUnreachableError, ParameterNotSetError
-from pyros1.launch.check import check_machines
-from pyros1.launch.console import Console
-from pyros1.launch.loader import load_plan
-from pyros1.launch.logs import make_run_folder
-from pyros1.launch.options import Options
 from pyros1.launch.plan import Plan
-from pyros1.launch.report import contents
+from pyros1.launch.reading.loader import load_plan
+from pyros1.launch.reading.report import contents
+from pyros1.launch.reading.words import find_files, parse_arguments
+from pyros1.launch.reading.world import make_resources
+from pyros1.launch.running.check import check_machines
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.logs import make_run_folder
+from pyros1.launch.running.options import Options
 from pyros1.launch.scripted import Node, ProcessHandle, ProcessListener, ScriptRun
-from pyros1.launch.words import find_files, parse_arguments
-from pyros1.launch.world import make_resources
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error
-from pyros1.launch.junit import Case
+from pyros1.launch.testing.junit import Case
 
 if TYPE_CHECKING:
     from pyros1.node import Node

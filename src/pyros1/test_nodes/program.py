@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from pyros1.errors import Error
-from pyros1.launch.junit import Results, description, write_results
+from pyros1.launch.testing.junit import Results, description, write_results
 from pyros1.node import Node
 from pyros1.test_nodes import advertise, hz, param, publish
 from pyros1.test_nodes.check import run_case

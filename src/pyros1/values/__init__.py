@@ -10,10 +10,10 @@ __all__ = ["YamlError", "dump_yaml", "load_all_yaml", "load_yaml"]
 
 
 def dump_yaml(value: Any, *, block: bool = True) -> str:
-    """Write a value as YAML 1.1, laid out as the ROS 1 tools lay it out.
+    """Return a value as YAML 1.1, laid out as the ROS 1 tools lay it out.
 
     Args:
-        value: None, bool, int, float, str, bytes, date, datetime, and lists, tuples and dicts of these.
+        value: None, bool, int, float, str, bytes, date, datetime, and lists, tuples, dicts and sets of these.
         block: one entry per line if True, else everything inline as ``{a: 1, b: [1, 2]}``.
 
     Returns:
@@ -22,6 +22,6 @@ def dump_yaml(value: Any, *, block: bool = True) -> str:
     Raises:
         YamlError: the value holds something that YAML cannot say, or contains itself.
     """
-    from pyros1.values.writing import Writer  # noqa: PLC0415 - most programs only read
+    from pyros1.values.writing import dump  # noqa: PLC0415 - most programs only read
 
-    return Writer(block).document(value)
+    return dump(value, inline=lambda _: not block)

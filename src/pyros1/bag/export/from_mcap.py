@@ -6,11 +6,11 @@ import os
 import re
 from collections.abc import Callable
 
-from pyros1.bag.container import BagWriter
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.imported import Imported
 from pyros1.bag.export.mcap import ROS1_ENCODING, ROS1_SCHEMA, Channel
 from pyros1.bag.export.mcap_reader import McapReader
+from pyros1.bag.format.writer import BagWriter
 from pyros1.errors import MessageError
 from pyros1.msgs import from_definition
 from pyros1.msgs.spec import is_type_name

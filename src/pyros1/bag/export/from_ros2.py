@@ -13,11 +13,11 @@ from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from pyros1.bag.container import BagWriter
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.imported import Imported
 from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, used_types
-from pyros1.bag.records import RECORD_OVERHEAD
+from pyros1.bag.format.records import RECORD_OVERHEAD
+from pyros1.bag.format.writer import BagWriter
 from pyros1.errors import MessageError, UnknownTypeError
 from pyros1.msgs import from_definition, load_message
 

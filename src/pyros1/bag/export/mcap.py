@@ -10,7 +10,7 @@ import struct
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from pyros1.bag.records import U32, U64, RecordError
+from pyros1.bag.format.records import U32, U64, RecordError
 
 MAGIC = b"\x89MCAP0\r\n"
 

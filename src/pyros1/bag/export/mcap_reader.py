@@ -12,7 +12,6 @@ from importlib import import_module
 from types import TracebackType
 from typing import Any
 
-from pyros1.bag.codecs import check_size
 from pyros1.bag.errors import BagError, NotABagError
 from pyros1.bag.export.mcap import (
     HEAD,
@@ -38,8 +37,9 @@ from pyros1.bag.export.mcap import (
     parse_schema,
     walk,
 )
+from pyros1.bag.format.codecs import check_size
+from pyros1.bag.format.records import U32, U64, RecordError
 from pyros1.bag.limits import chunk_limit
-from pyros1.bag.records import U32, U64, RecordError
 
 _HINT = "; `mcap recover` of the MCAP tools makes a file of what is whole"
 

@@ -37,8 +37,8 @@ from pyros1.bag.export.mcap import (
     pack_schema,
     pack_text,
 )
-from pyros1.bag.reader import RawMessage
-from pyros1.bag.records import U32, U64, Connection
+from pyros1.bag.format.reader import RawMessage
+from pyros1.bag.format.records import U32, U64, Connection
 
 CHUNK_THRESHOLD = 1 << 20
 """Bytes beyond which a chunk is closed."""

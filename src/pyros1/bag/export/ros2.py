@@ -18,8 +18,8 @@ from rosbags.typesys import Stores, TypesysError, get_typestore
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.legal_names import LegalNames
 from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, ros2_name
-from pyros1.bag.reader import RawMessage
-from pyros1.bag.records import Connection
+from pyros1.bag.format.reader import RawMessage
+from pyros1.bag.format.records import Connection
 
 STORAGES = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
 """Kinds of files in a ROS 2 bag."""

@@ -66,13 +66,11 @@ def _usage(invocation: Invocation) -> str:
     text = f"{program} is a command-line tool for debugging the ROS Computation Graph.\n\nUsage:\n\t{program}\n"
     if invocation.as_stock:
         return text
-    from pyros1.cli.help import examples_text  # noqa: PLC0415 - only help needs it
-
     rows = {" ".join([*each.names, *each.settings.get("metavar", "").split()]): each.help for each in _VERB.options}
     listed = "".join(f"\t{option:10}  {about}\n" for option, about in rows.items())
     return (
         f"{text}\nPrints nodes, their connections and services, each second until it is interrupted.\n\n"
-        f"Options:\n{listed}{examples_text(program, _VERB.examples)}"
+        f"Options:\n{listed}{_VERB.examples_text(program, as_stock=False)}"
     )
 
 

@@ -15,7 +15,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.errors import Error
 from pyros1.msgs import Message, load_message, load_service
-from pyros1.values.writing import Writer
+from pyros1.values.writing import dump
 
 LONG = 4
 """Most entries of a collection that is not long."""
@@ -153,27 +153,13 @@ def _element(base: str, classes: Any) -> Any:
 # Layout ---------------------------------------------------------------------------------------------------------------
 
 
-class _Layout(Writer):
-    """Writes block style, but for some collections; keeps the order of fields."""
-
-    def __init__(self, brackets: set[int]) -> None:
-        super().__init__(block=True)
-        self._brackets = brackets
-
-    def _is_block(self, value: Any) -> bool:
-        return super()._is_block(value) and id(value) not in self._brackets
-
-    def _items(self, value: dict[Any, Any]) -> list[tuple[Any, Any]]:
-        return list(value.items())
-
-
 def _render(value: dict[str, Any], flow_style: int | None) -> str:
     brackets: set[int] = set()
     if flow_style == 1:
         brackets.add(id(value))
     elif flow_style != 0:
         _choose(value, brackets, False)
-    return _Layout(brackets).document(value).rstrip("\n")
+    return dump(value, inline=lambda part: id(part) in brackets, ordered=True).rstrip("\n")
 
 
 def _parts(value: Any) -> list[Any]:

@@ -8,8 +8,8 @@ import threading
 import time
 from typing import TextIO
 
-from pyros1.bag.record_model import Topic
-from pyros1.bag.recorder import Recorder
+from pyros1.bag.record.model import Topic
+from pyros1.bag.record.recorder import Recorder
 from pyros1.node.log import Log
 
 

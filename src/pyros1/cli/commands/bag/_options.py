@@ -8,9 +8,9 @@ from datetime import datetime
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
-from pyros1.bag.edit import Choice
-from pyros1.bag.reader import BagReader
-from pyros1.bag.records import NS
+from pyros1.bag.edit.editing import Choice
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import NS
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.records import Flag, Option
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.record_follow import Ending, follow, wait_for_time
-from pyros1.bag.record_model import RecordOptions
-from pyros1.bag.record_names import Selection
-from pyros1.bag.record_topics import TopicSearch
-from pyros1.bag.snapshot import Snapshots
+from pyros1.bag.record.follow import Ending, follow, wait_for_time
+from pyros1.bag.record.model import RecordOptions
+from pyros1.bag.record.names import Selection
+from pyros1.bag.record.snapshot import Snapshots
+from pyros1.bag.record.topics import TopicSearch
 from pyros1.cli.commands.bag._live import LiveLine, size_text
 from pyros1.node import Node
 from pyros1.shown import one_line

@@ -6,8 +6,8 @@ import os
 from typing import Any
 
 from pyros1.bag.api import Bag
-from pyros1.bag.migrate import Migration, make_migrator, migration_lines, migrations
-from pyros1.bag.migration import rule_text
+from pyros1.bag.edit.migrate import Migration, make_migrator, migration_lines, migrations
+from pyros1.bag.edit.migration import rule_text
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb

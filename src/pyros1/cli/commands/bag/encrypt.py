@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.bag import edit
-from pyros1.bag.encryption import AES, ENCRYPTORS, Cipher, KeyUnavailableError, new_cipher
-from pyros1.bag.reader import BagReader
+from pyros1.bag.edit import editing as edit
+from pyros1.bag.format.encryption import AES, ENCRYPTORS, Cipher, KeyUnavailableError, new_cipher
+from pyros1.bag.format.reader import BagReader
 from pyros1.cli.commands.bag._options import compression
 from pyros1.cli.commands.bag._rewrite import BAGS, OPTIONS, USAGE, rewrite_each
 from pyros1.cli.failures import CommandError, did_you_mean

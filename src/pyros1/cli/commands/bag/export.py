@@ -10,8 +10,8 @@ from contextlib import ExitStack
 from typing import Any
 
 from pyros1.bag.api import Bag
-from pyros1.bag.edit import Choice
-from pyros1.bag.reader import RawMessage
+from pyros1.bag.edit.editing import Choice
+from pyros1.bag.format.reader import RawMessage
 from pyros1.cli.commands.bag._files import different, whole_or_nothing
 from pyros1.cli.commands.bag._options import CHOICE, QUIET, choice_of
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean

@@ -7,10 +7,10 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from pyros1.bag import edit
 from pyros1.bag.api import Bag
-from pyros1.bag.reader import RawMessage
-from pyros1.bag.records import RECORD_OVERHEAD
+from pyros1.bag.edit import editing as edit
+from pyros1.bag.format.reader import RawMessage
+from pyros1.bag.format.records import RECORD_OVERHEAD
 from pyros1.cli.commands.bag._files import different, new_file
 from pyros1.cli.commands.bag._options import CHOICE, choice_of, chosen, warn_of_strangers
 from pyros1.cli.failures import CommandError, UsageError

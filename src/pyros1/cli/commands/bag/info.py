@@ -7,8 +7,8 @@ import sys
 from typing import Any
 
 from pyros1.bag.errors import BagError, EncryptedError
+from pyros1.bag.format.reader import BagReader
 from pyros1.bag.info import info_text, info_values, summarize, yaml_text
-from pyros1.bag.reader import BagReader
 from pyros1.cli.commands.bag._failures import report_bag_error
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation

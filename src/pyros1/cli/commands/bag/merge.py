@@ -6,8 +6,8 @@ import contextlib
 import sys
 from typing import Any
 
-from pyros1.bag import edit
-from pyros1.bag.reader import BagReader
+from pyros1.bag.edit import editing as edit
+from pyros1.bag.format.reader import BagReader
 from pyros1.cli.commands.bag._files import different, new_file
 from pyros1.cli.commands.bag._options import CHOICE, choice_of, compression, warn_of_strangers
 from pyros1.cli.failures import UsageError

@@ -10,10 +10,10 @@ from math import inf, isfinite
 from time import monotonic
 from typing import Any
 
-from pyros1.bag.play_control import Control
-from pyros1.bag.play_keyboard import Keyboard
-from pyros1.bag.play_source import Bags
-from pyros1.bag.player import Player, PlayOptions, Status
+from pyros1.bag.play.control import Control
+from pyros1.bag.play.keyboard import Keyboard
+from pyros1.bag.play.player import Player, PlayOptions, Status
+from pyros1.bag.play.source import Bags
 from pyros1.cli.commands.bag._live import LiveLine
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation

@@ -9,11 +9,11 @@ from typing import Any
 
 from pyros1 import names
 from pyros1.bag.errors import BagError
-from pyros1.bag.record_follow import Ending, follow, wait_for_time
-from pyros1.bag.record_model import RecordOptions
-from pyros1.bag.record_names import FileNames, Selection
-from pyros1.bag.record_topics import TopicSearch
-from pyros1.bag.recorder import Events, Recorder
+from pyros1.bag.record.follow import Ending, follow, wait_for_time
+from pyros1.bag.record.model import RecordOptions
+from pyros1.bag.record.names import FileNames, Selection
+from pyros1.bag.record.recorder import Events, Recorder
+from pyros1.bag.record.topics import TopicSearch
 from pyros1.cli.commands.bag._live import LiveLine, RecordLine, record_table
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation

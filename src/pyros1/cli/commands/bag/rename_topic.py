@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pyros1.bag import edit
-from pyros1.bag.reader import BagReader
+from pyros1.bag.edit import editing as edit
+from pyros1.bag.format.reader import BagReader
 from pyros1.cli.commands.bag._files import different, new_file
 from pyros1.cli.commands.bag._options import compression
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean

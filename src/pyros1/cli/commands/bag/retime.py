@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.bag import edit
 from pyros1.bag.api import Bag
-from pyros1.bag.reader import RawMessage
+from pyros1.bag.edit import editing as edit
+from pyros1.bag.format.reader import RawMessage
 from pyros1.cli.commands.bag._files import different, new_file
 from pyros1.cli.commands.bag._options import compression, parse_time
 from pyros1.cli.failures import UsageError

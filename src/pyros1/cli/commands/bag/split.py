@@ -8,9 +8,9 @@ import re
 import sys
 from typing import Any
 
-from pyros1.bag import edit
-from pyros1.bag.reader import BagReader
-from pyros1.bag.records import NS
+from pyros1.bag.edit import editing as edit
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import NS
 from pyros1.cli.commands.bag._files import interruptible
 from pyros1.cli.commands.bag._options import CHOICE, choice_of, compression, warn_of_strangers
 from pyros1.cli.failures import CommandError, UsageError

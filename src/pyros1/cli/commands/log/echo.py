@@ -66,9 +66,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    from pyros1.cli.shared.argument_parser import argument_parser  # noqa: PLC0415 - completion does without
+    from pyros1.cli.shared.argparsing import add_parts, make_parser  # noqa: PLC0415 - completion does without
 
-    parser = argument_parser(invocation, verb)
+    parser = make_parser(invocation, verb)
+    add_parts(parser, invocation, *verb.options)
     about = "regular expression to filter the node's name (default: %(default)s)"
     parser.add_argument("filter", metavar="FILTER", nargs="?", default=".*", help=about)
     options = parser.parse_args(invocation.args)

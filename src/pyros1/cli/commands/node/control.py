@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.launch.control import Launch, Status, running_launches
+from pyros1.launch.running.control import Launch, Status, running_launches
 
 _POLL = 0.05
 _DEADLINE = 30.0

@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Flag, Verb
-from pyros1.launch.control import Status, running_launches
+from pyros1.launch.running.control import Status, running_launches
 from pyros1.shown import one_line
 
 _SAMPLE = 0.5

@@ -40,9 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     words = list(args)
     forms = words.pop(0) if words[:1] in (["--tf"], ["--tf2"]) else ""
     if words[:1] in (["-h"], ["--help"]):
-        from pyros1.cli.help import examples_text  # noqa: PLC0415 - only help needs it
-
-        examples = examples_text(f"{invocation.program} {_NAME}", VERB.examples)
+        examples = VERB.examples_text(invocation.program, as_stock=False)
         print(*_usages(forms), _ABOUT, examples, sep="\n", end="")
         return 0
     if not _form_fits(len(words), forms):

@@ -55,7 +55,7 @@ class Tool(Verb):
 
     def _run(self, invocation: Invocation, options: Any, args: list[str]) -> int | None:
         if "-h" in args or "--help" in args:
-            print(self._help(f"{invocation.program} {self.name}"))
+            print(self._help(invocation.program))
             return 0
         try:
             return self._work(invocation, options, args)
@@ -65,13 +65,11 @@ class Tool(Verb):
             print(f"\nusage: {self.name} {self.usage}\n")
             return 1
 
-    def _help(self, called: str) -> str:
-        from pyros1.cli.help import examples_text  # noqa: PLC0415 - only help needs it
-
+    def _help(self, program: str) -> str:
         text = f"usage: {self.name} {self.usage}\n\n{self.about[0].upper()}{self.about[1:]}.\n"
         if self._parameters:
             text += "\nParameters:\n" + "".join(f"  {line}\n" for line in self._parameters)
-        return (text + examples_text(called, self.examples)).rstrip("\n")
+        return (text + self.examples_text(program, as_stock=False)).rstrip("\n")
 
 
 def open_node(invocation: Invocation, base: str) -> Node:

@@ -10,7 +10,6 @@ from pyros1 import names
 from pyros1.cli.commands.topic_tools._expression import load_modules
 from pyros1.cli.commands.topic_tools._tool import open_node
 from pyros1.cli.failures import CommandError
-from pyros1.cli.help import examples_text
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.fields import FieldPath, FieldPathError
@@ -50,7 +49,7 @@ def parse(invocation: Invocation, verb: Verb, expression: str) -> tuple[Any, lis
         prog=verb.name,
         description=verb.description,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=examples_text(f"{invocation.program} {verb.name}", verb.examples),
+        epilog=verb.examples_text(invocation.program, as_stock=False),
     )
     texts = {
         "input": "input topic, or a field of it: /topic/field",

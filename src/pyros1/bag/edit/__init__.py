@@ -1,0 +1,1 @@
+"""New bags from old ones."""

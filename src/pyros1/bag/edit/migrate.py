@@ -1,0 +1,114 @@
+"""Makes bags whose messages are as this system defines them, of old ones (L139, L140)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+
+from pyros1.bag.api import Bag
+from pyros1.bag.edit.editing import Copy
+from pyros1.bag.edit.migration import Class, Migrator, Missing
+from pyros1.bag.errors import BagError
+from pyros1.bag.format.reader import RawMessage
+from pyros1.bag.format.records import RECORD_OVERHEAD, Connection
+from pyros1.bag.format.writer import BagWriter
+from pyros1.errors import MessageError
+from pyros1.msgs import load_message
+from pyros1.shown import one_line
+
+Migration = tuple[Class, Class | None, list[Missing]]
+"""A type that is not as it is today: its class, its class of today, None if there is none, and the rules missing."""
+
+
+def make_migrator(rules: Iterable[str]) -> Migrator:
+    """Return a migrator to the definitions of this system, with the rules of these files."""
+    migrator = Migrator(load_message)
+    for path in rules:
+        migrator.read_rules(path)
+    return migrator
+
+
+def migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
+    """Return what the types of a bag need that are not as they are today: see `Migration`."""
+    found: dict[tuple[str, str], Migration] = {}
+    for connection in bag.connections:
+        key = (connection.type, connection.md5sum)
+        if key in found:
+            continue
+        try:
+            old = bag.message_class(connection)
+        except MessageError as error:
+            raise BagError(bag.path, f"connection {connection.id} on {one_line(connection.topic)}: {error}") from error
+        new = migrator.target(old)
+        if new is None or not _same(old, new):
+            found[key] = (old, new, migrator.missing(old, new))
+    return list(found.values())
+
+
+def migration_lines(migrations: Iterable[Migration]) -> Iterator[str]:
+    """Yield what has to be done, for people."""
+    for old, new, missing in migrations:
+        yield from _step_lines(old, new, "")
+        if missing:
+            yield f"    {len(missing)} rules missing:"
+            for step in missing:
+                yield from _step_lines(*step, "    ")
+
+
+def _step_lines(old: Class, new: Class | None, indent: str) -> Iterator[str]:
+    yield f"{indent} * From: {old._type} [{old._md5sum}]"
+    yield f"{indent}   To:   {'Unknown' if new is None else f'{new._type} [{new._md5sum}]'}"
+
+
+class Migrated:
+    """Writes a bag with the messages of another, migrated where that is possible.
+
+    Args:
+        bag: the old one.
+        migrator: knows how.
+    """
+
+    def __init__(self, bag: Bag, migrator: Migrator) -> None:
+        self._bag = bag
+        self._migrator = migrator
+        self._new: dict[int, tuple[Class | None, Connection]] = {}
+        for number, connection in bag.reader.connections.items():
+            self._new[number] = self._plan(connection)
+
+    def _plan(self, connection: Connection) -> tuple[Class | None, Connection]:
+        old = self._bag.message_class(connection)
+        new = self._migrator.target(old)
+        if new is None or self._migrator.missing(old, new) or _same(old, new):
+            return None, connection
+        fields = {"type": new._type, "md5sum": new._md5sum, "message_definition": new._full_text}
+        header = dict(connection.header) | {name: value.encode() for name, value in fields.items()}
+        return new, Connection(connection.id, connection.topic, header)
+
+    def write(self, path: str, progress: Callable[[int], object]) -> None:
+        """Write the new bag.
+
+        Args:
+            path: the file.
+            progress: called with bytes of the old one done.
+
+        Raises:
+            BagError: a bag cannot be read or written, or a message cannot be converted.
+        """
+        done = 0
+        with BagWriter(path, cipher=self._bag.reader.file.cipher) as writer:
+            out = Copy(writer)
+            for stored in self._bag.reader.messages():
+                cls, connection = self._new[stored.connection.id]
+                done += len(stored.data) + RECORD_OVERHEAD
+                progress(done)
+                out.write(RawMessage(connection, stored.time, stored.data if cls is None else self._data(stored, cls)))
+
+    def _data(self, stored: RawMessage, cls: Class) -> bytes:
+        try:
+            encoded = cls._encode(self._migrator.convert(self._bag.decode(stored), cls))
+        except MessageError as error:
+            raise BagError(self._bag.path, f"message on {stored.connection.topic}: {error}") from error
+        return encoded if isinstance(encoded, bytes) else b"".join(encoded)
+
+
+def _same(old: Class, new: Class) -> bool:
+    return (old._type, old._md5sum) == (new._type, new._md5sum)

@@ -1,0 +1,113 @@
+"""Makes a closed bag of one that was not closed, is cut off, spoilt or of version 1.2; no whole message is lost."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pyros1.bag.errors import BagError
+from pyros1.bag.format.contents import Messages
+from pyros1.bag.format.files import BagFile
+from pyros1.bag.format.records import MAX_CONNECTIONS, MAX_TIME, Connection, RecordError
+from pyros1.bag.format.scanner import Damage, Found, Scanner
+from pyros1.bag.format.writer import BagWriter
+
+
+@dataclass(frozen=True)
+class Saved:
+    """What reindexing brought back.
+
+    Attributes:
+        messages: in the new bag.
+        lost: whole messages that are not: the record of their connection is gone, or their time is nonsense.
+        damages: places in the old bag that could not be read.
+    """
+
+    messages: int
+    lost: int
+    damages: list[Damage]
+
+
+def reindex(
+    source: str | os.PathLike[str], target: str | os.PathLike[str], progress: Callable[[int], object] | None = None
+) -> Saved:
+    """Write all whole messages of a bag into a new one.
+
+    Chunks that are whole are copied as they are, compressed or not, encrypted or not.
+
+    Args:
+        source: the bag.
+        target: the new file; replaced if it exists.
+        progress: called with the offset in the source, in bytes.
+
+    Raises:
+        NotABagError: the source is no bag, ...
+        EncryptedError: it is encrypted, and its key is not to be had.
+        OSError: a file cannot be read or written.
+    """
+    file = BagFile(source)
+    try:
+        if os.path.exists(target) and os.path.samefile(source, target):
+            raise BagError(file.path, "a bag cannot be reindexed into itself")
+        scanner = Scanner(file, progress)  # which unlocks the file
+        for connection in _end_connections(file):
+            scanner.connections[connection.id] = connection
+        with BagWriter(target, cipher=file.cipher) as writer:
+            rebuild = _Rebuild(file, scanner, writer)
+            for found in scanner.chunks():
+                rebuild.take(found)
+                del found  # not two chunks in memory
+        return Saved(rebuild.messages, rebuild.lost, scanner.damages)
+    finally:
+        file.close()
+
+
+def _end_connections(file: BagFile) -> list[Connection]:
+    """The connections of the end section, if there is one: old recorders did not write all of them into chunks."""
+    found: list[Connection] = []
+    position = file.index_pos
+    while 0 < position < file.size and len(found) < MAX_CONNECTIONS:
+        try:
+            connection, position = file.connection(position)
+        except RecordError:
+            break
+        found.append(connection)
+    return found
+
+
+class _Rebuild:
+    """Puts what the scanner finds into the new bag, under the same connection ids."""
+
+    def __init__(self, file: BagFile, scanner: Scanner, writer: BagWriter) -> None:
+        self._file = file
+        self._scanner = scanner
+        self._writer = writer
+        self.messages = 0
+        self.lost = 0
+
+    def take(self, found: Found) -> None:
+        known = self._scanner.connections
+        good = found.messages.where(lambda conn, time: conn in known and time <= MAX_TIME)
+        self.messages += len(good)
+        self.lost += len(found.messages) - len(good)
+        if found.header is not None and found.chunk.whole:
+            self._copy(found, good)
+        else:
+            for message in good:
+                self._need(message.conn, inside=True)
+                self._writer.write(message.conn, message.time, found.content[message.start : message.end])
+            self._writer.flush()
+
+    def _copy(self, found: Found, good: Messages) -> None:
+        header = found.header
+        assert header is not None
+        for conn in dict.fromkeys(good.conns):
+            self._need(conn, inside=False)
+        stored = self._file.read(header.data, header.stored)
+        self._writer.copy_chunk(header.compression, header.size, stored, good)
+
+    def _need(self, conn: int, *, inside: bool) -> None:
+        if conn not in self._writer.connections:
+            connection = self._scanner.connections[conn]
+            self._writer.put_connection(connection.topic, connection.header, conn, inside=inside)

@@ -1,0 +1,1 @@
+"""Bag files as bytes: records, chunks, indexes; reading, writing, damaged files."""

@@ -1,0 +1,118 @@
+"""Compression of chunks: none, bz2 and lz4."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from io import BytesIO
+from typing import Any
+
+from pyros1.bag.format.records import LimitError, RecordError
+
+COMPRESSIONS = ("none", "bz2", "lz4")
+
+MAX_CHUNK = 1 << 31
+"""Largest content of a chunk that is written, in bytes."""
+
+
+def check_size(size: int, limit: int) -> None:
+    """Raise LimitError if a chunk or record claims to hold more bytes than are read."""
+    if size > limit:
+        raise LimitError(
+            f"it claims to hold {size} bytes, and no more than {limit} are read: "
+            "--chunk-limit MB raises that limit, if the file can be trusted"
+        )
+
+
+_BZ2_FULL_LEVEL = 9
+_LZ4_BLOCKS_OF_1_MB = 6
+_PIECE = 1 << 20
+"""Bytes that are compressed at a time, and made by decompressing."""
+_SMALL = 4096
+
+Buffer = bytes | bytearray | memoryview
+
+
+def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
+    """Return a chunk's content as it is stored, in parts: it may be large, and is never copied as a whole.
+
+    Args:
+        compression: one of `COMPRESSIONS`.
+        parts: the content.
+    """
+    if compression == "bz2":
+        import bz2  # noqa: PLC0415 - most bags need none
+
+        packer = bz2.BZ2Compressor(_BZ2_FULL_LEVEL)
+        return [*map(packer.compress, _pieces(parts)), packer.flush()]
+    if compression == "lz4":
+        # Stock's readers refuse frames that have a size, no checksum, or blocks that need the ones before them.
+        frame = _lz4().LZ4FrameCompressor(block_size=_LZ4_BLOCKS_OF_1_MB, block_linked=False, content_checksum=True)
+        return [frame.begin(), *map(frame.compress, _pieces(parts)), frame.flush()]
+    return parts
+
+
+def _pieces(parts: Sequence[Buffer]) -> Iterator[memoryview]:
+    for part in parts:
+        view = memoryview(part)
+        for start in range(0, len(view), _PIECE):
+            yield view[start : start + _PIECE]
+
+
+def decompress(compression: str, data: bytes, size: int, limit: int, *, partial: bool = False) -> bytes:
+    """Return a stored chunk's content, at most `size` bytes of it: a damaged chunk cannot fill the memory.
+
+    Args:
+        compression: as the chunk says.
+        data: as stored.
+        size: of the content, as the chunk says.
+        limit: most bytes of content.
+        partial: the chunk may be cut off or spoilt: return what can be saved.
+
+    Raises:
+        RecordError: the compression is unknown, the content is larger than the limit, or the bytes are spoilt.
+    """
+    if compression not in COMPRESSIONS:
+        raise RecordError(f"the chunk's compression {compression[:20]!r} is unknown")
+    if partial:
+        size = min(size, limit)
+    check_size(size, limit)
+    content = data if compression == "none" else _unpack(compression, data, size, partial)
+    if len(content) != size and not partial:
+        raise RecordError(f"the chunk holds {len(content)} bytes instead of {size}")
+    return content
+
+
+def _unpack(compression: str, data: bytes, size: int, partial: bool) -> bytes:
+    if compression == "bz2":
+        import bz2  # noqa: PLC0415
+
+        unpacker: Any = bz2.BZ2Decompressor()
+    else:
+        unpacker = _lz4().LZ4FrameDecompressor()
+    content = BytesIO()  # grows in place, and gives what is in it away without a copy
+    left = size
+    step = _SMALL if partial else _PIECE  # so that what comes before a damage is not lost with it
+    view = memoryview(data)
+    try:
+        for start in range(0, len(data), step):
+            piece = view[start : start + step]
+            while left > 0:
+                made: bytes = unpacker.decompress(piece, min(left, _PIECE))
+                if len(made) == size:
+                    return made
+                left -= content.write(made)
+                if unpacker.eof:
+                    return content.getvalue()
+                if unpacker.needs_input or not made:
+                    break
+                piece = memoryview(b"")
+    except (OSError, RuntimeError, EOFError, ValueError) as error:
+        if not partial:
+            raise RecordError(f"the chunk's {compression} data are damaged: {error}") from None
+    return content.getvalue()
+
+
+def _lz4() -> Any:
+    import lz4.frame  # type: ignore[import-untyped]  # noqa: PLC0415 - few bags have it
+
+    return lz4.frame

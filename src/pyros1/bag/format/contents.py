@@ -1,0 +1,184 @@
+"""The messages in a chunk's content: where they are, in columns. Pure.
+
+A chunk of a few kilobytes may hold millions of small messages. In columns they take half of what their records take in
+the content; as objects they would take many times as much.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from array import array
+from collections.abc import Callable, Iterator
+from itertools import compress, islice
+from operator import le
+
+from pyros1.bag.format.records import (
+    MAX_CONNECTIONS,
+    MESSAGE_BEGINS,
+    NS,
+    OP_CONNECTION,
+    OP_MESSAGE,
+    U32,
+    Connection,
+    Fields,
+    Message,
+    RecordError,
+    op_of,
+    parse_connection,
+    split_record,
+    time_of,
+    u32,
+)
+
+
+class Messages:
+    """Where messages are, each with what `Message` says, in columns of the same length.
+
+    Attributes:
+        conns: ids of their connections.
+        times: receive times in nanoseconds.
+        offsets: of their records in the content.
+        starts: of their bytes in the content.
+        ends: of their bytes in the content.
+    """
+
+    __slots__ = ("conns", "ends", "offsets", "starts", "times")
+
+    SIZE = 24
+    """Bytes that a message takes here."""
+
+    def __init__(self) -> None:
+        self.conns, self.offsets, self.starts, self.ends = array("I"), array("I"), array("I"), array("I")
+        self.times = array("Q")
+
+    def add(self, conn: int, time: int, offset: int, start: int, end: int) -> None:
+        """Add one; arguments as of `Message`."""
+        self.conns.append(conn)
+        self.times.append(time)
+        self.offsets.append(offset)
+        self.starts.append(start)
+        self.ends.append(end)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __getitem__(self, number: int) -> Message:
+        return Message(*(column[number] for column in self._columns()))
+
+    def __iter__(self) -> Iterator[Message]:
+        return map(Message._make, zip(*self._columns(), strict=True))
+
+    def where(self, wanted: Callable[[int, int], bool]) -> Messages:
+        """Return those of which `wanted`, given id of the connection and time, says so."""
+        mask = bytearray(map(wanted, self.conns, self.times))
+        return self if all(mask) else self._made(lambda column: compress(column, mask))
+
+    def by_time(self) -> Messages:
+        """Return them by time; of the same time, in their order."""
+        times = self.times
+        if all(map(le, times, islice(times, 1, None))):
+            return self
+        order = array("I", sorted(range(len(times)), key=times.__getitem__))
+        return self._made(lambda column: map(column.__getitem__, order))
+
+    def part(self, first: int, end: int) -> Iterator[tuple[int, int, int, int]]:
+        """Return connection, time, start and end of those with numbers from `first` to before `end`."""
+        if end == first + 1:
+            return iter(((self.conns[first], self.times[first], self.starts[first], self.ends[first]),))
+        columns = [self.conns, self.times, self.starts, self.ends]
+        if end - first < len(self):
+            columns = [column[first:end] for column in columns]
+        return zip(*columns, strict=True)
+
+    def _columns(self) -> tuple[array[int], ...]:
+        return self.conns, self.times, self.offsets, self.starts, self.ends
+
+    def _made(self, change: Callable[[array[int]], Iterator[int]]) -> Messages:
+        made = Messages()
+        for old, new in zip(self._columns(), made._columns(), strict=True):
+            new.extend(change(old))
+        return made
+
+
+# Almost every message's header is one of these two: that of Python's writers, and the sorted one of C++.
+_CONN_FIRST = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
+_OP_FIRST_FORM = struct.Struct("<I17sI9sIII")
+_CONN_FIRST_FORM = struct.Struct("<I9sI17sIII")
+_MESSAGE_BEGINS = re.compile(
+    re.escape(U32.pack(38))
+    + b"(?:%b....%b|%b....%b)" % tuple(re.escape(word) for word in (*MESSAGE_BEGINS, *_CONN_FIRST)),
+    re.DOTALL,
+)
+
+
+def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[int, Connection]]:
+    """Return the messages of a chunk's (uncompressed) content in their order, and the connections in it by id.
+
+    Of several connections of one id the first counts.
+
+    Args:
+        partial: the content may end, or be spoilt, anywhere: what is whole is returned, and no error raised.
+
+    Raises:
+        RecordError: a record is not whole, the text names its offset in the content; or there are too many connections.
+    """
+    messages = Messages()
+    connections: dict[int, Connection] = {}
+    add_conn, add_time, add_offset = messages.conns.append, messages.times.append, messages.offsets.append
+    add_start, add_end = messages.starts.append, messages.ends.append
+    position, end = 0, len(data)
+    first, second, form = *MESSAGE_BEGINS, _OP_FIRST_FORM
+    while position < end:
+        if end - position >= 46:
+            size, a, conn, b, secs, nsecs, length = form.unpack_from(data, position)
+            if size == 38 and a == first and b == second:
+                start = position + 46
+                stop = start + length
+                if stop > end:
+                    if not partial:
+                        break
+                    position = _next_message(data, position + 1)
+                    continue
+                add_conn(conn)
+                add_time(secs * NS + nsecs)
+                add_offset(position)
+                add_start(start)
+                add_end(stop)
+                position = stop
+                continue
+            if size == 38 and form is _OP_FIRST_FORM and data[position + 4 : position + 13] == _CONN_FIRST[0]:
+                first, second, form = *_CONN_FIRST, _CONN_FIRST_FORM
+                continue
+        following = 0
+        try:
+            fields, start, stop = split_record(data, position)
+            op = op_of(fields)
+            following = stop  # from here on the record's lengths are believed, whatever is wrong in it
+            if op == OP_MESSAGE:
+                messages.add(u32(fields, "conn"), time_of(fields), position, start, stop)
+            elif op == OP_CONNECTION:
+                _define(connections, fields, data[start:stop])
+        except RecordError as error:
+            if not partial:
+                raise RecordError(f"{error} (at byte {position} of the chunk's content)") from None
+            following = following or _next_message(data, position + 1)
+        position = following
+    if position < end and not partial:
+        raise RecordError(f"the message at byte {position} of the chunk's content runs past its end")
+    return messages, connections
+
+
+def _define(connections: dict[int, Connection], fields: Fields, data: bytes) -> None:
+    number = u32(fields, "conn")
+    if number in connections:
+        return
+    if len(connections) >= MAX_CONNECTIONS:
+        raise RecordError(f"the chunk has more than {MAX_CONNECTIONS} connections")
+    connections[number] = parse_connection(fields, data)
+
+
+def _next_message(data: bytes, position: int) -> int:
+    """Return where the next message begins behind a spoilt record, whose lengths say nothing; the end if none does."""
+    found = _MESSAGE_BEGINS.search(data, position)
+    return len(data) if found is None else found.start()

@@ -1,0 +1,162 @@
+"""Encrypted bags (B03, L144): AES-CBC under a key of the bag's own, which is in the bag header, encrypted by gpg.
+
+The cipher comes from the package ``cryptography``; gpg is the system's, with the user's keys.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from importlib import import_module
+from io import BytesIO
+from typing import Any
+
+from pyros1.bag.format.records import RecordError
+from pyros1.errors import Error
+
+AES = "rosbag/AesCbcEncryptor"
+NONE = "rosbag/NoEncryptor"
+ENCRYPTORS = (AES, NONE)
+
+_BLOCK = 16
+_PIECE = 1 << 20
+"""Bytes that are encrypted or decrypted at a time: the package makes copies of them."""
+
+Buffer = bytes | bytearray | memoryview
+_DEFAULT_USER = "*"
+
+
+class KeyUnavailableError(Error):
+    """A bag's key cannot be had; the text says why and what to do."""
+
+
+class Cipher:
+    """Encrypts and decrypts the chunks and connection headers of a bag.
+
+    Args:
+        fields: what the bag header holds for those who have the key.
+        key: 16 bytes.
+
+    Raises:
+        KeyUnavailableError: the package ``cryptography`` is not installed, or the key is none.
+    """
+
+    def __init__(self, fields: Mapping[str, bytes], key: bytes) -> None:
+        self.fields = fields
+        ciphers = _ciphers()
+        try:
+            algorithm: Any = ciphers.algorithms.AES(key)
+        except ValueError:
+            raise KeyUnavailableError(f"the bag's key has {len(key)} bytes, which is not one of AES") from None
+        self._of: Callable[[bytes], Any] = lambda vector: ciphers.Cipher(algorithm, ciphers.modes.CBC(vector))
+
+    def encrypt(self, data: bytes) -> bytes:
+        """Return bytes encrypted, with the initial vector in front."""
+        return b"".join(self.encrypt_parts([data]))
+
+    def encrypt_parts(self, parts: Iterable[Buffer]) -> list[bytes]:
+        """Return bytes that are in parts encrypted, in parts, of which none is large."""
+        vector = os.urandom(_BLOCK)
+        encryptor = self._of(vector).encryptor()
+        made, size = [vector], 0
+        for part in parts:
+            made += map(encryptor.update, _pieces(memoryview(part)))
+            size += len(part)
+        padding = _BLOCK - size % _BLOCK
+        return [*made, encryptor.update(bytes([padding]) * padding)]
+
+    def decrypt(self, data: bytes, *, partial: bool = False) -> bytes:
+        """Return bytes decrypted.
+
+        Args:
+            partial: they may be cut off: return what can be saved.
+
+        Raises:
+            RecordError: they were not encrypted with this key, or are damaged.
+        """
+        if partial:
+            data = data[: len(data) // _BLOCK * _BLOCK]
+        if len(data) < (1 if partial else 2) * _BLOCK or len(data) % _BLOCK:
+            raise RecordError("the encrypted data are cut off")
+        decryptor = self._of(data[:_BLOCK]).decryptor()
+        plain = BytesIO()  # grows in place, and gives what is in it away without a copy
+        last = b""
+        for piece in _pieces(memoryview(data)[_BLOCK:]):
+            last = decryptor.update(piece)
+            plain.write(last)
+        padding = last[-1] if last else 0
+        if 0 < padding <= _BLOCK and last.endswith(bytes([padding]) * padding):
+            plain.truncate(len(data) - _BLOCK - padding)
+        elif not partial:
+            raise RecordError("the encrypted data are damaged, or were encrypted with another key")
+        return plain.getvalue()
+
+
+def _pieces(data: memoryview) -> Iterator[memoryview]:
+    return (data[start : start + _PIECE] for start in range(0, len(data), _PIECE))
+
+
+def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
+    """Return a cipher with a new key.
+
+    Args:
+        user: whose public key of gpg encrypts it: a name, address or fingerprint; ``*`` takes the first of which gpg
+            has the secret key, too.
+
+    Raises:
+        KeyUnavailableError: gpg has no such key, or something is not installed.
+    """
+    _ciphers()
+    recipient, name = _own_key() if user == _DEFAULT_USER else (user, user)
+    key = os.urandom(_BLOCK)
+    locked = _gpg("--batch", "--trust-model", "always", "--recipient", recipient, "--encrypt", data=key)
+    return Cipher({"encryptor": AES.encode(), "gpg_user": name.encode(), "encrypted_key": locked}, key)
+
+
+def _own_key() -> tuple[str, str]:
+    """Fingerprint of the user's first key, and the name in it."""
+    fingerprint = ""
+    for line in _gpg("--batch", "--with-colons", "--list-secret-keys").decode(errors="replace").splitlines():
+        fields = line.split(":")
+        if fields[0] == "fpr" and not fingerprint:
+            fingerprint = fields[9]
+        if fields[0] == "uid" and fingerprint:
+            return fingerprint, fields[9].partition(" <")[0]
+    raise KeyUnavailableError("gpg has no key of yours yet: make one with `gpg --gen-key`, or name another user's")
+
+
+def open_cipher(header: Mapping[str, bytes]) -> Cipher:
+    """Return the cipher of an encrypted bag.
+
+    Args:
+        header: fields of its bag header.
+
+    Raises:
+        KeyUnavailableError: its encryptor is unknown, gpg does not have the key, or something is not installed.
+    """
+    encryptor = header.get("encryptor", b"").decode("latin-1")
+    if encryptor != AES:
+        raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not known here")
+    fields = {name: header[name] for name in ("encryptor", "gpg_user", "encrypted_key") if name in header}
+    _ciphers()  # before the user is asked for a passphrase
+    return Cipher(fields, _gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
+
+
+def _ciphers() -> Any:
+    try:
+        return import_module("cryptography.hazmat.primitives.ciphers")
+    except ImportError:
+        raise KeyUnavailableError("encrypted bags need a package: pip install 'pyros1[encryption]'") from None
+
+
+def _gpg(*words: str, data: bytes = b"") -> bytes:
+    import subprocess  # noqa: PLC0415 - most bags are not encrypted
+
+    try:
+        result = subprocess.run(["gpg", "--quiet", *words], input=data, capture_output=True, check=False)
+    except FileNotFoundError:
+        raise KeyUnavailableError("encrypted bags need the program gpg, which is not installed (GnuPG)") from None
+    if result.returncode:
+        lines = [line for line in result.stderr.decode(errors="replace").splitlines() if line.startswith("gpg: ")]
+        raise KeyUnavailableError(lines[-1] if lines else f"gpg ended with exit code {result.returncode}")
+    return result.stdout

@@ -1,0 +1,347 @@
+"""What all readers of bag files share: opening, the version, single records at a place in the file."""
+
+from __future__ import annotations
+
+import os
+import stat
+import struct
+from collections.abc import ItemsView, Iterable, Iterator, KeysView, Mapping
+from dataclasses import dataclass, field
+from io import FileIO
+
+from pyros1.bag.errors import BagError, EncryptedError, NotABagError
+from pyros1.bag.format.encryption import NONE, Cipher, KeyUnavailableError, open_cipher
+from pyros1.bag.format.records import (
+    BAG_HEADER_SIZE,
+    FIRST_LINE,
+    MAX_CONNECTIONS,
+    MAX_HEADER,
+    OP_BAG,
+    OP_CHUNK,
+    OP_CONNECTION,
+    U32,
+    Connection,
+    Fields,
+    RecordError,
+    op_of,
+    parse_connection,
+    parse_fields,
+    u32,
+    u64,
+)
+from pyros1.bag.limits import chunk_limit
+
+_COUNT = struct.Struct("<II")
+
+_HEAD = 512
+"""Bytes that are read to see a record's header; most need not more."""
+
+_TRUSTED = 64 << 20
+"""Bytes that a chunk may have without a look at its other length: a damaged one must not fill the memory."""
+
+
+class Counts(Mapping[int, int]):
+    """Connection id -> messages, packed as in the file: bags of hundreds of topics have very many."""
+
+    __slots__ = ("_packed",)
+
+    def __init__(self, packed: bytes) -> None:
+        self._packed = packed
+
+    def __getitem__(self, conn: int) -> int:
+        return self.unpacked()[conn]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self.unpacked())
+
+    def __len__(self) -> int:
+        return len(self._packed) // _COUNT.size
+
+    def keys(self) -> KeysView[int]:
+        """Return the ids."""
+        return self.unpacked().keys()
+
+    def items(self) -> ItemsView[int, int]:
+        """Return pairs of id and messages."""
+        return self.unpacked().items()
+
+    def unpacked(self) -> dict[int, int]:
+        """Return it as a dictionary, for more than one question."""
+        return dict(_COUNT.iter_unpack(self._packed))
+
+
+@dataclass(slots=True)
+class Chunk:
+    """Messages that are stored together.
+
+    Attributes:
+        pos: offset of its record in the file; of messages outside of chunks, that of the first.
+        start: earliest time in it, in nanoseconds.
+        end: latest time in it.
+        counts: connection id -> messages.
+        loose: bytes of messages that are in the file without a chunk around them; 0: it is a chunk.
+        whole: False if it is cut off or spoilt, so that only a part of it can be read.
+    """
+
+    pos: int
+    start: int
+    end: int
+    counts: Mapping[int, int] = field(default_factory=dict)
+    loose: int = 0
+    whole: bool = True
+
+
+@dataclass(frozen=True)
+class ChunkHeader:
+    """A chunk's header.
+
+    Attributes:
+        compression: as stored.
+        size: of the content in bytes.
+        data: offset of the stored bytes in the file.
+        stored: their number, as the header says.
+    """
+
+    compression: str
+    size: int
+    data: int
+    stored: int
+
+    def sane(self, limit: int) -> int:
+        """Return how many stored bytes are worth reading: less than `stored` if the two lengths contradict each other.
+
+        Args:
+            limit: largest content that is read.
+        """
+        size = min(self.size, limit)
+        return min(self.stored, max(size + size // 32, _TRUSTED))
+
+
+class BagFile:
+    """An open bag file.
+
+    Args:
+        path: the file.
+        limit: largest content of a chunk, and message outside of chunks, that is read, in bytes; None takes that of
+            the environment (`pyros1.bag.limits.chunk_limit`).
+
+    Attributes:
+        limit: see above.
+        size: of the file in bytes, when it was opened.
+        version: 200, or 102 for the old version 1.2.
+        header: fields of the bag header.
+        begin: offset of the first record behind the bag header.
+        cipher: decrypts what is in the bag; None if it is plain, or still locked.
+        taken: bytes that were read so far, those read twice counted twice.
+
+    Raises:
+        NotABagError: it is something else.
+        OSError: it cannot be opened.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], limit: int | None = None) -> None:
+        self.path = os.fspath(path)
+        self.limit = chunk_limit(os.environ) if limit is None else limit
+        self.cipher: Cipher | None = None
+        self.taken = 0
+        if stat.S_ISFIFO(os.stat(self.path).st_mode):
+            raise NotABagError(self.path, "this is a pipe; bags are read from files")  # opening it would wait for ever
+        self._file = FileIO(self.path, "rb")
+        try:
+            self.size = os.fstat(self._file.fileno()).st_size
+            self.version, behind = self._version()
+            self.header, self.begin = self._bag_header(behind)
+        except BaseException:
+            self._file.close()
+            raise
+
+    @property
+    def index_pos(self) -> int:
+        """Offset of the end section; 0 if the bag was not closed."""
+        return u64(self.header, "index_pos") if "index_pos" in self.header else 0
+
+    @property
+    def encrypted(self) -> str:
+        """The encryptor's name; empty if the bag is not encrypted."""
+        name = self.header.get("encryptor", b"").decode("latin-1")
+        return "" if name == NONE else name
+
+    def unlock(self) -> None:
+        """Let gpg decrypt the bag's key, if the bag is encrypted.
+
+        Raises:
+            EncryptedError: it cannot.
+        """
+        if not self.encrypted or self.cipher is not None:
+            return
+        try:
+            self.cipher = open_cipher(self.header)
+        except KeyUnavailableError as error:
+            raise EncryptedError(self.path, f"the bag is encrypted, and cannot be decrypted: {error}") from None
+
+    def plain(self, data: bytes, *, partial: bool = False) -> bytes:
+        """Return bytes of an unlocked bag decrypted, if they are encrypted.
+
+        Args:
+            partial: they may be cut off: return what can be saved.
+
+        Raises:
+            RecordError: they are damaged.
+        """
+        return data if self.cipher is None else self.cipher.decrypt(data, partial=partial)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def read(self, position: int, size: int) -> bytes:
+        """Return bytes at a place; fewer at the end of the file."""
+        wanted = min(size, self.size - position)
+        if wanted <= 0:
+            return b""  # places beyond the end come from damaged records, and may be beyond what seek takes
+        self._file.seek(position)
+        parts: list[bytes] = []
+        while wanted > 0:
+            part = self._file.read(wanted)
+            if not part:
+                break
+            parts.append(part)
+            wanted -= len(part)
+            self.taken += len(part)
+        return parts[0] if len(parts) == 1 else b"".join(parts)
+
+    def expect(self, positions: Iterable[int]) -> None:
+        """Let the system fetch the records at some places, many at a time, before they are read one by one."""
+        if hasattr(os, "posix_fadvise"):
+            number = self._file.fileno()
+            os.posix_fadvise(number, 0, 0, os.POSIX_FADV_RANDOM)  # not what lies around them
+            for position in positions:
+                if position < self.size:
+                    os.posix_fadvise(number, position, _HEAD, os.POSIX_FADV_WILLNEED)
+            os.posix_fadvise(number, 0, 0, os.POSIX_FADV_NORMAL)
+
+    def record(self, position: int) -> tuple[Fields, int, int]:
+        """Return the record at a place: its fields, where its data begin, and their length as the record says.
+
+        Raises:
+            RecordError: there is no record, or its header is cut off.
+        """
+        head = self.read(position, _HEAD)
+        if len(head) < 8:
+            raise RecordError("the record is cut off")
+        (size,) = U32.unpack_from(head)
+        if size > MAX_HEADER:
+            raise RecordError(f"no record begins here: its header would have {size} bytes")
+        if position + 8 + size > self.size:
+            raise RecordError("the record's header runs past the end of the file")
+        if len(head) < size + 8:
+            head = self.read(position, size + 8)
+            if len(head) < size + 8:
+                raise RecordError("the file became shorter while it was read")
+        fields = parse_fields(head[4 : 4 + size])
+        op_of(fields)
+        (length,) = U32.unpack_from(head, 4 + size)
+        return fields, position + 8 + size, length
+
+    def chunk_header(self, position: int) -> ChunkHeader:
+        """Return the header of the chunk at a place.
+
+        Raises:
+            RecordError: there is none.
+        """
+        fields, data, length = self.record(position)
+        if op_of(fields) != OP_CHUNK:
+            raise RecordError("there is no chunk here")
+        return ChunkHeader(fields.get("compression", b"").decode("latin-1"), u32(fields, "size"), data, length)
+
+    def connection(self, position: int) -> tuple[Connection, int]:
+        """Return the connection whose record is at a place outside of chunks, and the offset behind it.
+
+        Raises:
+            RecordError: there is none, or it is damaged.
+        """
+        head, position = self._block(position)
+        fields = parse_fields(head)
+        if op_of(fields) != OP_CONNECTION:
+            raise RecordError("another record was expected")
+        data, position = self._block(position)
+        return parse_connection(fields, data), position
+
+    def end_connections(self) -> Iterator[tuple[Connection, int]]:
+        """Yield the connections of the end section, each with the offset behind its record.
+
+        Raises:
+            RecordError: one is damaged, or there are too many.
+        """
+        position, count = self.index_pos, u32(self.header, "conn_count")
+        if count > MAX_CONNECTIONS:
+            raise RecordError(f"it claims to have {count} connections")
+        for _ in range(count):
+            connection, position = self.connection(position)
+            yield connection, position
+
+    def _block(self, position: int) -> tuple[bytes, int]:
+        """Bytes that have their length in front, decrypted, and the offset behind them."""
+        head = self.read(position, U32.size)
+        size = U32.unpack(head)[0] if len(head) == U32.size else 0
+        start = position + U32.size
+        if len(head) < U32.size or start + size > self.size:
+            raise RecordError("the record is cut off")
+        if size > MAX_HEADER:
+            raise RecordError(f"the record would have {size} bytes")
+        return self.plain(self.read(start, size)), start + size
+
+    def _version(self) -> tuple[int, int]:
+        """The version, and the offset behind the first line, which says it."""
+        if self.size == 0:
+            raise NotABagError(self.path, "the file is empty; nothing was recorded into it")
+        line = self.read(0, 64)
+        first = FIRST_LINE.match(line)
+        if first is not None:
+            major, minor = map(int, first.groups())
+            if (major, minor) in ((2, 0), (1, 2)):
+                return 100 * major + minor, first.end()
+            raise NotABagError(self.path, f"bag version {major}.{minor} is not supported; only 2.0 and 1.2 are")
+        if len(line) == self.size and line.startswith(b"#ROS"):
+            raise NotABagError(self.path, "the file ends in its first line; nothing can be saved")
+        raise NotABagError(self.path, f"this is not a bag file{_looks_like(line)}")
+
+    def _bag_header(self, begin: int) -> tuple[Fields, int]:
+        try:
+            fields, data, length = self.record(begin)
+            if op_of(fields) == OP_BAG:
+                return fields, self._behind_padding(data, data + length)
+        except RecordError as error:
+            if self.version == 200 and self.size <= begin + BAG_HEADER_SIZE:
+                raise BagError(
+                    self.path, f"the bag header cannot be read ({error}); nothing can be saved", begin
+                ) from None
+        return {}, begin  # behind a damaged header there may be chunks, and 1.2 without an index has none
+
+    def _behind_padding(self, begin: int, end: int) -> int:
+        """`end`, where the first record is; if the padding's length is damaged `begin`, so that it is searched for."""
+        try:
+            self.record(end)
+        except RecordError:
+            return end if end == self.size else begin
+        return end
+
+
+_KINDS = {
+    b"SQLite format 3": "it is an SQLite database: a ROS 2 bag",
+    b"\x89MCAP": "it is an MCAP file, of which bag import makes a bag",
+    b"\x1f\x8b": "it is compressed with gzip; unpack it first",
+    b"BZh": "it is compressed with bzip2; unpack it first",
+    b"PK\x03\x04": "it is a zip archive; unpack it first",
+    b"\xfd7zXZ": "it is compressed with xz; unpack it first",
+    b"version https://git-lfs": "it is a pointer of Git LFS; `git lfs pull` gets the file itself",
+}
+
+
+def _looks_like(line: bytes) -> str:
+    for magic, what in _KINDS.items():
+        if line.startswith(magic):
+            return f": {what}"
+    if not line.strip(b"\0"):
+        return ": it begins with zeros; its blocks were never written, or the disk lost them"
+    return ""

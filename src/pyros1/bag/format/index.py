@@ -1,0 +1,104 @@
+"""The index of a bag: the connections and chunks that its end names, and the messages that stand behind each chunk."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+
+from pyros1.bag.errors import UnindexedError
+from pyros1.bag.format.files import BagFile, Chunk, ChunkHeader, Counts
+from pyros1.bag.format.records import (
+    OP_CHUNK_INFO,
+    OP_INDEX,
+    RECORD_OVERHEAD,
+    Connection,
+    RecordError,
+    op_of,
+    time_of,
+    u32,
+    u64,
+)
+from pyros1.bag.format.scanner import Damage
+
+ENTRY = struct.Struct("<III")
+"""Seconds, nanoseconds and offset in the content of a message."""
+
+_NOT_CLOSED = "the bag was not closed, so that it has no index; `pyros1 bag reindex` makes one"
+
+
+def read_index(file: BagFile) -> tuple[dict[int, Connection], list[Chunk]]:
+    """Return the connections by id, and the chunks in the order of the index.
+
+    Raises:
+        UnindexedError: the bag has none, or it is damaged.
+    """
+    if file.index_pos == 0:
+        raise UnindexedError(file.path, _NOT_CLOSED)
+    connections: dict[int, Connection] = {}
+    chunks: list[Chunk] = []
+    position = file.index_pos
+    try:
+        if position >= file.size and u32(file.header, "conn_count") + u32(file.header, "chunk_count"):
+            raise RecordError(f"the file has {file.size} bytes, and its index should be at {position}")
+        for connection, position in file.end_connections():  # noqa: B007 - the last one counts
+            connections[connection.id] = connection
+        for _ in range(u32(file.header, "chunk_count")):
+            chunk, position = _read_chunk_info(file, position)
+            chunks.append(chunk)
+        if len({chunk.pos for chunk in chunks}) < len(chunks):
+            raise RecordError("it names a chunk twice")
+    except RecordError as error:
+        what = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
+        raise UnindexedError(file.path, f"{what} ({error}); `pyros1 bag reindex` makes a new index") from None
+    return connections, chunks
+
+
+def check_old(file: BagFile, damages: Iterable[Damage]) -> None:
+    """Raise UnindexedError if a 1.2 bag, in which such damages were found, is not whole."""
+    if file.header and file.index_pos == 0:
+        raise UnindexedError(file.path, _NOT_CLOSED)
+    if file.index_pos > file.size:
+        raise UnindexedError(file.path, "the file is cut off; `pyros1 bag reindex` saves what can be read")
+    for damage in damages:
+        raise UnindexedError(file.path, f"{damage.reason}; `pyros1 bag reindex` saves what can be read", damage.offset)
+
+
+def entry_places(file: BagFile, chunk: Chunk, header: ChunkHeader) -> list[tuple[int, int, int]] | None:
+    """Return where the entries of the index records behind a chunk are: connection, offset in the file, bytes.
+
+    None if they are not what chunk info and content can have.
+    """
+    position = header.data + header.stored
+    places: list[tuple[int, int, int]] = []
+    counts = dict(chunk.counts)
+    if sum(counts.values()) * RECORD_OVERHEAD > min(header.size, file.limit):
+        return None
+    try:
+        for _ in counts:
+            fields, start, _ = file.record(position)
+            conn, count = u32(fields, "conn"), u32(fields, "count")
+            size = ENTRY.size * count
+            if op_of(fields) != OP_INDEX or count != counts.get(conn) or start + size > file.size:
+                return None
+            places.append((conn, start, size))
+            position = start + size
+    except RecordError:
+        return None
+    return places
+
+
+def _read_chunk_info(file: BagFile, position: int) -> tuple[Chunk, int]:
+    """The chunk that a record names, and the offset behind the record."""
+    fields, begin, length = file.record(position)
+    if op_of(fields) != OP_CHUNK_INFO:
+        raise RecordError("another record was expected")
+    data = file.read(begin, length)
+    if len(data) != length:
+        raise RecordError("the record is cut off")
+    count = u32(fields, "count")
+    if u32(fields, "ver") != 1 or length != 8 * count:
+        raise RecordError("the chunk info is malformed")
+    start, end = time_of(fields, "start_time"), time_of(fields, "end_time")
+    if count and start > end:
+        raise RecordError("a chunk would end before it begins")
+    return Chunk(u64(fields, "chunk_pos"), start, end, Counts(data)), begin + length

@@ -1,0 +1,337 @@
+"""Messages of a bag in the order of time. What is in memory is the index of the chunks, and the chunks being read."""
+
+from __future__ import annotations
+
+import heapq
+import os
+from bisect import bisect_left, bisect_right
+from collections import deque
+from collections.abc import Callable, Collection, Iterator
+from types import TracebackType
+from typing import NamedTuple
+
+from pyros1.bag.errors import BagError, UnindexedError
+from pyros1.bag.format.codecs import check_size, decompress
+from pyros1.bag.format.contents import Messages, read_content
+from pyros1.bag.format.files import BagFile, Chunk, ChunkHeader
+from pyros1.bag.format.index import ENTRY, check_old, entry_places, read_index
+from pyros1.bag.format.records import (
+    MAX_TIME,
+    NS,
+    Connection,
+    LimitError,
+    RecordError,
+)
+from pyros1.bag.format.scanner import Damage, Scanner
+from pyros1.bag.format.version_1_2 import OldConnections, read_old
+
+MAX_OPEN = 256 << 20
+"""Most bytes of chunks that are kept at a time for chunks that overlap in time."""
+
+
+class RawMessage(NamedTuple):
+    """A message as it is stored.
+
+    Attributes:
+        connection: its publisher's.
+        time: receive time in nanoseconds.
+        data: its bytes.
+    """
+
+    connection: Connection
+    time: int
+    data: bytes
+
+
+class BagReader:
+    """An open bag.
+
+    Args:
+        path: the file.
+        unindexed: also read bags without a good index: the file is scanned first, as those of version 1.2 always are.
+        progress: called with the offset in bytes while the file is scanned.
+        chunk_limit: largest content of a chunk that is read, in bytes. None takes that of the environment variable
+            ``PYROS1_BAG_CHUNK_LIMIT``, which is in MiB; without it, 256 MiB. What that costs: `pyros1.bag.limits`.
+
+    Attributes:
+        connections: by id.
+        chunks: in the order of the index.
+        damages: places that could not be read, if the file was scanned.
+        scanned: whether the file was scanned.
+
+    Raises:
+        NotABagError: the file is something else.
+        UnindexedError: the bag has no index, and `unindexed` is False.
+        EncryptedError: it is encrypted, and its key is not to be had.
+        OSError: it cannot be opened.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        unindexed: bool = False,
+        progress: Callable[[int], object] | None = None,
+        chunk_limit: int | None = None,
+    ) -> None:
+        self.file = BagFile(path, chunk_limit)
+        self.connections: dict[int, Connection] = {}
+        self.chunks: list[Chunk] = []
+        self.damages: list[Damage] = []
+        self.scanned = False
+        self._old: OldConnections | None = None
+        self._positions: list[int] = []  # of the chunks that the index names, sorted
+        try:
+            self.file.unlock()
+            if self.file.version == 102:
+                self._scan(progress)
+                if not unindexed:
+                    check_old(self.file, self.damages)
+                return
+            try:
+                self.connections, self.chunks = read_index(self.file)
+                self._positions = sorted(chunk.pos for chunk in self.chunks)
+            except UnindexedError:
+                if not unindexed:
+                    raise
+                self._scan(progress)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def path(self) -> str:
+        """The file."""
+        return self.file.path
+
+    @property
+    def start(self) -> int:
+        """Earliest time in nanoseconds; 0 without messages."""
+        return min((chunk.start for chunk in self.chunks if chunk.counts), default=0)
+
+    @property
+    def end(self) -> int:
+        """Latest time in nanoseconds; 0 without messages."""
+        return max((chunk.end for chunk in self.chunks if chunk.counts), default=0)
+
+    def count(self, connections: Collection[int] | None = None) -> int:
+        """Return how many messages there are.
+
+        Args:
+            connections: ids of those that count; None means all.
+        """
+        counts = (item for chunk in self.chunks for item in chunk.counts.items())
+        return sum(number for conn, number in counts if connections is None or conn in connections)
+
+    def ids(self, topics: Collection[str]) -> set[int]:
+        """Return the ids of the connections of some topics; a leading ``/`` does not matter."""
+        wanted = {topic.lstrip("/") for topic in topics}
+        return {number for number, connection in self.connections.items() if connection.topic.lstrip("/") in wanted}
+
+    def messages(
+        self, connections: Collection[int] | None = None, start: int | None = None, end: int | None = None
+    ) -> Iterator[RawMessage]:
+        """Yield messages by time; of the same time, in the file's order.
+
+        Args:
+            connections: ids of those wanted; None means all.
+            start: only messages of this time or later, in nanoseconds.
+            end: only messages of this time or earlier.
+
+        Raises:
+            BagError: a chunk cannot be read.
+        """
+        first, last = 0 if start is None else start, MAX_TIME if end is None else end
+        chunks = [chunk for chunk in self.chunks if chunk.end >= first and chunk.start <= last]
+        if connections is not None:
+            chunks = [chunk for chunk in chunks if not chunk.counts.keys().isdisjoint(connections)]
+        known = self.connections
+        pending = deque(sorted(chunks, key=lambda chunk: (chunk.start, chunk.pos)))
+
+        ids = known.keys() if connections is None else known.keys() & set(connections)
+
+        def wanted(found: Messages) -> Messages:
+            if start is not None or end is not None:
+                found = found.where(lambda conn, time: conn in ids and first <= time <= last)
+            elif not ids >= set(found.conns):
+                found = found.where(lambda conn, time: conn in ids)
+            return found.by_time()
+
+        heap: list[tuple[int, int, int, Chunk]] = []  # time and number of the next message of each chunk being read
+        contents = _Contents(self, wanted)
+        while pending or heap:
+            while pending and (not heap or pending[0].start <= heap[0][0]):
+                chunk = pending.popleft()
+                found = contents.get(chunk)[1]
+                if found:
+                    heapq.heappush(heap, (found.times[0], chunk.pos, 0, chunk))
+                else:
+                    contents.drop(chunk)
+            if not heap:
+                continue
+            _, pos, number, chunk = heapq.heappop(heap)
+            content, found = contents.get(chunk)
+            until = min(heap[0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
+            behind = bisect_left(found.times, until, number + 1)
+            final = behind - 1
+            if final > number:
+                for conn, time, begin, stop in found.part(number, final):
+                    yield RawMessage(known[conn], time, content[begin:stop])
+            ((conn, time, begin, stop),) = found.part(final, behind)
+            message = RawMessage(known[conn], time, content[begin:stop])
+            if behind < len(found):
+                heapq.heappush(heap, (found.times[behind], pos, behind, chunk))
+            else:
+                contents.drop(chunk)
+            del content, found  # a large message is alone in its chunk: while it is used, the chunk is not in memory
+            yield message
+            del message  # nor is it, while the next one is read
+
+    def times(self) -> Iterator[tuple[int, int]]:
+        """Yield connection id and time, in nanoseconds, of every message, in no certain order.
+
+        Where there is an index only that is read, which takes no decompressing.
+
+        Raises:
+            BagError: a chunk cannot be read.
+        """
+        for chunk in self.chunks:
+            places = None if self.scanned else entry_places(self.file, chunk, self.header(chunk))
+            if places is None:
+                found = self.content(chunk)[1]
+                yield from zip(found.conns, found.times, strict=True)
+                continue
+            for conn, start, size in places:
+                for secs, nsecs, _ in ENTRY.iter_unpack(self.file.read(start, size)):
+                    yield conn, secs * NS + nsecs
+
+    def headers(self) -> Iterator[ChunkHeader]:
+        """Yield the headers of all chunks; of many in a moment, since the system is told before what will be read.
+
+        Raises:
+            BagError: one cannot be read.
+        """
+        self.file.expect(chunk.pos for chunk in self.chunks)
+        return map(self.header, self.chunks)
+
+    def content_size(self) -> int:
+        """Return the bytes of all that is in the bag, before compression."""
+        return sum(header.size for header in self.headers())
+
+    def header(self, chunk: Chunk) -> ChunkHeader:
+        """Return a chunk's header; of messages outside of chunks, one that fits.
+
+        Raises:
+            BagError: it cannot be read.
+        """
+        if chunk.loose:
+            return ChunkHeader("none", chunk.loose, chunk.pos, chunk.loose)
+        try:
+            return self.file.chunk_header(chunk.pos)
+        except RecordError as error:
+            raise self._damaged(chunk, str(error)) from None
+
+    def content(self, chunk: Chunk) -> tuple[bytes, Messages]:
+        """Return a chunk's content, and its messages in the file's order.
+
+        Raises:
+            BagError: it cannot be read.
+        """
+        header = self.header(chunk)
+        file = self.file
+        try:
+            check_size(header.size, file.limit)
+            self._check_end(chunk, header)
+            unfinished = not chunk.whole and not header.stored
+            stored = file.read(header.data, file.limit if unfinished else header.sane(file.limit))
+            if chunk.loose:
+                return stored, self._loose(stored)
+            if chunk.whole and len(stored) < header.stored:
+                cut = header.data + header.stored > file.size
+                raise RecordError(
+                    "the chunk runs past the end of the file" if cut else "the chunk's lengths contradict each other"
+                )
+            partial = not chunk.whole
+            stored = file.plain(stored, partial=partial)
+            content = decompress(header.compression, stored, header.size or file.limit, file.limit, partial=partial)
+            found, _ = read_content(content, partial=partial)
+        except RecordError as error:
+            if isinstance(error, LimitError):
+                raise BagError(self.path, str(error), chunk.pos) from None
+            raise self._damaged(chunk, str(error)) from None
+        return content, found
+
+    def close(self) -> None:
+        """Close the file."""
+        self.file.close()
+
+    def __enter__(self) -> BagReader:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _check_end(self, chunk: Chunk, header: ChunkHeader) -> None:
+        """Raise RecordError if a chunk covers the next one: of many of these each would hold most of the file."""
+        following = bisect_right(self._positions, chunk.pos)
+        if following < len(self._positions) and header.data + header.stored > self._positions[following]:
+            raise RecordError(f"the chunk runs into the one at byte {self._positions[following]}")
+
+    def _loose(self, stored: bytes) -> Messages:
+        if self._old is not None:
+            return read_old(stored, self._old)[0]
+        return read_content(stored, partial=True)[0]
+
+    def _damaged(self, chunk: Chunk, reason: str) -> BagError:
+        return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves what can be read", chunk.pos)
+
+    def _scan(self, progress: Callable[[int], object] | None) -> None:
+        self.chunks, self.connections, self._positions = [], {}, []
+        scanner = Scanner(self.file, progress)
+        for found in scanner.chunks():
+            if found.messages:
+                self.chunks.append(found.chunk)
+        self.connections = scanner.connections
+        self.damages = scanner.damages
+        self.scanned = True
+        if self.file.version == 102:
+            self._old = scanner.old
+
+
+class _Contents:
+    """The contents of the chunks being read. If too many overlap in time, the longest unused are read again.
+
+    Args:
+        reader: reads them.
+        wanted: chooses and sorts the messages of one.
+    """
+
+    def __init__(self, reader: BagReader, wanted: Callable[[Messages], Messages]) -> None:
+        self._reader = reader
+        self._wanted = wanted
+        self._held: dict[int, tuple[bytes, Messages]] = {}
+        self._size = 0
+
+    def get(self, chunk: Chunk) -> tuple[bytes, Messages]:
+        held = self._held.get(chunk.pos)
+        if held is not None:
+            if self._size > MAX_OPEN // 2:
+                self._held[chunk.pos] = self._held.pop(chunk.pos)  # as the last one
+            return held
+        content, found = self._reader.content(chunk)
+        held = self._held[chunk.pos] = content, self._wanted(found)
+        self._size += _size(held)
+        while self._size > MAX_OPEN and len(self._held) > 1:
+            self._size -= _size(self._held.pop(next(iter(self._held))))
+        return held
+
+    def drop(self, chunk: Chunk) -> None:
+        held = self._held.pop(chunk.pos, None)
+        if held is not None:
+            self._size -= _size(held)
+
+
+def _size(held: tuple[bytes, Messages]) -> int:
+    return len(held[0]) + Messages.SIZE * len(held[1])

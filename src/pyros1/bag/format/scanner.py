@@ -1,0 +1,337 @@
+"""Reads a bag from its beginning to its end without its index, and trusts no length in it.
+
+This finds every whole message of bags that were not closed, are cut off or spoilt. Memory holds one chunk at a time.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from pyros1.bag.format.codecs import check_size, decompress
+from pyros1.bag.format.contents import Messages, read_content
+from pyros1.bag.format.files import BagFile, Chunk, ChunkHeader
+from pyros1.bag.format.records import (
+    MAX_CONNECTIONS,
+    OP_CHUNK,
+    OP_CONNECTION,
+    OP_DEFINITION,
+    OP_INDEX,
+    OP_MESSAGE,
+    Connection,
+    Fields,
+    RecordError,
+    op_of,
+    split_record,
+    u32,
+)
+from pyros1.bag.format.version_1_2 import LONGEST_BEGIN, OldConnections, read_old, record_begins
+
+_LOOSE_SIZE = 1 << 20
+"""Messages outside of chunks are read so many bytes at a time."""
+
+_SEARCH = 1 << 20
+"""Bytes that are searched at a time, and at first: the next record may be near."""
+_FIRST_SEARCH = 1 << 12
+
+_WORK = 64
+"""How often, on the average, the file's bytes are read: records that lie may each want the whole rest."""
+_LEAST_WORK = 64 << 20
+
+_FAR = 1 << 16
+"""Bytes of a record that is no chunk; behind longer ones another record must follow."""
+
+
+@dataclass(frozen=True)
+class Damage:
+    """A place in the file that cannot be read.
+
+    Attributes:
+        offset: in bytes.
+        reason: what is wrong there.
+    """
+
+    offset: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Found:
+    """A chunk that the scanner read.
+
+    Attributes:
+        chunk: where it is, and what is in it.
+        header: its header; None for messages outside of chunks.
+        content: its content, uncompressed.
+        messages: its whole messages, in their order.
+        defined: the connections in it, by id.
+    """
+
+    chunk: Chunk
+    header: ChunkHeader | None
+    content: bytes
+    messages: Messages
+    defined: dict[int, Connection]
+
+
+class Scanner:
+    """One pass over a bag.
+
+    Args:
+        file: the bag.
+        progress: called with the offset in bytes, now and then.
+
+    Attributes:
+        connections: those found so far, by id.
+        damages: places that could not be read.
+        old: which connection the messages of a 1.2 bag belong to.
+
+    Raises:
+        EncryptedError: the bag is encrypted, and its key is not to be had.
+    """
+
+    def __init__(self, file: BagFile, progress: Callable[[int], object] | None = None) -> None:
+        file.unlock()
+        self._file = file
+        self._progress = progress
+        self.connections: dict[int, Connection] = {}
+        self.damages: list[Damage] = []
+        self.old = OldConnections(self.connections)
+        self._definitions = 0  # bytes in connections
+        self._most = file.taken + _LEAST_WORK + _WORK * file.size
+        self._loose_size = _LOOSE_SIZE
+
+    def chunks(self) -> Iterator[Found]:
+        """Yield the chunks in the file's order, and messages outside of chunks in pieces."""
+        position = self._file.begin
+        while position < self._file.size:
+            if self._exhausted():
+                self.damages.append(Damage(position, "so much is damaged that the rest of the file was not searched"))
+                return
+            if self._progress is not None:
+                self._progress(position)
+            found, following = self._next(position)
+            if found is not None and (found.messages or found.defined):
+                for connection in found.defined.values():
+                    self._define(connection)
+                yield found
+            del found  # not two chunks in memory
+            position = following
+
+    def _exhausted(self) -> bool:
+        return self._file.taken > self._most
+
+    def _next(self, position: int) -> tuple[Found | None, int]:
+        """Read what is at a place; returns the messages there, and where to go on."""
+        file = self._file
+        try:
+            if file.cipher is not None and self._in_end_section(position):
+                return None, self._end_section()
+            fields, data, length = file.record(position)
+            op = op_of(fields)
+            if op == OP_CHUNK:
+                return self._chunk(position, file.chunk_header(position))
+            if op in (OP_MESSAGE, OP_DEFINITION) or (op == OP_CONNECTION and not self._in_end_section(position)):
+                return self._loose(position)
+            if op == OP_CONNECTION:
+                connection, following = file.connection(position)
+                self._define(connection)
+                return None, following
+            if op == OP_INDEX:
+                length = self._index_length(fields, length)
+            if data + length > file.size:
+                raise RecordError("the record's data run past the end of the file")
+            self._credible(data, length)
+        except RecordError as error:
+            return None, self._damaged(position, str(error))
+        return None, data + length
+
+    def _credible(self, data: int, length: int) -> None:
+        """Raise RecordError if a record that is no chunk has a length that lies: it must not skip whole chunks."""
+        if length > _FAR and data + length < self._file.size:
+            self._file.record(data + length)
+
+    def _end_section(self) -> int:
+        """Read the connections of an encrypted bag, which have another form; return the offset behind the section."""
+        for connection, _ in self._file.end_connections():
+            self._define(connection)
+        return self._file.size
+
+    def _define(self, connection: Connection) -> None:
+        if connection.id in self.connections or len(self.connections) >= MAX_CONNECTIONS:
+            return
+        self._definitions += sum(map(len, connection.header.values()))
+        if self._definitions <= self._file.limit:  # small chunks may hold many large ones
+            self.connections[connection.id] = connection
+
+    def _in_end_section(self, position: int) -> bool:
+        return 0 < self._file.index_pos <= position
+
+    @staticmethod
+    def _index_length(fields: Fields, length: int) -> int:
+        """Length of an index's data; recorders of 2010 wrote a wrong one (their count is right)."""
+        if fields.get("ver") == b"\1\0\0\0" and len(fields.get("count", b"")) == 4:
+            return 12 * u32(fields, "count")
+        return length
+
+    def _chunk(self, position: int, header: ChunkHeader) -> tuple[Found | None, int]:
+        file = self._file
+        if header.stored == 0 and header.size == 0:
+            return self._unfinished(position, header)
+        stored = file.read(header.data, header.sane(file.limit))
+        following = header.data + len(stored)
+        reason = ""
+        if len(stored) < header.stored:
+            cut = header.data + header.stored > file.size
+            reason = "the chunk is cut off" if cut else "the chunk's lengths contradict each other"
+        content, messages = b"", Messages()
+        defined: dict[int, Connection] = {}
+        try:
+            check_size(header.size, file.limit)
+            if not reason:
+                content = decompress(header.compression, file.plain(stored), header.size, file.limit)
+                messages, defined = read_content(content)
+        except RecordError as error:
+            reason = str(error)
+        if reason:
+            self.damages.append(Damage(position, reason))
+            del content, messages
+            content, messages, defined = self._save(header, stored, header.size)
+            following = self._sane_end(position, following, cut=len(stored) < header.stored)
+        chunk = _summary(position, messages)
+        chunk.whole = not reason
+        return Found(chunk, header, content, messages, defined), following
+
+    def _unfinished(self, position: int, header: ChunkHeader) -> tuple[Found | None, int]:
+        """A chunk that the recorder had open: its header still says that it is empty."""
+        self.damages.append(Damage(position, "the last chunk was not finished"))
+        if header.compression == "none":
+            return None, header.data  # its messages follow as if they were outside of chunks
+        stored = self._file.read(header.data, self._file.limit)
+        content, messages, defined = self._save(header, stored, self._file.limit)
+        chunk = _summary(position, messages)
+        chunk.whole = False
+        return Found(chunk, header, content, messages, defined), self._search(header.data)
+
+    def _save(self, header: ChunkHeader, stored: bytes, size: int) -> tuple[bytes, Messages, dict[int, Connection]]:
+        """What can be read of a damaged chunk."""
+        file = self._file
+        try:
+            content = decompress(header.compression, file.plain(stored, partial=True), size, file.limit, partial=True)
+        except RecordError:
+            return b"", Messages(), {}
+        return content, *read_content(content, partial=True)
+
+    def _sane_end(self, position: int, end: int, *, cut: bool) -> int:
+        """Where to go on behind a damaged chunk: at its end if a record is there, else at the next chunk."""
+        if not cut:
+            try:
+                self._file.record(end)
+                return end
+            except RecordError:
+                if end >= self._file.size:
+                    return end
+        return self._search(position + 1)
+
+    def _loose(self, position: int) -> tuple[Found | None, int]:
+        """Messages that no chunk holds: those of a chunk that was not finished, and all of a 1.2 bag."""
+        file = self._file
+        _, data, length = file.record(position)
+        if data + length > file.size:
+            return None, self._damaged(position, "the message is cut off, or its length is spoilt")
+        check_size(length, file.limit)
+        self._credible(data, length)
+        content = file.read(position, max(self._loose_size, data + length - position))
+        messages, defined, used = self._split_loose(content)
+        # A piece is as large as those before were full of messages.
+        self._loose_size = _LOOSE_SIZE if 2 * used > len(content) else max(_FIRST_SEARCH, self._loose_size // 4)
+        if not used:
+            return None, self._damaged(position, "the message is cut off")
+        chunk = _summary(position, messages)
+        chunk.loose = used
+        return Found(chunk, None, content[:used], messages, defined), position + used
+
+    def _split_loose(self, content: bytes) -> tuple[Messages, dict[int, Connection], int]:
+        if self._file.version == 102:
+            messages, used = read_old(content, self.old)
+            return messages, {}, used
+        used = _loose_end(content)
+        return *read_content(content[:used], partial=True), used
+
+    def _damaged(self, position: int, reason: str) -> int:
+        if self._file.size - position > 0:
+            self.damages.append(Damage(position, reason))
+        return self._search(position + 1)
+
+    def _search(self, position: int) -> int:
+        """Offset of the next chunk behind a damage; if there is none, that of the index or the file's end.
+
+        In a 1.2 bag, of the next message or definition.
+        """
+        if self._file.version == 102:
+            return self._search_old(position)
+        word = b"compression="
+        index = self._file.index_pos
+        last = index if position < index else self._file.size
+        least = position  # not the damaged chunk itself again
+        size = _FIRST_SEARCH
+        while position < self._file.size:
+            block = self._file.read(position, size)
+            at = block.find(word)
+            while at >= 0:
+                for before in (16, 8, 17 + 8):  # the field comes second, first, or behind the size
+                    start = position + at - before
+                    if start >= least and (self._exhausted() or self._is_chunk(start)):
+                        return start
+                at = block.find(word, at + 1)
+            if len(block) < size:
+                break
+            position += len(block) - len(word)
+            size = min(4 * size, _SEARCH)
+        return min(last, self._file.size)
+
+    def _search_old(self, position: int) -> int:
+        size = _FIRST_SEARCH
+        while position < self._file.size:
+            block = self._file.read(position, size)
+            for at in record_begins(block, 0):
+                if self._exhausted() or self._is_old(position + at):
+                    return position + at
+            if len(block) < size:
+                break
+            position += len(block) - LONGEST_BEGIN
+            size = min(4 * size, _SEARCH)
+        return self._file.size
+
+    def _is_old(self, position: int) -> bool:
+        try:
+            fields, data, length = self._file.record(position)
+            return op_of(fields) in (OP_MESSAGE, OP_DEFINITION) and data + length <= self._file.size
+        except RecordError:
+            return False
+
+    def _is_chunk(self, position: int) -> bool:
+        try:
+            return self._file.chunk_header(position).compression in ("none", "bz2", "lz4")
+        except RecordError:
+            return False
+
+
+def _loose_end(content: bytes) -> int:
+    """Bytes of the whole messages and connections at the beginning of `content`."""
+    position = 0
+    try:
+        while position < len(content):
+            fields, _, stop = split_record(content, position)
+            if op_of(fields) not in (OP_MESSAGE, OP_CONNECTION):
+                break
+            position = stop
+    except RecordError:
+        pass
+    return position
+
+
+def _summary(position: int, messages: Messages) -> Chunk:
+    times = messages.times
+    return Chunk(position, min(times, default=0), max(times, default=0), Counter(messages.conns))

@@ -1,0 +1,105 @@
+"""Version 1.2 of bag files (http://wiki.ros.org/Bags/Format/1.2): messages without chunks, each with the names of its
+topic and type. Read only.
+
+Recorders that knew an index wrote a file header first and the index last; older ones wrote neither. The index is not
+needed: messages and definitions stand one after the other, so one pass over the file finds them all.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from pyros1.bag.format.contents import Messages
+from pyros1.bag.format.records import (
+    MAX_CONNECTIONS,
+    NS,
+    OP_DEFINITION,
+    OP_MESSAGE,
+    Connection,
+    Fields,
+    RecordError,
+    op_of,
+    split_record,
+    u32,
+)
+
+_Key = tuple[bytes, bytes, bytes, bytes, bytes]
+
+_BEGINS = re.compile(rb"...\0...\0(?:callerid|def|latching|md5|nsec|op|sec|topic|type)=", re.DOTALL)
+"""What a record of a message or definition begins with: two lengths below 16 MiB and a field's name."""
+
+LONGEST_BEGIN = 17
+"""Bytes of the longest of these."""
+
+
+class OldConnections:
+    """Gives the connections of a 1.2 bag numbers.
+
+    Args:
+        connections: where they are kept, by number.
+    """
+
+    def __init__(self, connections: dict[int, Connection]) -> None:
+        self._connections = connections
+        self._numbers: dict[_Key, int] = {}
+        self._definitions: dict[tuple[bytes, bytes], bytes] = {}
+
+    def define(self, fields: Fields) -> None:
+        """Take a definition record."""
+        definition = fields.get("def", b"")
+        if len(self._definitions) >= MAX_CONNECTIONS:
+            raise RecordError(f"there are more than {MAX_CONNECTIONS} definitions")
+        kind = fields.get("type", b"")
+        self._definitions[kind, fields.get("md5", b"")] = definition
+        self._definitions.setdefault((kind, b""), definition)
+
+    def number(self, fields: Fields) -> int:
+        """Return the number of a message's connection."""
+        names = ("topic", "type", "md5", "callerid", "latching")
+        topic, kind, md5, caller, latching = (fields.get(name, b"") for name in names)
+        key = (topic, kind, md5, caller, latching)
+        found = self._numbers.get(key)
+        if found is None:
+            if len(self._numbers) >= MAX_CONNECTIONS:
+                raise RecordError(f"there are more than {MAX_CONNECTIONS} connections")
+            found = self._numbers[key] = len(self._numbers)
+            known = self._definitions
+            definition = known.get((kind, md5)) or known.get((kind, b""), b"")
+            header = {"topic": topic, "type": kind, "md5sum": md5, "message_definition": definition}
+            header |= {"callerid": caller} if caller else {}
+            header |= {"latching": latching} if latching else {}
+            self._connections[found] = Connection(found, topic.decode("utf-8", "surrogateescape"), header)
+        return found
+
+
+def read_old(content: bytes, connections: OldConnections) -> tuple[Messages, int]:
+    """Return the whole messages at the beginning of `content`, and the offset behind the last record.
+
+    Definitions are taken in. Ends at the first record of another kind.
+    """
+    messages = Messages()
+    position = 0
+    while position < len(content):
+        try:
+            fields, start, stop = split_record(content, position)
+            op = op_of(fields)
+            if op == OP_DEFINITION:
+                connections.define(fields)
+            elif op == OP_MESSAGE:
+                time = u32(fields, "sec") * NS + u32(fields, "nsec")
+                messages.add(connections.number(fields), time, position, start, stop)
+            else:
+                break
+        except RecordError:
+            break
+        position = stop
+    return messages, position
+
+
+def record_begins(data: bytes, position: int) -> Iterator[int]:
+    """Yield the places from `position` on where a record may begin, to go on behind a damage."""
+    found = _BEGINS.search(data, position)
+    while found is not None:
+        yield found.start()
+        found = _BEGINS.search(data, found.start() + 1)

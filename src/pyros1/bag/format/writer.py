@@ -1,0 +1,329 @@
+"""Writes bags: sorted indexes, connection headers as they came, every chunk on its way to the disk when it is full.
+
+Why not the rosbags library's writer: it drops fields of connection headers, keeps 132 bytes per message until the bag
+is closed, and its bag header has another size than that of stock tools, which then spoil the file.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from io import FileIO
+from types import TracebackType
+
+from pyros1.bag.errors import BagError
+from pyros1.bag.format.codecs import COMPRESSIONS, MAX_CHUNK, Buffer, compress
+from pyros1.bag.format.contents import Messages
+from pyros1.bag.format.encryption import Cipher
+from pyros1.bag.format.records import (
+    BAG_HEADER_SIZE,
+    MAGIC_20,
+    MAX_TIME,
+    NS,
+    OP_CHUNK,
+    OP_CHUNK_INFO,
+    OP_INDEX,
+    U32,
+    U64,
+    Connection,
+    make_bag_header,
+    make_connection,
+    make_record,
+    message_head,
+    pack_time,
+)
+
+CHUNK_THRESHOLD = 768 * 1024
+"""Bytes, uncompressed, beyond which a chunk is closed."""
+
+EMPTY_SIZE = len(MAGIC_20) + 8 + BAG_HEADER_SIZE
+"""Bytes of a bag into which nothing was written."""
+
+_TIME_AND_SIZE = struct.Struct("<III")
+_ENTRY = struct.Struct("<III")
+_COUNT = struct.Struct("<II")
+
+_LARGE = 256 * 1024
+"""A message of so many bytes ends its chunk, if that is not compressed."""
+
+Entries = dict[int, bytes | bytearray]
+"""Connection id -> the data of its index record: time and offset in the content of each message, sorted by time.
+
+Stock's readers search in it.
+"""
+
+
+@dataclass(frozen=True)
+class _Info:
+    """A chunk that was written. Its counts are packed: a recording of hundreds of topics has many, for long."""
+
+    pos: int
+    start: int
+    end: int
+    packed: bytes
+
+    @property
+    def counts(self) -> dict[int, int]:
+        return dict(_COUNT.iter_unpack(self.packed))
+
+
+class BagWriter:
+    """A new bag.
+
+    Until it is closed it has no index; all chunks that were written can be brought back by reindexing. If a write
+    fails, for example on a full disk, what is not whole is cut off again, so that the bag can still be closed.
+
+    Args:
+        path: the file; replaced if it exists.
+        compression: ``none``, ``bz2`` or ``lz4``.
+        chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
+        cipher: encrypts it; None for a plain bag.
+
+    Attributes:
+        connections: those added, by id.
+        messages: number of messages written.
+
+    Raises:
+        OSError: the file cannot be made.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        compression: str = "none",
+        chunk_threshold: int = CHUNK_THRESHOLD,
+        cipher: Cipher | None = None,
+    ) -> None:
+        if compression not in COMPRESSIONS:
+            raise ValueError(f"the compression {compression!r} is unknown; there are {', '.join(COMPRESSIONS)}")
+        self.path = os.fspath(path)
+        self.compression = compression
+        self.chunk_threshold = chunk_threshold
+        self.connections: dict[int, Connection] = {}
+        self.messages = 0
+        self._heads: dict[int, bytes] = {}
+        self._infos: list[_Info] = []
+        self._content = bytearray()
+        self._index: dict[int, list[tuple[int, int]]] = {}  # connection id -> time in ns, offset
+        self._cipher = cipher
+        self._file = FileIO(self.path, "wb")
+        self._size = 0
+        self._append(MAGIC_20 + self._bag_header())
+
+    @property
+    def size(self) -> int:
+        """Bytes in the file and in the open chunk."""
+        return self._size + len(self._content)
+
+    @property
+    def pending(self) -> bool:
+        """Whether there is something in the open chunk, which a crash would lose."""
+        return bool(self._content)
+
+    def add_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None = None) -> int:
+        """Add a connection.
+
+        Args:
+            topic: name of its topic.
+            header: connection header, all fields; needs ``type``, ``md5sum`` and ``message_definition``. The topic
+                is added if it is not there.
+            conn: its id, which no other one has; None takes the next.
+
+        Returns:
+            Its id.
+        """
+        fields = {"topic": topic.encode("utf-8", "surrogateescape"), **header}
+        return self.put_connection(topic, fields, conn, inside=True)
+
+    def put_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None, *, inside: bool) -> int:
+        """Add a connection, with its header exactly as it is.
+
+        Args:
+            inside: whether to write it into the open chunk as well; False if it is in a copied one.
+        """
+        number = len(self.connections) if conn is None else conn
+        connection = Connection(number, topic, header)
+        self.connections[number] = connection
+        self._heads[number] = message_head(number)
+        if inside:
+            self._content += make_connection(connection)
+        return number
+
+    def write(self, conn: int, time: int, data: bytes | memoryview) -> None:
+        """Write a message.
+
+        Args:
+            conn: id of its connection.
+            time: receive time in nanoseconds.
+            data: its bytes.
+
+        Raises:
+            BagError: the time does not fit into a bag.
+            OSError: the disk is full, ...
+        """
+        if not 0 <= time <= MAX_TIME:
+            raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags hold 0 to 2^32 s")
+        content = self._content
+        if len(content) + len(data) > MAX_CHUNK and content:
+            self.flush()
+            content = self._content
+        self._index.setdefault(conn, []).append((time, len(content)))
+        secs, nsecs = divmod(time, NS)
+        content += self._heads[conn]
+        content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
+        self.messages += 1
+        if len(content) + len(data) > self.chunk_threshold or (len(data) >= _LARGE and self.compression == "none"):
+            self._content = bytearray()
+            self._put_content([content, data])
+        else:
+            content += data
+
+    def flush(self) -> None:
+        """Close the open chunk and hand it to the system: from now on a crash of this process does not lose it."""
+        if self._content:
+            content, self._content = self._content, bytearray()
+            self._put_content([content])
+
+    def _put_content(self, parts: Sequence[Buffer]) -> None:
+        """Write a chunk of the messages in the index, which is emptied; its content is in parts, and not copied."""
+        entries = self._take_entries()
+        size = sum(map(len, parts))
+        stored = compress(self.compression, parts)
+        if self._cipher is not None:
+            stored = self._cipher.encrypt_parts(stored)
+        self._put_chunk(self.compression, size, stored, entries)
+
+    def _take_entries(self) -> Entries:
+        index, self._index = self._index, {}
+        pack = _ENTRY.pack
+        return {
+            conn: b"".join(pack(*divmod(time, NS), offset) for time, offset in sorted(places))
+            for conn, places in index.items()
+        }
+
+    def copy_chunk(self, compression: str, size: int, stored: bytes, messages: Messages) -> None:
+        """Write a chunk that is ready.
+
+        Args:
+            compression: of its content.
+            size: of its content in bytes, uncompressed.
+            stored: its bytes, encrypted if the bag is.
+            messages: in it.
+        """
+        self._put_chunk(compression, size, [stored], _entries(messages))
+
+    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
+        """Write a chunk whose stored bytes are in parts, which may be large: they are not copied."""
+        pos = self._size
+        fields = {"op": bytes([OP_CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
+        record = make_record(fields)[: -U32.size] + U32.pack(sum(map(len, parts)))
+        indexes = b"".join(_index_record(conn, packed) for conn, packed in entries.items())
+        try:
+            for part in (record, *parts, indexes):
+                self._append(part)
+        except OSError:
+            self.messages -= sum(map(entry_count, entries.values()))
+            self._file.truncate(pos)
+            self._file.seek(pos)
+            self._size = pos
+            raise
+        counts = b"".join(_COUNT.pack(conn, entry_count(packed)) for conn, packed in entries.items())
+        ends = [_time(packed, at) for packed in entries.values() for at in (0, len(packed) - _ENTRY.size)]
+        self._infos.append(_Info(pos, min(ends, default=0), max(ends, default=0), counts))
+
+    def close(self) -> None:
+        """Write the rest and the index, and close the file. A second call does nothing.
+
+        Raises:
+            OSError: that failed; the file is closed all the same, and can be reindexed.
+        """
+        if self._file.closed:
+            return
+        try:
+            try:
+                self.flush()
+            finally:
+                self._write_end()
+        finally:
+            self._file.close()
+
+    def abort(self) -> None:
+        """Close the file as it is, without index."""
+        self._file.close()
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _write_end(self) -> None:
+        index_pos = self._size
+        encrypt = None if self._cipher is None else self._cipher.encrypt
+        parts = [make_connection(connection, encrypt) for connection in self.connections.values()]
+        parts += [_info_record(info) for info in self._infos]
+        self._append(b"".join(parts))
+        self._file.seek(len(MAGIC_20))
+        self._put(self._bag_header(index_pos))
+
+    def _bag_header(self, index_pos: int = 0) -> bytes:
+        fields = {} if self._cipher is None else self._cipher.fields
+        return make_bag_header(index_pos, len(self.connections), len(self._infos), fields)
+
+    def _append(self, data: Buffer) -> None:
+        self._put(data)
+        self._size += len(data)
+
+    def _put(self, data: Buffer) -> None:
+        view = memoryview(data)
+        while view:
+            view = view[self._file.write(view) :]
+
+
+def entry_count(entries: bytes | bytearray) -> int:
+    """Return how many messages the data of an index record name."""
+    return len(entries) // _ENTRY.size
+
+
+def _time(entries: bytes | bytearray, position: int) -> int:
+    secs, nsecs, _ = _ENTRY.unpack_from(entries, position)
+    return int(secs) * NS + int(nsecs)
+
+
+def _entries(messages: Messages) -> Entries:
+    """Return the index of a chunk's messages, of which there may be very many."""
+    entries: dict[int, bytearray] = {}
+    ordered = messages.by_time()
+    pack = _ENTRY.pack
+    for conn, time, offset in zip(ordered.conns, ordered.times, ordered.offsets, strict=True):
+        packed = entries.get(conn)
+        if packed is None:
+            packed = entries[conn] = bytearray()
+        packed += pack(*divmod(time, NS), offset)
+    return dict(entries)
+
+
+def _index_record(conn: int, entries: bytes | bytearray) -> bytes:
+    fields = {
+        "op": bytes([OP_INDEX]),
+        "ver": U32.pack(1),
+        "conn": U32.pack(conn),
+        "count": U32.pack(entry_count(entries)),
+    }
+    return make_record(fields, entries)
+
+
+def _info_record(info: _Info) -> bytes:
+    fields = {
+        "op": bytes([OP_CHUNK_INFO]),
+        "ver": U32.pack(1),
+        "chunk_pos": U64.pack(info.pos),
+        "start_time": pack_time(info.start),
+        "end_time": pack_time(info.end),
+        "count": U32.pack(len(info.packed) // _COUNT.size),
+    }
+    return make_record(fields, info.packed)

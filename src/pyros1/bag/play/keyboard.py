@@ -1,0 +1,89 @@
+"""Keys that control a bag's playing (B35)."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+from typing import Any
+
+from pyros1.bag.play.control import Control
+
+
+class Keyboard:
+    """Reads single keys from the terminal, if there is one. A context manager that puts the terminal back.
+
+    A job that was stopped and goes on takes up the terminal again, or leaves it alone if it goes on in the background.
+
+    Args:
+        control: what the keys change: space pauses, ``s`` steps, ``t`` toggles pausing on topics.
+
+    Attributes:
+        there: whether there is a terminal.
+    """
+
+    def __init__(self, control: Control) -> None:
+        self._control = control
+        self._former: Any = None
+        self._former_handler: Any = None
+        self._descriptor = -1
+        self.there = False
+
+    def __enter__(self) -> Keyboard:
+        try:
+            import termios  # noqa: PLC0415 - not on Windows
+        except ImportError:
+            return self
+        try:
+            descriptor = sys.stdin.fileno()
+            if not os.isatty(descriptor) or not _in_foreground(descriptor):
+                return self
+            self._former = termios.tcgetattr(descriptor)
+            self._descriptor, self.there = descriptor, True
+            self._take_up()
+            self._former_handler = signal.signal(signal.SIGCONT, lambda *_: self._take_up())
+        except (termios.error, OSError, ValueError, AttributeError):
+            self.there = False
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._control.watch(-1, lambda: None)
+        if self._former_handler is not None:
+            signal.signal(signal.SIGCONT, self._former_handler)
+        if self._former is not None:
+            import termios  # noqa: PLC0415
+
+            with contextlib.suppress(OSError, termios.error):
+                if _in_foreground(self._descriptor):
+                    termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._former)
+
+    def _take_up(self) -> None:
+        """Read keys, if this is the foreground: a job in the background that touches the terminal is stopped."""
+        import termios  # noqa: PLC0415
+        import tty  # noqa: PLC0415
+
+        self._control.watch(-1, lambda: None)
+        with contextlib.suppress(OSError, termios.error):  # the terminal has gone
+            if _in_foreground(self._descriptor):
+                tty.setcbreak(self._descriptor)
+                self._control.watch(self._descriptor, self._read)
+
+    def _read(self) -> None:
+        try:
+            keys = os.read(self._descriptor, 100)
+        except OSError:
+            keys = b""
+        if not keys:  # the terminal has gone
+            self._control.watch(-1, lambda: None)
+        for key in keys.decode("latin-1"):
+            if key == " ":
+                self._control.toggle()
+            elif key == "s":
+                self._control.step()
+            elif key == "t":
+                self._control.pause_on_topics = not self._control.pause_on_topics
+
+
+def _in_foreground(descriptor: int) -> bool:
+    return os.tcgetpgrp(descriptor) == os.getpgrp()

@@ -1,0 +1,318 @@
+"""Plays bags: publishes their messages, as stored, at the pace at which they were recorded.
+
+One thread does it all: it sleeps until the next message or tick of /clock is due, or the user wants something.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from math import inf
+from time import perf_counter
+from typing import Any
+
+from pyros1.bag.format.records import MAX_TIME, Connection
+from pyros1.bag.play.clock import NS, Ticker, Timeline
+from pyros1.bag.play.control import Control
+from pyros1.bag.play.source import Bags, Played, ReadAhead
+from pyros1.bag.play.static import StaticTransforms, keeps_static
+from pyros1.errors import Error
+from pyros1.msgs import AnyMsg, load_message
+from pyros1.node import Node
+from pyros1.timing import Time
+from pyros1.wire.handshake import TopicType
+
+_STATUS_TIME = 0.1
+_PATIENCE = 0.05
+_GIVE_UP = 5.0
+_OWN_TYPES = ("rosgraph_msgs/Log", "rosgraph_msgs/Clock")
+"""Types of the topics that a node publishes itself; its publisher takes messages that are still encoded as others."""
+
+
+@dataclass(frozen=True)
+class PlayOptions:
+    """How to play.
+
+    Attributes:
+        prefix: put in front of every topic.
+        immediate: do not wait between messages.
+        queue_size: of the publishers.
+        clock_rate: ticks of /clock per second of wall time; 0 publishes none.
+        rate: factor of the speed.
+        start: seconds to leave out at the beginning.
+        duration: seconds to play; None plays all.
+        skip_empty: longest gap, in seconds of the bag, that is waited for; None waits for all.
+        loop: begin again at the end.
+        pause_topics: pause before messages of these topics.
+        max_delay: seconds by which `Player.rate_stamp` may lag behind before playing waits.
+    """
+
+    prefix: str = ""
+    immediate: bool = False
+    queue_size: int = 100
+    clock_rate: float = 0.0
+    rate: float = 1.0
+    start: float = 0.0
+    duration: float | None = None
+    skip_empty: float | None = None
+    loop: bool = False
+    pause_topics: Collection[str] = ()
+    max_delay: float = inf
+
+
+@dataclass(frozen=True)
+class Status:
+    """How playing goes.
+
+    Attributes:
+        state: RUNNING, PAUSED or DELAYED.
+        time: of the bag, in seconds since the epoch.
+        passed: seconds of the bag since its beginning.
+        length: of the bag in seconds.
+    """
+
+    state: str
+    time: float
+    passed: float
+    length: float
+
+
+class Player:
+    """Plays bags.
+
+    Args:
+        node: publishes.
+        bags: what to play.
+        options: how.
+        control: the user's wishes.
+        on_status: called ten times a second; None saves the effort.
+
+    Attributes:
+        rate_stamp: the newest stamp on the topic that controls the pace, in nanoseconds; None without such a topic.
+        unplayable: topics that could not be advertised, with the reasons.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        bags: Bags,
+        options: PlayOptions,
+        control: Control,
+        on_status: Callable[[Status], object] | None = None,
+    ) -> None:
+        self.rate_stamp: int | None = None
+        self.unplayable: dict[str, str] = {}
+        self._bags = bags
+        self._options = options
+        self._control = control
+        self._on_status = on_status
+        self._timeline = Timeline(options.rate)
+        self._status = Ticker(_STATUS_TIME)
+        self._tick = Ticker(1 / options.clock_rate if options.clock_rate else inf)
+        self._node = node
+        self._send: dict[tuple[int, int], Callable[[AnyMsg], object]] = {}
+        self._publishers: dict[tuple[str, str], Any] = {}
+        self._static: dict[str, StaticTransforms] = {}
+        self._pausing: set[str] = {topic.lstrip("/") for topic in options.pause_topics}
+        self._clock_class: Any = load_message("rosgraph_msgs/Clock")
+        self._clock: Any = node.advertise("clock", self._clock_class, queue_size=1)
+        self._begin, self._length = bags.start, bags.end - bags.start
+        self._latched: list[Played] = []
+        self._ahead: ReadAhead | None = None
+        self._last: int | None = None
+        for number, connection in bags.connections():
+            self._advertise(number, connection)
+
+    # Publishers -------------------------------------------------------------------------------------------------------
+
+    def _advertise(self, number: int, connection: Connection) -> None:
+        topic, static = self._options.prefix + connection.topic, keeps_static(connection)
+        key = (connection.callerid, topic)
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            kind = TopicType(connection.type, connection.md5sum, connection.definition)
+            cls: Any = load_message(connection.type) if connection.type in _OWN_TYPES else AnyMsg
+            latch = connection.latching or static
+            try:
+                publisher = self._node.advertise(
+                    topic, cls, queue_size=self._options.queue_size, latch=latch, raw_type=kind
+                )
+            except Error as error:
+                self.unplayable[connection.topic] = str(error)
+                return
+            self._publishers[key] = publisher
+        send = publisher.publish
+        if static:
+            send = self._static.setdefault(publisher.name, StaticTransforms(send)).publish
+        self._send[number, connection.id] = send
+
+    def wait_for_subscribers(self) -> None:
+        """Wait until every topic has a subscriber, or the user ends it."""
+        while not self._control.ended and not all(one.num_connections for one in self._publishers.values()):
+            self._control.wait(_PATIENCE)
+
+    def now(self) -> int:
+        """Return the time of the bag, in nanoseconds."""
+        return self._timeline.bag_at(perf_counter())
+
+    def follow(self, stamp: int) -> None:
+        """Take a stamp of the topic that controls the pace, in nanoseconds."""
+        self.rate_stamp = stamp
+        self._control.ring()
+
+    def dropped(self) -> int:
+        """Return how many messages connected subscribers have lost because they were too slow."""
+        return sum({one.name: one.dropped for one in self._publishers.values()}.values())
+
+    def wait_until_taken(self) -> bool:
+        """Wait for slow subscribers to take what they still have to get; one that takes nothing for 5 s is given up.
+
+        Returns:
+            Whether they have it all; False also if the user ends the wait.
+        """
+        left, until = inf, perf_counter() + _GIVE_UP
+        while True:
+            waiting = sum({one.name: one.waiting for one in self._publishers.values()}.values())
+            if not waiting or self._control.ended or perf_counter() > until:
+                return not waiting
+            if waiting < left:
+                left, until = waiting, perf_counter() + _GIVE_UP
+            self._control.wait(_PATIENCE)
+
+    # Playing ----------------------------------------------------------------------------------------------------------
+
+    def read_ahead(self) -> None:
+        """Begin to read, so that nothing has to be waited for when playing begins. `run` does it if it was not done.
+
+        Raises:
+            BagError: a chunk of a bag cannot be read.
+            OSError: a file cannot be read.
+        """
+        if self._options.start > 0:  # first, for only one thread may read a file
+            self._latched = self._bags.latched_before(self._begin + int(self._options.start * NS))
+        self._ahead = ReadAhead(self._messages())
+
+    def _messages(self) -> Iterator[Played]:
+        start = self._begin + int(self._options.start * NS)
+        duration = self._options.duration
+        return self._bags.messages(start, MAX_TIME if duration is None else start + int(duration * NS))
+
+    def run(self) -> int:
+        """Play, to the end or until the user wants no more.
+
+        Returns:
+            How many messages were played.
+
+        Raises:
+            BagError: a chunk of a bag cannot be read.
+            OSError: a file cannot be read.
+        """
+        played = 0
+        if self._ahead is None:
+            self.read_ahead()
+        try:
+            while not self._control.ended:
+                for one in self._latched:
+                    self._publish(one)
+                count = self._play()
+                played += count
+                if not self._options.loop or not count:
+                    break
+        finally:
+            if self._ahead is not None:
+                self._ahead.close()
+        return played
+
+    def _play(self) -> int:
+        """Play once; returns the number of messages."""
+        count, control = 0, self._control
+        self._last = None
+        ahead, self._ahead = self._ahead, None
+        with ahead or ReadAhead(self._messages()) as source:
+            while not control.ended:
+                batch = source.take(_PATIENCE)
+                if batch is None:
+                    break
+                if not batch:
+                    control.wait(0)
+                for one in batch:
+                    if not self._await(one):
+                        return count
+                    self._publish(one)
+                    count += 1
+        return count
+
+    def _publish(self, one: Played) -> None:
+        send = self._send.get((one.bag, one.message.connection.id))
+        if send is not None:
+            send(AnyMsg(one.message.data))
+
+    def _await(self, one: Played) -> bool:
+        """Wait until a message is due; return False if the user ends it before."""
+        control, timeline, options, time = self._control, self._timeline, self._options, one.message.time
+        now = perf_counter()
+        if self._last is None:
+            self._begin_at(time, now)
+        elif options.skip_empty is not None and time - self._last > options.skip_empty * NS:
+            self._jump(time, now)
+        if self._pausing and control.pause_on_topics and one.message.connection.topic.lstrip("/") in self._pausing:
+            control.set_paused(True)
+        self._last = time
+        while not control.ended:
+            held = control.paused or self._delayed(timeline.bag_at(now))
+            if held or timeline.held:
+                timeline.hold(now, held)
+            if control.paused and control.steps:
+                control.steps -= 1
+                return self._step(time, now)
+            if not held and options.immediate:
+                return self._step(time, now)
+            due = inf if held else timeline.wall_at(time)
+            if now >= self._tick.due or now >= self._status.due:
+                self._show(min(timeline.bag_at(now), time), now)
+            if due <= now:
+                return True
+            control.wait(min(due, self._tick.due, self._status.due) - now)
+            now = perf_counter()
+        return False
+
+    def _begin_at(self, time: int, now: float) -> None:
+        self._timeline.set(time, now)
+        self._tick.due = now
+        self._status.due = now
+        if self.rate_stamp is not None:
+            self.rate_stamp = time
+
+    def _delayed(self, time: int) -> bool:
+        return self.rate_stamp is not None and time - self.rate_stamp > self._options.max_delay * NS
+
+    def _step(self, time: int, now: float) -> bool:
+        """Go to a message's time at once; return False if the user wants no more."""
+        self._jump(time, now)
+        if now >= self._status.due:
+            self._control.wait(0)
+            self._show(time, now)
+        return not self._control.ended
+
+    def _jump(self, time: int, now: float) -> None:
+        """Say that it is now a time of the bag: the clock says so before the message comes."""
+        self._timeline.set(time, now)
+        self._publish_clock(time)
+        if now >= self._tick.due:
+            self._tick.tick(now)
+
+    def _show(self, time: int, now: float) -> None:
+        """Publish /clock and report, as far as they are due."""
+        if now >= self._tick.due:
+            self._tick.tick(now)
+            self._publish_clock(time)
+        if now >= self._status.due:
+            self._status.tick(now)
+            self._control.wait(0)  # keys, when messages come so fast that nothing else is waited for
+            if self._on_status is not None:
+                state = "PAUSED" if self._control.paused else "DELAYED" if self._timeline.held else "RUNNING"
+                self._on_status(Status(state, time / NS, (time - self._begin) / NS, self._length / NS))
+
+    def _publish_clock(self, time: int) -> None:
+        if self._options.clock_rate:
+            self._clock.publish(self._clock_class(Time(*divmod(time, NS))))

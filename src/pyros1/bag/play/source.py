@@ -1,0 +1,240 @@
+"""The messages of several bags, merged by time, read ahead on a thread of their own."""
+
+from __future__ import annotations
+
+import heapq
+import threading
+from collections import deque
+from collections.abc import Collection, Iterator, Sequence
+from itertools import repeat
+from typing import NamedTuple
+
+from pyros1.bag.format.reader import BagReader, RawMessage
+from pyros1.bag.format.records import Connection
+from pyros1.bag.play.static import keeps_static
+
+AHEAD = 32 << 20
+"""Bytes that are read ahead at most, and one batch."""
+_BATCH = 1 << 20
+_BATCH_MESSAGES = 500
+_OVERHEAD = 1500
+"""What a message takes beside its bytes, and more: not too many are read ahead, as the garbage collector visits all."""
+_STATIC_CHUNKS = 20
+"""Chunks that are read, from the beginning of a bag, for static transforms."""
+
+
+class Played(NamedTuple):
+    """A message to play.
+
+    Attributes:
+        bag: number of its bag.
+        message: connection, time and bytes.
+    """
+
+    bag: int
+    message: RawMessage
+
+
+class Bags:
+    """Open bags. Also a context manager that closes them.
+
+    Args:
+        paths: the files.
+        topics: play only these; None plays all.
+
+    Raises:
+        BagError: one of them is no bag, has no index, ...
+        OSError: one of them cannot be read.
+    """
+
+    def __init__(self, paths: Sequence[str], topics: Collection[str] | None = None) -> None:
+        self.readers: list[BagReader] = []
+        self._chosen: list[set[int] | None] = []
+        try:
+            for path in paths:
+                self.readers.append(BagReader(path))
+        except BaseException:
+            self.close()
+            raise
+        for reader in self.readers:
+            self._chosen.append(None if topics is None else reader.ids(topics))
+
+    @property
+    def start(self) -> int:
+        """Earliest time, in nanoseconds, of all bags; 0 without messages."""
+        return min((reader.start for reader in self.readers if reader.start), default=0)
+
+    @property
+    def end(self) -> int:
+        """Latest time, in nanoseconds."""
+        return max((reader.end for reader in self.readers), default=0)
+
+    def connections(self) -> Iterator[tuple[int, Connection]]:
+        """Yield the connections to play, each with the number of its bag."""
+        for number, (reader, chosen) in enumerate(zip(self.readers, self._chosen, strict=True)):
+            for conn, connection in reader.connections.items():
+                if chosen is None or conn in chosen:
+                    yield number, connection
+
+    def messages(self, start: int, end: int) -> Iterator[Played]:
+        """Yield messages by time; of the same time, those of the first bag first.
+
+        Args:
+            start: earliest time in nanoseconds.
+            end: latest time.
+
+        Raises:
+            BagError: a chunk cannot be read.
+        """
+        streams = [self._of_bag(number, start, end) for number in range(len(self.readers))]
+        if len(streams) == 1:
+            return streams[0]
+        return heapq.merge(*streams, key=lambda played: played.message.time)
+
+    def _of_bag(self, number: int, start: int, end: int) -> Iterator[Played]:
+        messages = self.readers[number].messages(self._chosen[number], start, end)
+        return map(Played, repeat(number), messages)  # which keeps none while the next one is read
+
+    def latched_before(self, time: int) -> list[Played]:
+        """Return what subscribers that come at a time would get, by time: the last message of each latched connection.
+
+        Of static transforms also those at the beginning of the bag: Python programs, and filters of other tools, store
+        several publishers as one connection.
+        """
+        found: list[Played] = []
+        for number, reader in enumerate(self.readers):
+            chosen = self._chosen[number]
+            chosen_ones = [one for conn, one in reader.connections.items() if chosen is None or conn in chosen]
+            static = {one.id for one in chosen_ones if keeps_static(one)}
+            latched = {one.id for one in chosen_ones if one.latching}
+            found += [Played(number, message) for message in _first_ones(reader, static, time)]
+            found += [Played(number, message) for message in _last_before(reader, latched | static, time)]
+        found.sort(key=lambda played: played.message.time)
+        return found
+
+    def close(self) -> None:
+        """Close the files."""
+        for reader in self.readers:
+            reader.close()
+
+    def __enter__(self) -> Bags:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _first_ones(reader: BagReader, wanted: set[int], time: int) -> Iterator[RawMessage]:
+    """Yield the wanted connections' messages before a time, out of the first chunks that have some."""
+    chunks = [chunk for chunk in reader.chunks if chunk.start < time and not wanted.isdisjoint(chunk.counts)]
+    for chunk in sorted(chunks, key=lambda chunk: chunk.start)[:_STATIC_CHUNKS]:
+        content, messages = reader.content(chunk)
+        for message in messages:
+            if message.conn in wanted and message.time < time:
+                data = content[message.start : message.end]
+                yield RawMessage(reader.connections[message.conn], message.time, data)
+
+
+def _last_before(reader: BagReader, wanted: set[int], time: int) -> Iterator[RawMessage]:
+    """Yield the last message before a time of each wanted connection. Reads only chunks that may hold one."""
+    best: dict[int, RawMessage] = {}
+    chunks = sorted((chunk for chunk in reader.chunks if chunk.start < time), key=lambda chunk: chunk.end, reverse=True)
+    for chunk in chunks:
+        open_ones = {conn for conn in wanted & chunk.counts.keys() if conn not in best or best[conn].time < chunk.end}
+        if not open_ones:
+            continue
+        content, messages = reader.content(chunk)
+        for message in messages:
+            known = best.get(message.conn)
+            if message.conn in open_ones and message.time < time and (known is None or known.time <= message.time):
+                data = content[message.start : message.end]
+                best[message.conn] = RawMessage(reader.connections[message.conn], message.time, data)
+    yield from best.values()
+
+
+class ReadAhead:
+    """Takes messages from an iterator before they are needed. Also a context manager that ends its thread.
+
+    Args:
+        messages: the iterator; only the thread uses it.
+        limit: bytes of memory.
+    """
+
+    def __init__(self, messages: Iterator[Played], limit: int = AHEAD) -> None:
+        self._messages = messages
+        self._limit = limit
+        self._batches: deque[tuple[int, list[Played]]] = deque()
+        self._bytes = 0
+        self._changed = threading.Condition()
+        self._finished = False
+        self._closed = False
+        self._error: Exception | None = None
+        self._thread = threading.Thread(target=self._run, name="bag:reader", daemon=True)
+        self._thread.start()
+
+    def take(self, timeout: float) -> list[Played] | None:
+        """Return the next messages; an empty list if there are none yet, None at the end.
+
+        Args:
+            timeout: seconds to wait for them.
+
+        Raises:
+            BagError: a chunk cannot be read.
+            OSError: the file cannot be read.
+        """
+        with self._changed:
+            if not self._batches and not self._finished:
+                self._changed.wait(timeout)
+            if self._batches:
+                size, batch = self._batches.popleft()
+                self._bytes -= size
+                self._changed.notify_all()
+                return batch
+            if self._finished and self._error is not None:
+                raise self._error
+            return None if self._finished else []
+
+    def _run(self) -> None:
+        try:
+            self._read()
+        except Exception as error:  # noqa: BLE001 - the other thread raises it
+            self._error = error
+        with self._changed:
+            self._finished = True
+            self._changed.notify_all()
+
+    def _read(self) -> None:
+        batch: list[Played] = []
+        size, most = 0, 1  # the first at once, then in larger batches
+        for played in self._messages:
+            batch.append(played)
+            size += len(played.message.data) + _OVERHEAD
+            del played  # so that a large one is not in memory while the next one is read
+            if size >= _BATCH or len(batch) >= most:
+                if not self._hand_over(size, batch):
+                    return
+                batch, size, most = [], 0, min(2 * most, _BATCH_MESSAGES)
+        if batch:
+            self._hand_over(size, batch)
+
+    def _hand_over(self, size: int, batch: list[Played]) -> bool:
+        with self._changed:
+            self._batches.append((size, batch))
+            self._bytes += size
+            self._changed.notify_all()
+            while self._bytes > self._limit and not self._closed:
+                self._changed.wait()
+            return not self._closed
+
+    def close(self) -> None:
+        """End the thread."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        self._thread.join()
+
+    def __enter__(self) -> ReadAhead:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,49 @@
+"""Static transforms of bags: each publisher latched its own, and the player speaks for all of them. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.bag.format.records import Connection
+from pyros1.errors import MessageError
+from pyros1.msgs import AnyMsg, load_message
+
+TYPE = "tf2_msgs/TFMessage"
+
+
+def keeps_static(connection: Connection) -> bool:
+    """Return whether a connection's messages are static transforms, which whoever comes later must get.
+
+    Whether it latched does not matter: bags that Python programs wrote do not say so.
+    """
+    return (
+        connection.topic.rpartition("/")[2] == "tf_static"
+        and connection.type == TYPE
+        and connection.md5sum == load_message(TYPE)._md5sum
+    )
+
+
+class StaticTransforms:
+    """Publishes static transforms, each time with all that came before; of a child frame the last one.
+
+    Args:
+        send: publishes a message.
+    """
+
+    def __init__(self, send: Callable[[AnyMsg], object]) -> None:
+        self._send = send
+        self._class: Any = load_message(TYPE)
+        self._known: dict[str, Any] = {}
+
+    def publish(self, message: AnyMsg) -> None:
+        """Publish a message and what came before; a message that cannot be decoded goes out as it is."""
+        try:
+            came = self._class._decode(message._buff, 0, len(message._buff)).transforms
+            known = self._known | {transform.child_frame_id: transform for transform in came}
+            message = AnyMsg(self._class._encode(self._class(list(known.values()))))
+        except MessageError:
+            pass
+        else:
+            self._known = known
+        self._send(message)

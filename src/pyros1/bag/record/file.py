@@ -1,0 +1,250 @@
+"""A bag that is being recorded: called ``.active`` until it is closed, safe on the disk every second.
+
+What a crash of this process can lose is what came in the last second; a power cut, a little more.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import threading
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from io import FileIO
+from typing import IO, Generic, TypeVar
+
+from pyros1.bag.errors import BagError
+from pyros1.bag.format.codecs import Buffer
+from pyros1.bag.format.writer import EMPTY_SIZE, BagWriter, Entries, entry_count
+
+_K = TypeVar("_K")
+
+SUFFIX = ".active"
+FLUSH_TIME = 0.9
+"""Seconds after which a chunk is closed that is not full yet."""
+
+_TAKEN = "another recording is writing this file"
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+def claim(path: str) -> str:
+    """Make sure that nobody else records into a file, and keep what a recording that was killed has left there.
+
+    Args:
+        path: with the suffix ``.active``.
+
+    Returns:
+        The new name of what was left; empty if there was nothing.
+
+    Raises:
+        BagError: somebody records into it.
+        OSError: it cannot be renamed.
+    """
+    try:
+        with open(path, "rb") as file:
+            _lock(file)
+            if os.fstat(file.fileno()).st_size <= EMPTY_SIZE:
+                return ""
+    except FileNotFoundError:
+        return ""
+    except BlockingIOError:
+        raise BagError(path, _TAKEN) from None
+    number = 1
+    while os.path.lexists(f"{path}.{number}"):
+        number += 1
+    os.rename(path, f"{path}.{number}")
+    return f"{path}.{number}"
+
+
+def _lock(file: IO[bytes] | FileIO) -> None:
+    """Lock a file until it is closed; raises BlockingIOError if another process has."""
+    try:
+        import fcntl  # noqa: PLC0415 - not on Windows
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise
+    except (OSError, ImportError):
+        pass  # some file systems have no locks
+
+
+class RecordWriter(BagWriter):
+    """A writer that can close its bag on a full disk. It locks the file, for `claim`.
+
+    Attributes:
+        lost: connection id -> messages that were given up because the disk was full.
+    """
+
+    def __init__(self, path: str, compression: str, chunk_threshold: int) -> None:
+        super().__init__(path, compression, chunk_threshold)
+        try:
+            _lock(self._file)
+        except BlockingIOError:
+            self.abort()
+            raise BagError(path, _TAKEN) from None
+        self.lost: Counter[int] = Counter()
+
+    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
+        """Write a chunk; what does not fit any more is counted as lost."""
+        try:
+            super()._put_chunk(compression, size, parts, entries)
+        except OSError:
+            self.lost.update({conn: entry_count(packed) for conn, packed in entries.items()})
+            raise
+
+    def descriptor(self) -> int:
+        """Return a descriptor of the file that stays valid when the bag is closed; to be closed by the caller."""
+        return os.dup(self._file.fileno())
+
+    def _write_end(self) -> None:
+        """Write the index; if there is no room for it, the last chunks have to go."""
+        while True:
+            try:
+                super()._write_end()
+                return
+            except OSError as error:
+                if error.errno not in _FULL or not self._infos:
+                    raise
+            info = self._infos.pop()
+            self.lost.update(info.counts)
+            self.messages -= sum(info.counts.values())
+            self._size = info.pos
+            self._file.truncate(info.pos)
+            self._file.seek(info.pos)
+
+
+class RecordFile(Generic[_K]):
+    """An open recording.
+
+    Args:
+        path: the file's name when it is finished.
+        compression: ``none``, ``bz2`` or ``lz4``.
+        chunk_threshold: bytes beyond which a chunk is closed.
+
+    Attributes:
+        rescued: the new name of what a recording that was killed had left under this name; mostly empty.
+
+    Raises:
+        BagError: somebody else records into it.
+        OSError: the file cannot be made.
+    """
+
+    def __init__(self, path: str, compression: str, chunk_threshold: int) -> None:
+        self.path = path
+        if os.path.isdir(path):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)  # now, not when all is recorded
+        self.rescued = claim(path + SUFFIX)
+        self._writer = RecordWriter(path + SUFFIX, compression, chunk_threshold)
+        self._keys: dict[int, _K] = {}
+        self._conns: dict[_K, int] = {}
+        self._flush_at = time.monotonic() + FLUSH_TIME
+        self._disk = _DiskSync(self._writer.descriptor())
+
+    @property
+    def size(self) -> int:
+        """Bytes written, and in the open chunk."""
+        return self._writer.size
+
+    @property
+    def messages(self) -> int:
+        """Messages in the file."""
+        return self._writer.messages
+
+    def write(self, key: _K, topic: str, header: Mapping[str, str], stamp: int, data: bytes) -> None:
+        """Write a message.
+
+        Args:
+            key: of its connection.
+            topic: its topic, for the first message of a connection.
+            header: its publisher's connection header, likewise.
+            stamp: receive time in nanoseconds.
+            data: its bytes.
+
+        Raises:
+            BagError: the time does not fit into a bag.
+            OSError: the disk is full, ...
+        """
+        conn = self._conns.get(key)
+        if conn is None:
+            fields = {name: value.encode("utf-8", "surrogateescape") for name, value in header.items()}
+            for name in ("type", "md5sum", "message_definition"):
+                fields.setdefault(name, b"")
+            conn = self._conns[key] = self._writer.add_connection(topic, fields)
+            self._keys[conn] = key
+        self._writer.write(conn, stamp, data)
+
+    def tick(self) -> None:
+        """To be called often: brings to the disk what is due.
+
+        Raises:
+            OSError: the disk is full, ...
+        """
+        now = time.monotonic()
+        if now >= self._flush_at:
+            self._flush_at = now + FLUSH_TIME
+            if self._writer.pending:
+                self._writer.flush()
+            self._disk.request()
+
+    @property
+    def lost(self) -> dict[_K, int]:
+        """Connection key -> messages that were lost because the disk was full."""
+        return {self._keys[conn]: count for conn, count in self._writer.lost.items()}
+
+    def close(self) -> None:
+        """Write the index and give the file its name.
+
+        Raises:
+            OSError: that failed; the file keeps the suffix ``.active`` and can be reindexed.
+        """
+        self._disk.close()
+        try:
+            self._writer.close()
+        except OSError as error:
+            # A full disk took the last chunk; the bag is whole all the same, unless not even its index fits.
+            if error.errno not in _FULL or not self._closed_well():
+                raise
+        os.replace(self.path + SUFFIX, self.path)
+
+    def _closed_well(self) -> bool:
+        from pyros1.bag.format.files import BagFile  # noqa: PLC0415 - for a full disk only
+
+        file = BagFile(self.path + SUFFIX)
+        try:
+            return file.index_pos > 0
+        finally:
+            file.close()
+
+
+class _DiskSync:
+    """Brings a file to the disk itself, on a thread of its own: on some disks that takes seconds."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self._wanted = threading.Event()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="bag:sync", daemon=True)
+        self._thread.start()
+
+    def request(self) -> None:
+        """Begin now, unless it is under way."""
+        self._wanted.set()
+
+    def close(self) -> None:
+        """End the thread, without waiting for the disk."""
+        self._closed = True
+        self._wanted.set()
+        self._thread.join(0.2)
+
+    def _run(self) -> None:
+        sync = getattr(os, "fdatasync", os.fsync)
+        while True:
+            self._wanted.wait()
+            self._wanted.clear()
+            if self._closed:
+                break
+            with contextlib.suppress(OSError):
+                sync(self._descriptor)
+        os.close(self._descriptor)

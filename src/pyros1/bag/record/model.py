@@ -1,0 +1,114 @@
+"""What a recording is made of: its options, topics, their publishers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from pyros1.bag.record.names import FileNames
+from pyros1.node import Node
+
+
+@dataclass(frozen=True)
+class RecordOptions:
+    """How to record.
+
+    Attributes:
+        names: of the files.
+        split: begin a new file at a limit; else the recording ends there.
+        max_size: limit of a file in bytes; 0 for none.
+        max_duration: limit of a file in seconds; 0 for none.
+        max_splits: files that are kept, the oldest are removed; 0 for all.
+        buffer_size: bytes that may wait for the disk; 0 for no limit.
+        chunk_size: bytes of a chunk.
+        compression: ``none``, ``bz2`` or ``lz4``.
+        limit: messages of each topic; 0 for all.
+        repeat_latched: begin each further file with the latched messages.
+        min_space: bytes that must stay free on the disk.
+    """
+
+    names: FileNames = field(default_factory=FileNames)
+    split: bool = False
+    max_size: int = 0
+    max_duration: float = 0.0
+    max_splits: int = 0
+    buffer_size: int = 256 << 20
+    chunk_size: int = 768 << 10
+    compression: str = "none"
+    limit: int = 0
+    repeat_latched: bool = False
+    min_space: int = 1 << 30
+
+
+@dataclass(eq=False)
+class Topic:
+    """A recorded topic.
+
+    Attributes:
+        name: full name.
+        messages: received so far.
+        bytes: of these.
+        dropped: of these, not written because the buffer or the disk was full.
+        beyond: of these, not written because they came after the end.
+        subscriber: receives them.
+    """
+
+    name: str
+    messages: int = 0
+    bytes: int = 0
+    dropped: int = 0
+    beyond: int = 0
+    subscriber: Any = None
+
+    @property
+    def written(self) -> int:
+        """Messages that are in the files, or will be."""
+        return self.messages - self.dropped - self.beyond
+
+
+@dataclass(eq=False)
+class Source:
+    """A publisher on a recorded topic.
+
+    Attributes:
+        topic: the topic.
+        header: its connection header as received.
+        latched: its last message, if it latches.
+    """
+
+    topic: Topic
+    header: dict[str, str]
+    latching: bool = False
+    latched: bytes | None = None
+
+
+class Sources:
+    """The publishers of one topic. The same header, after a reconnection, is the same publisher."""
+
+    def __init__(self, topic: Topic) -> None:
+        self._topic = topic
+        self._by_object: dict[int, tuple[dict[str, str], Source]] = {}
+        self._by_content: dict[frozenset[tuple[str, str]], Source] = {}
+
+    def of(self, header: dict[str, str]) -> Source:
+        """Return the publisher with a header."""
+        found = self._by_object.get(id(header))
+        if found is not None:
+            return found[1]
+        if len(self._by_object) > 1000:
+            self._by_object.clear()  # links come and go
+        key = frozenset(header.items())
+        source = self._by_content.get(key)
+        if source is None:
+            source = self._by_content[key] = Source(self._topic, header, header.get("latching") == "1")
+        self._by_object[id(header)] = (header, source)  # which keeps the object, so that its id is not used again
+        return source
+
+
+def clock_of(node: Node) -> Callable[[], int]:
+    """Return what tells a node's time in nanoseconds."""
+    if node.params.get("/use_sim_time", False) is True:
+        return lambda: node.now().to_nsec()
+    return time.time_ns

@@ -1,0 +1,286 @@
+"""Records topics into bags: raw frames with their publishers' connection headers, never decoded.
+
+The node's threads receive, stamp and queue; one thread writes. Nothing else happens per message.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+
+from pyros1.bag.errors import BagError
+from pyros1.bag.record.file import RecordFile
+from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, clock_of
+from pyros1.bag.record.queue import RecordQueue
+from pyros1.bag.record.space import SpaceGuard
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+
+_NS = 1_000_000_000
+_POLL = 0.05
+_WARN_TIME = 5.0
+
+
+@dataclass
+class Events:
+    """What a recorder tells; all are called in its writing thread.
+
+    Attributes:
+        opened: with the name of a file.
+        closing: with the name of a file.
+        warning: with a text.
+        ended: when the recording has ended by itself: at a limit, or because of an error.
+    """
+
+    opened: Callable[[str], object] = lambda path: None
+    closing: Callable[[str], object] = lambda path: None
+    warning: Callable[[str], object] = lambda text: None
+    ended: Callable[[], object] = lambda: None
+
+
+@dataclass
+class Report:
+    """What was recorded.
+
+    Attributes:
+        files: names of those that were finished, in order.
+        messages: in these.
+        bytes: of these.
+    """
+
+    files: list[str] = field(default_factory=list)
+    messages: int = 0
+    bytes: int = 0
+
+
+class Recorder:
+    """A recording. Also a context manager that ends it.
+
+    Args:
+        node: subscribes.
+        options: how to record.
+        events: whom to tell what.
+
+    Attributes:
+        topics: those recorded, by name.
+        report: what is in finished files.
+        error: what has ended the recording.
+
+    Raises:
+        OSError: the first file cannot be made.
+        BagError: the disk has too little space.
+    """
+
+    def __init__(self, node: Node, options: RecordOptions, events: Events | None = None) -> None:
+        self.topics: dict[str, Topic] = {}
+        self.report = Report()
+        self.error: Exception | None = None
+        self._node = node
+        self._options = options
+        self._events = events or Events()
+        self._now = clock_of(node)
+        self._queue: RecordQueue[Source] = RecordQueue(options.buffer_size, self._dropped)
+        self._latching: dict[Source, None] = {}
+        self._finished: deque[str] = deque()
+        self._number = 0
+        self._began = self._now()
+        self._warned: dict[str, float] = {}
+        self._ending = threading.Event()
+        self._unwritten: list[tuple[Source, int, bytes]] = []  # of a batch that could not be finished
+        self._some_done = False  # a topic has reached the limit
+        self._overrun = False  # messages were dropped
+        folder = os.path.dirname(options.names.name(0, time.time())) or "."
+        self._space = SpaceGuard(folder, options.min_space, self._events.warning)
+        self._space.check()
+        self._file: RecordFile[Source] | None = self._open()
+        self._thread = threading.Thread(target=self._run, name="bag:writer", daemon=True)
+        self._thread.start()
+
+    # Topics -----------------------------------------------------------------------------------------------------------
+
+    def subscribe(self, name: str, *, transports: Sequence[str] = ("tcp",)) -> None:
+        """Record a topic from now on; ``transports`` as `Node.subscribe` has it."""
+        topic = self.topics[name] = Topic(name)
+        topic.subscriber = self._node.subscribe(name, AnyMsg, self._taker(topic), transports=transports)
+
+    def _taker(self, topic: Topic) -> Callable[[AnyMsg], None]:
+        """Return the callback of a topic; its calls never overlap."""
+        of, now, put, limit = Sources(topic).of, self._now, self._queue.put, self._options.limit
+
+        def take(message: AnyMsg) -> None:
+            stamp, data = now(), message._buff
+            source = of(message._connection_header or {})
+            if limit and topic.messages >= limit:
+                return
+            if put(source, stamp, data):
+                topic.messages += 1
+                topic.bytes += len(data)
+                if topic.messages == limit:
+                    self._some_done = True
+
+        return take
+
+    def leave_finished(self) -> bool:
+        """Unsubscribe from topics that have reached the limit; tell whether all have."""
+        limit = self._options.limit
+        if not limit or not self._some_done:
+            return False
+        for topic in self.topics.values():
+            if topic.messages >= limit and topic.subscriber is not None:
+                topic.subscriber.unregister()
+                topic.subscriber = None
+        return all(topic.subscriber is None for topic in self.topics.values())
+
+    def _dropped(self, source: Source) -> None:
+        source.topic.dropped += 1
+        self._overrun = True  # the writing thread says so: this one has messages to receive
+
+    def _warn(self, text: str) -> None:
+        """Warn of something that may happen with every message, but not so often."""
+        now, kind = time.monotonic(), text[:20]
+        if now - self._warned.get(kind, -_WARN_TIME) >= _WARN_TIME:
+            self._warned[kind] = now
+            self._events.warning(text)
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files so far."""
+        file = self._file
+        return self.report.bytes + (file.size if file is not None else 0)
+
+    # Ending -----------------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """End: write what was received, and close the file."""
+        self._ending.set()
+        self._queue.wake()
+        self._thread.join()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # Writing, in the thread -------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        try:
+            self._write_all()
+        except Exception as error:  # noqa: BLE001 - whatever it is, the file must be closed
+            self.error = error
+        for source, _, _ in chain(self._unwritten, self._queue.close()):
+            if self.error is None:
+                source.topic.beyond += 1
+            else:
+                source.topic.dropped += 1
+        try:
+            self._close_file()
+        except OSError as error:
+            self.error = self.error or error
+        if not self._ending.is_set():
+            self._events.ended()
+
+    def _write_all(self) -> None:
+        """Write until the end or a limit."""
+        while True:
+            ending = self._ending.is_set()
+            batch = self._queue.close() if ending else self._queue.take(_POLL)
+            if not self._write_batch(batch) or ending:
+                return
+            if not batch and not self._within_limits(self._now()):
+                return
+            if self._overrun:
+                self._overrun = False
+                self._warn("rosbag record buffer exceeded.  Dropping oldest queued message.")
+            if self._file is not None:
+                self._file.tick()
+            self._space.check()
+
+    def _write_batch(self, batch: list[tuple[Source, int, bytes]]) -> bool:
+        """Write messages; return False at a limit."""
+        done = 0
+        try:
+            for source, stamp, data in batch:
+                if not self._within_limits(stamp):
+                    return False
+                done += 1  # if it cannot be written, the file counts it
+                self._write(source, stamp, data)
+        finally:
+            self._unwritten = batch[done:]
+        return True
+
+    def _write(self, source: Source, stamp: int, data: bytes) -> None:
+        assert self._file is not None
+        try:
+            self._file.write(source, source.topic.name, source.header, stamp, data)
+        except BagError as error:
+            source.topic.dropped += 1
+            self._warn(str(error))
+        if source.latching:
+            source.latched = data
+            self._latching[source] = None
+
+    def _within_limits(self, stamp: int) -> bool:
+        """Begin a new file at a limit; return False if the recording ends there."""
+        options, file = self._options, self._file
+        assert file is not None
+        due = bool(options.max_size and file.size > options.max_size)
+        duration = int(options.max_duration * _NS)
+        self._began = min(self._began, stamp)  # simulated time may begin anew
+        if duration and stamp - self._began > duration:
+            due = True
+            self._began += (stamp - self._began - 1) // duration * duration
+        if not due:
+            return True
+        if not options.split:
+            return False
+        self._close_file()
+        self._forget_oldest()
+        self._number += 1
+        self._file = self._open()
+        if options.repeat_latched:
+            moment = self._now()
+            for source in self._latching:
+                if source.latched is not None:
+                    self._file.write(source, source.topic.name, source.header, moment, source.latched)
+        return True
+
+    def _open(self) -> RecordFile[Source]:
+        options = self._options
+        path = options.names.name(self._number, time.time())
+        file = RecordFile[Source](path, options.compression, options.chunk_size)
+        if file.rescued:
+            self._events.warning(
+                f"{path}.active of a recording that was not closed is now {file.rescued}; "
+                "`pyros1 bag reindex` makes a bag of it"
+            )
+        self._events.opened(path)
+        return file
+
+    def _close_file(self) -> None:
+        file, self._file = self._file, None
+        if file is None:
+            return
+        self._events.closing(file.path)
+        try:
+            file.close()
+        finally:
+            for source, count in file.lost.items():
+                source.topic.dropped += count
+        with contextlib.suppress(OSError):
+            self.report.bytes += os.path.getsize(file.path)
+        self.report.files.append(file.path)
+        self.report.messages += file.messages
+        self._finished.append(file.path)
+
+    def _forget_oldest(self) -> None:
+        if self._options.max_splits and len(self._finished) > self._options.max_splits:
+            with contextlib.suppress(OSError):
+                os.remove(self._finished.popleft())

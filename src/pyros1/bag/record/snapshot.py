@@ -1,0 +1,175 @@
+"""Keeps the last messages of topics in memory, and writes them to a bag when somebody asks for it."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from operator import itemgetter
+
+from pyros1.bag.record.file import RecordFile
+from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, clock_of
+from pyros1.bag.record.queue import OVERHEAD
+from pyros1.bag.record.space import SpaceGuard
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+
+Entry = tuple[int, Source, bytes]
+"""Receive time in nanoseconds, publisher, bytes."""
+
+
+class Ring:
+    """The last messages of one topic; those of latching publishers never go entirely.
+
+    Args:
+        duration: nanoseconds that are kept; 0 for all.
+        size: bytes of memory that are kept; 0 for all.
+    """
+
+    def __init__(self, duration: int, size: int) -> None:
+        self._duration = duration
+        self._size = size
+        self._entries: deque[Entry] = deque()
+        self._latched: dict[Source, Entry] = {}
+        self._lock = threading.Lock()
+        self.bytes = 0
+
+    def add(self, stamp: int, source: Source, data: bytes) -> None:
+        """Add a message."""
+        entry = (stamp, source, data)
+        with self._lock:
+            if source.latching:
+                self._latched[source] = entry
+            self._entries.append(entry)
+            self.bytes += len(data) + OVERHEAD
+            self._trim(stamp)
+
+    def _trim(self, now: int) -> None:
+        entries = self._entries
+        while entries and (
+            (self._size and self.bytes > self._size and len(entries) > 1)
+            or (self._duration and now - entries[0][0] > self._duration)
+        ):
+            _, _, data = entries.popleft()
+            self.bytes -= len(data) + OVERHEAD
+
+    def kept(self, now: int) -> tuple[list[Entry], list[Entry]]:
+        """Return what is there at a time: the latched messages that are older than the rest, and the rest."""
+        with self._lock:
+            if self._entries and now < self._entries[-1][0]:  # simulated time has begun anew
+                now = self._entries[-1][0]
+            self._trim(now)
+            rest = list(self._entries)
+            present = {id(entry) for entry in rest}
+            return [entry for entry in self._latched.values() if id(entry) not in present], rest
+
+    def clear(self) -> None:
+        """Forget all but the latched messages."""
+        with self._lock:
+            self._entries.clear()
+            self.bytes = 0
+
+
+class Snapshots:
+    """Keeps the last messages of topics.
+
+    Args:
+        node: subscribes.
+        options: how to write; the limits in it do not matter.
+        duration: seconds that are kept of each topic; 0 for all.
+        size: bytes of memory for each topic; 0 for no limit.
+        warn: called with texts.
+
+    Attributes:
+        topics: those kept, by name.
+        enabled: whether messages are taken in.
+    """
+
+    def __init__(
+        self, node: Node, options: RecordOptions, duration: float, size: int, warn: Callable[[str], object]
+    ) -> None:
+        self.topics: dict[str, Topic] = {}
+        self.enabled = True
+        self._node = node
+        self._options = options
+        self._duration = int(duration * 1e9)
+        self._size = size
+        self._now = clock_of(node)
+        self._rings: dict[str, Ring] = {}
+        self._writing = threading.Lock()
+        self._number = 0
+        folder = os.path.dirname(options.names.name(0, time.time())) or "."
+        self._space = SpaceGuard(folder, options.min_space, warn)
+
+    @property
+    def bytes(self) -> int:
+        """Memory that the messages take."""
+        return sum(ring.bytes for ring in list(self._rings.values()))
+
+    def subscribe(self, name: str) -> None:
+        """Keep a topic's messages from now on."""
+        topic = self.topics[name] = Topic(name)
+        ring = self._rings[name] = Ring(self._duration, self._size)
+        of, now = Sources(topic).of, self._now
+
+        def take(message: AnyMsg) -> None:
+            if self.enabled:
+                topic.messages += 1
+                topic.bytes += len(message._buff)
+                ring.add(now(), of(message._connection_header or {}), message._buff)
+
+        topic.subscriber = self._node.subscribe(name, AnyMsg, take)
+
+    def enable(self, enabled: bool) -> None:
+        """Take messages in, or let them pass. What was kept before a pause is forgotten at its end."""
+        if enabled and not self.enabled:
+            for ring in list(self._rings.values()):
+                ring.clear()
+        self.enabled = enabled
+
+    def write(self) -> tuple[str, int]:
+        """Write what is there. What is kept stays there for the next time.
+
+        Returns:
+            The file's name and the number of messages in it. Nothing kept: an empty name, and no file.
+
+        Raises:
+            BagError: the disk has too little room.
+            OSError: it cannot be written.
+        """
+        with self._writing:
+            now = self._now()
+            older: list[Entry] = []
+            entries: list[Entry] = []
+            for ring in list(self._rings.values()):
+                latched, rest = ring.kept(now)
+                older += latched
+                entries += rest
+            if not (older or entries):
+                return "", 0
+            entries.sort(key=itemgetter(0))
+            # Those from long ago are valid at the beginning: a bag that began with them would be mostly empty.
+            begin = entries[0][0] if entries else now
+            self._space.check()
+            options = self._options
+            path = _unused(options.names.name(self._number, time.time()))
+            file = RecordFile[Source](path, options.compression, options.chunk_size)
+            self._number += 1
+            try:
+                for _, source, data in older:
+                    file.write(source, source.topic.name, source.header, begin, data)
+                for stamp, source, data in entries:
+                    file.write(source, source.topic.name, source.header, stamp, data)
+            finally:
+                file.close()
+            return file.path, file.messages
+
+
+def _unused(path: str) -> str:
+    """Return a name that is not taken: a snapshot of the same second, or name, must not cost the one before."""
+    found, number = path, 1
+    while os.path.lexists(found):
+        found, number = f"{path.removesuffix('.bag')}_{number}.bag", number + 1
+    return found

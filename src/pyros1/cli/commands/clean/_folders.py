@@ -1,0 +1,19 @@
+"""The folders of log files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from pyros1.launch.running.logs import log_folder, ros_home
+
+
+def folders() -> Iterator[tuple[Path, str]]:
+    """Yield the folders that are there, with their name in texts; what they link to, if they are links."""
+    for folder, label in (
+        (log_folder(os.environ), "ROS node logs"),
+        (ros_home(os.environ) / "rosmake", "rosmake logs"),
+    ):
+        if folder.is_dir():
+            yield folder.resolve() if folder.is_symlink() else folder, label

@@ -1,0 +1,128 @@
+"""``clean purge`` (L179). Nothing outside the log folder is touched, and no log that is being written."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+from pyros1.cli.commands.clean._folders import folders
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Flag, Option, Verb
+from pyros1.doctor.disk import files_in_use, folder_size
+
+_MEGABYTE = 1024 * 1024
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Remove all, or the oldest until the rest is small enough; the exit code is 1 if something could not be."""
+    done = True
+    for folder, label in folders():
+        if _holds_home(folder):
+            print(f"will not remove {folder}: that is no folder of logs only; is ROS_LOG_DIR right?", file=sys.stderr)
+            return 1
+        kept = set() if options.running else _in_use(folder)
+        removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept)
+        if removed is None:  # the user said no
+            if options.size:
+                return 0
+            continue
+        done = done and removed
+        if kept:
+            names = ", ".join(sorted(kept))
+            print(f"kept, since running programs write to it: {names} (--running removes it, too)", file=sys.stderr)
+    return 0 if done else 1
+
+
+def _in_use(folder: Path) -> set[str]:
+    """The entries of a folder in which running programs have files open, and links to these, such as ``latest``."""
+    used = {path.relative_to(folder).parts[0] for path in files_in_use(folder)}
+    real = folder.resolve()
+    links = {path.name for path in folder.iterdir() if path.is_symlink()} if used else set()
+    return used | {name for name in links if {real / other for other in used} & {(folder / name).resolve()}}
+
+
+def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
+    """Remove all; returns whether that went well, None if the user did not agree."""
+    print(f"Purging {label}.")
+    if not options.yes:
+        print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
+        quoted = f'"{folder}"' if " " in str(folder) else str(folder)
+        excepted = f" (but for {', '.join(map(shlex.quote, sorted(kept)))})" if kept else ""
+        if not _ask(f"rm -rf {quoted}{excepted}"):
+            return None
+    if not kept:
+        return _remove(folder)
+    removed = [_remove(folder / name) for name in os.listdir(folder) if name not in kept]
+    return all(removed)
+
+
+def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
+    """Remove the oldest; returns as `_purge_all`."""
+    limit, size = options.size * _MEGABYTE, folder_size(folder)
+    if size <= limit:
+        print(
+            f"Directory size of {label} is {size // _MEGABYTE} MB which is already below the requested threshold of "
+            f"{options.size} MB."
+        )
+        return True
+    print(
+        f"Purging {label} until directory size is at most {options.size} MB (currently {size // _MEGABYTE} MB).",
+        flush=True,
+    )
+    if not options.yes:
+        print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
+        if not _ask(f"Purge some of old logs in {folder}"):
+            return None
+    done = True
+    for path in sorted(folder.iterdir(), key=lambda path: path.lstat().st_mtime):
+        if size <= limit:
+            break
+        if path.name not in kept:
+            size -= folder_size(path)
+            done = _remove(path) and done
+    return done
+
+
+def _ask(what: str) -> bool:
+    """Ask until there is an answer; the end of the input is a no."""
+    print(f"Okay to perform:\n\n{what}\n(y/n)?", flush=True)
+    for line in sys.stdin:
+        answer = line.strip().lower()
+        if answer in ("y", "n"):
+            return answer == "y"
+    return False
+
+
+def _remove(path: Path) -> bool:
+    """Remove a file, a link itself, or a folder with all below it, of which links are removed and not followed."""
+    try:
+        if path.is_symlink() or not path.is_dir():
+            path.unlink()
+        else:
+            shutil.rmtree(path)
+    except FileNotFoundError:
+        pass  # somebody else was faster
+    except OSError as error:
+        print(f"FAILED to execute command: cannot remove {error.filename}: {error.strerror}", file=sys.stderr)
+        return False
+    return True
+
+
+def _holds_home(folder: Path) -> bool:
+    """Whether a folder is the user's home or lies above it, as ``/`` does."""
+    home, folder = Path.home().resolve(), folder.resolve()
+    return folder == home or folder in home.parents
+
+
+VERB = Verb(
+    "purge",
+    "Remove log files",
+    Flag("-y", dest="yes", help="remove without asking"),
+    Option("--size", type=int, help="keep the newest, up to this many MB in all"),
+    Flag("--running", help="also remove what running programs write to", own=True),
+    run=run,
+)

@@ -1,0 +1,97 @@
+"""``pyros1 core``: the master, the parameter server and rosout (L06-L19, https://wiki.ros.org/roscore)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import defaults, parse_without_specials
+from pyros1.cli.records import Command, Flag, Option, Verb
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Run until a signal; the exit code is 1 when it could not start."""
+    if args:
+        raise UsageError(f"{invocation.program} does not take arguments")
+
+    from pyros1.cli.commands.launch import VERB as LAUNCH  # noqa: PLC0415 - after the command line proved right
+    from pyros1.cli.shared.launching import launch, print_exception  # noqa: PLC0415
+    from pyros1.errors import Error  # noqa: PLC0415
+    from pyros1.launch.plan import Plan  # noqa: PLC0415
+    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+
+    values = defaults(LAUNCH)
+    values.core = True
+    values.port = options.port
+    values.timeout = options.timeout
+    values.master_logger_level = options.level
+    if options.sigint_timeout is not None:
+        values.sigint_timeout = options.sigint_timeout
+    if options.sigterm_timeout is not None:
+        values.sigterm_timeout = options.sigterm_timeout
+    try:
+        return launch(Plan(), values, make_resources(), title="roscore")
+    except Error as error:
+        print_exception(error)
+        return 1
+
+
+COMMAND = Command(
+    "core",
+    "start a master, with parameter server and rosout",
+    Verb(
+        "",
+        "",
+        Option(
+            "-p",
+            "--port",
+            metavar="PORT",
+            dest="port",
+            type="int",
+            help="master port. Only valid if master is launched",
+        ),
+        Flag("-v", dest="verbose", help="verbose printing"),
+        Option(
+            "-w",
+            "--numworkers",
+            metavar="NUM_WORKERS",
+            dest="num_workers",
+            type="int",
+            help="accepted; no workers needed",
+        ),
+        Option(
+            "-t",
+            "--timeout",
+            metavar="TIMEOUT",
+            dest="timeout",
+            type="float",
+            help="seconds that nodes have to answer",
+        ),
+        Option("--master-logger-level", metavar="LEVEL", dest="level", default="", help="least level in master.log"),
+        Option(
+            "--sigint-timeout",
+            metavar="SECONDS",
+            dest="sigint_timeout",
+            type="float",
+            help="seconds from SIGINT to SIGTERM",
+        ),
+        Option(
+            "--sigterm-timeout",
+            metavar="SECONDS",
+            dest="sigterm_timeout",
+            type="float",
+            help="and from there to SIGKILL",
+        ),
+        examples=[
+            ("", "listen on the port of ROS_MASTER_URI, or 11311"),
+            ("-p 11312", "listen on another port"),
+            ("--sigint-timeout 1", "give what ignores Ctrl-C one second"),
+        ],
+        stock_examples=True,
+        parse=parse_without_specials,
+        run=run,
+    ),
+    group="run",
+    stock="roscore",
+)

@@ -1,0 +1,230 @@
+"""``pyros1 launch``: start what launch files describe (L147-L172, https://wiki.ros.org/roslaunch/Commandline%20Tools)."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_these
+from pyros1.cli.records import Argument, Command, Flag, Option, Verb
+from pyros1.cli.shared.launching import launch, print_exception
+from pyros1.errors import Error
+from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
+
+_EXCLUSIVE = ("node_list", "find_node", "node_args", "ros_args")
+"""Questions of which only one can be asked."""
+_QUERIES = (*_EXCLUSIVE, "dump_params", "file_list", "graph", "tree")
+"""All questions that need nothing to be started."""
+_TOOLS = ("--deps", "--logs", "--complete")
+"""First words that make the rest the command line of another tool, see `_tools`."""
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Start the nodes of launch files, or answer a question about these.
+
+    Returns:
+        The exit code: 0, also when nodes died; 1 when a required node failed or nothing could be launched.
+    """
+    if options is None:
+        from pyros1.cli.commands.launch._tools import run_tool  # noqa: PLC0415 - each start imports what it needs
+
+        return run_tool(args)
+    if options.child_name:
+        from pyros1.cli.commands.launch._child import run_child  # noqa: PLC0415 - each start imports what it needs
+
+        return run_child(options, args)
+    _check(options, args)
+    try:
+        return _run(options, args, parse_arguments(invocation.argv))
+    except WordsError as error:
+        raise UsageError(str(error)) from None
+    except UsageError:
+        raise
+    except Error as error:
+        print_exception(error)
+        return 1
+
+
+def _check(options: Any, words: list[str]) -> None:
+    late = [option for option in _TOOLS if getattr(options, f"tool_{option[2:]}")]
+    if late:
+        raise UsageError(f"{late[0]} must be the first word")
+    if sum(bool(getattr(options, name)) for name in _EXCLUSIVE) > 1:
+        raise UsageError("only one of --nodes, --find-node, --args and --ros-args can be given")
+    if not words and not options.core:
+        raise UsageError("you must specify at least one input file")
+    if options.core and words:
+        raise UsageError("input files are not allowed in core mode")
+
+
+def _run(options: Any, words: list[str], arguments: dict[str, str]) -> int:
+    # Help and wrong command lines need none of these.
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+
+    resources = make_resources()
+    if options.check and (options.output_file or any(map(os.path.isdir, words))):
+        from pyros1.cli.commands.launch._tools import check_package_files  # noqa: PLC0415
+
+        return check_package_files(words, arguments, options)
+    files = find_files(words, resources)
+    if options.check:
+        from pyros1.cli.commands.launch._queries import check  # noqa: PLC0415
+
+        return check(files, arguments, resources)
+    if any(getattr(options, name) for name in _QUERIES):
+        from pyros1.cli.commands.launch._queries import answer  # noqa: PLC0415
+
+        return answer(files, arguments, resources, options)
+    plan = load_plan(files, arguments, resources)
+    if options.verbose:
+        from pyros1.launch.reading.report import contents  # noqa: PLC0415
+
+        print(contents(plan))
+    return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Return the options, None for a command line of another tool, and the words that are no options."""
+    words = invocation.argv
+    if words and words[0] in _TOOLS:
+        return None, words
+    return parse_these(invocation, verb, [word for word in words if ":=" not in word])
+
+
+_QUESTIONS = (
+    Flag("--files", dest="file_list", help="print the launch files that would be read, the included ones too"),
+    Option("--args", metavar="NODE_NAME", dest="node_args", help="print a node's environment and command line"),
+    Flag("--nodes", dest="node_list", help="print the names of all nodes"),
+    Option("--find-node", metavar="NODE_NAME", dest="find_node", help="print the file that a node stands in"),
+    Flag("--dump-params", help="print all parameters as YAML"),
+    Flag("--ros-args", help="print what <arg>s the file has"),
+    Flag("--graph", help="print files, nodes and machines as a graph for Graphviz's dot"),
+    Flag("--tree", help="print files and nodes as a tree"),
+    Flag(
+        "--check",
+        help="start nothing: load everything, look for all packages and executables, print every problem found; exit "
+        "code 1 if there is one. Of a folder, or with -o, each *.launch file is checked, and what package.xml "
+        "declares, too",
+    ),
+    Option("-o", "--output-file", metavar="FILE", help="with --check: write JUnit results to FILE"),
+    Flag("--use-test-depends", dest="test_depends", help="with --check: a package's <test_depend> will do"),
+    Flag("--ignore-unset-args", help="with --check: <arg>s need no value"),
+    Flag("--json", help="with --nodes and --files: print a JSON list"),
+    Flag(
+        "--deps",
+        dest="tool_deps",
+        help="as the first word: print the packages that files need. -v: which file needs what; -w: what package.xml "
+        "lacks",
+    ),
+    Flag("--logs", dest="tool_logs", help="as the first word: print the folder of the running master's log files"),
+    Flag("--complete", dest="tool_complete", help="as the first word: print the names of a file's <arg>s, for shells"),
+)
+_WAYS = (
+    Option(
+        "-c",
+        "--child",
+        metavar="NAME",
+        dest="child_name",
+        help="serve a stock parent on another machine; needs -u and --run_id",
+    ),
+    Option("-u", "--server_uri", metavar="URI", help="with -c: where the parent answers"),
+    Option("--run_id", metavar="RUN_ID", help="the run id; an error if the master's is another one"),
+    Flag("--local", dest="local_only", help="leave out nodes of other machines"),
+    Flag("--screen", dest="force_screen", help="all nodes' output to the screen"),
+    Flag("--log", dest="force_log", help="all nodes' output to log files"),
+    Flag("--required", dest="force_required", help="end everything when any node has ended"),
+    Flag("--prefix", help="each line on the screen begins with the node's name, in colour on a terminal"),
+    Option(
+        "--pid",
+        metavar="PID_FILE",
+        dest="pid_file",
+        default="",
+        help="keep this process's id in a file while it runs",
+    ),
+    Flag("-v", dest="verbose", help="print what is read from the files"),
+    Flag("--no-summary", help="do not print the SUMMARY block"),
+    Flag("--disable-title", help="leave the terminal's title alone"),
+    Flag("--skip-log-check", help="accepted; the size of the log folder is never looked at"),
+    Option(
+        "--sigint-timeout",
+        metavar="SECONDS",
+        type="float",
+        default=15.0,
+        help="seconds from SIGINT to SIGTERM when nodes are to end [15]",
+    ),
+    Option(
+        "--sigterm-timeout",
+        metavar="SECONDS",
+        type="float",
+        default=2.0,
+        help="seconds from SIGTERM to SIGKILL when nodes are to end [2]",
+    ),
+)
+_MASTER = (
+    Flag("--wait", dest="wait_for_master", help="wait for a master instead of starting one"),
+    Option("-p", "--port", metavar="PORT", type="int", help="port of the master that is started here"),
+    Flag("--core", help="start a master and rosout, and no nodes"),
+    Option(
+        "-w",
+        "--numworkers",
+        metavar="NUM_WORKERS",
+        dest="num_workers",
+        type="int",
+        default=3,
+        help="accepted; a master started here needs no workers",
+    ),
+    Option(
+        "-t",
+        "--timeout",
+        metavar="TIMEOUT",
+        type="float",
+        help="seconds that nodes have to answer a master started here",
+    ),
+    Option(
+        "--master-logger-level",
+        metavar="LEVEL",
+        default="",
+        help="least level in master.log of a master started here: debug, info, warn, error or fatal",
+    ),
+)
+
+VERB = Verb(
+    "",
+    "",
+    *_QUESTIONS,
+    *_WAYS,
+    *_MASTER,
+    Argument("package", "package|launch_file", optional=True),
+    Argument("<filename>", "package_launch_file|launch_arg"),
+    Argument("arg_name:=value", "launch_arg", many=True, optional=True),
+    usage="""[options] [package] <filename> [arg_name:=value...]
+       %prog [options] <filename> [<filename>...] [arg_name:=value...]
+
+If <filename> is a single dash ('-'), launch XML is read from standard input.""",
+    examples=[
+        ("robot.launch", "start a file's nodes until Ctrl-C"),
+        ("my_robot robot.launch sim:=true", "a file of a package, and a value for one of its args"),
+        ("--check robot.launch", "start nothing, name every problem"),
+        ("--nodes robot.launch", "list the nodes' names"),
+    ],
+    stock_examples=True,
+    parse=_parse,
+    run=run,
+)
+
+COMMAND = Command(
+    "launch",
+    "start the nodes of a launch file",
+    VERB,
+    group="run",
+    stock="roslaunch",
+    also={
+        "roslaunch-check": ["--check"],
+        "roslaunch-complete": ["--complete"],
+        "roslaunch-deps": ["--deps"],
+        "roslaunch-logs": ["--logs"],
+    },
+)

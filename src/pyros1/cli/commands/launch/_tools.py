@@ -1,0 +1,242 @@
+"""The small tools beside the launcher: roslaunch-deps, -logs, -complete and -check (L174, L175)."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation
+from pyros1.cli.parsing import leave_words, parse_all_words, parse_these
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.running import run_verb
+from pyros1.errors import Error, LaunchError, MasterError, ParameterNotSetError
+from pyros1.finding.packages import files_below, package_of
+from pyros1.launch.reading.depends import FileNeeds, file_needs, owner, undeclared
+from pyros1.launch.reading.loader import load_plan
+from pyros1.launch.reading.resources import Resources
+from pyros1.launch.reading.scope import ArgNotSetError
+from pyros1.launch.reading.words import find_files, parse_arguments
+from pyros1.launch.reading.world import make_resources
+from pyros1.launch.running.check import missing_parts
+
+
+def run_tool(argv: list[str]) -> int:
+    """Run a tool.
+
+    Args:
+        argv: its name, and the words behind.
+
+    Returns:
+        The exit code.
+    """
+    name, *words = argv
+    return run_verb(TOOLS[name], Invocation(f"launch {name}", f"roslaunch-{name[2:]}", words, with_verb=False))
+
+
+def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
+    """Print the packages that launch files need: ``pyros1 launch --deps``, ``roslaunch-deps``; returns the exit code.
+
+    It is 1 when a file cannot be understood.
+    """
+    if not files:
+        raise UsageError("please specify a launch file")
+    missing = [file for file in files if not os.path.exists(file)]
+    if missing:
+        raise UsageError(f"cannot locate {','.join(missing)}")
+    try:
+        _one_package(files)
+        resources = replace(make_resources(), run_command=lambda words: "", read_bytes=_read_if_there)
+        needs: dict[str, FileNeeds] = {}
+        for file in files:
+            plan = load_plan([file], parse_arguments(invocation.argv), resources)
+            needs.update({each.file: each for each in file_needs(plan)})
+            if options.verbose:
+                for loaded in plan.files:
+                    print(f"processing {'' if loaded == file else 'included '}launch {loaded}")
+        if options.warn:
+            print("Dependencies:")
+        if options.verbose:
+            _print_needs([*needs.values()])
+        print(" ".join(sorted({package for each in needs.values() for package in each.packages})))
+        if options.warn:
+            print("\nMissing declarations:")
+            for package, names in undeclared(needs.values()).items():
+                if names:
+                    print(f"{package}/manifest.xml:", *(f'  <depend package="{name}" />' for name in names), sep="\n")
+    except Error as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def _read_if_there(path: str) -> bytes:
+    """Read a file; parameters from files that are not there, as from commands, are of no interest here."""
+    try:
+        return Path(path).read_bytes()
+    except FileNotFoundError:
+        return b""
+
+
+def _one_package(files: list[str]) -> None:
+    packages = {owner(file): file for file in files}
+    if len(packages) > 1:
+        names = " vs. ".join(map(str, packages))
+        raise LaunchError(f"roslaunch files must be in the same package: {names}")
+
+
+def _print_needs(needs: list[FileNeeds]) -> None:
+    for each in needs:
+        for package, kind in each.nodes:
+            print(f"{package} [{package}/{kind}]")
+        if each.package is None:
+            print(f"ERROR: cannot determine package for [{each.file}]", file=sys.stderr)
+        else:
+            print(f"{each.package} [{each.file}]")
+    print("-" * 80)
+
+
+def _parse_files(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    return parse_these(invocation, verb, [word for word in invocation.argv if ":=" not in word])
+
+
+def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print the folder of the log files of the master that runs: ``pyros1 launch --logs``, ``roslaunch-logs``.
+
+    Returns:
+        The exit code: 2, and the folder of all runs, when no master runs.
+    """
+    if args:
+        raise UsageError(f"{invocation.program} takes no arguments")
+    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - only this tool asks a master
+    from pyros1.net.hosts import master_uri  # noqa: PLC0415
+    from pyros1.net.master_client import MasterClient  # noqa: PLC0415
+
+    master = MasterClient("/roslaunch", master_uri(os.environ, {}), timeout=MASTER_TIMEOUT)
+    try:
+        print(log_folder(os.environ) / str(master.get_param("/run_id")))
+    except (MasterError, ParameterNotSetError):
+        print("No active roscore", file=sys.stderr)
+        print(log_folder(os.environ))
+        return 2
+    finally:
+        master.close()
+    return 0
+
+
+def _complete(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print the names of a file's arguments in one line: ``pyros1 launch --complete``, ``roslaunch-complete``.
+
+    The words are what has been typed so far: a file, or a package and a file, and what may follow.
+
+    Returns:
+        The exit code: 1, and no word, when there is no such file.
+    """
+    resources = make_resources()
+    words = [word for word in invocation.argv if ":=" not in word]
+    try:
+        files = find_files(words, resources)[:1] if words else []
+        plan = load_plan(files, {}, resources, only_args=True)
+    except Error:
+        return 1
+    print(" ".join(sorted(plan.args)))
+    return 0
+
+
+TOOLS = {
+    "--deps": Verb(
+        "",
+        "",
+        Flag("-v", "--verbose", help="print which file needs what"),
+        Flag("-w", "--warn", help="print what package.xml does not name"),
+        Argument("<file(s)...>", "launch_file", many=True),
+        usage="[options] <file(s)...>",
+        parse=_parse_files,
+        run=_deps,
+    ),
+    "--logs": Verb("", "", parse=parse_all_words, run=_logs),
+    "--complete": Verb("", "", parse=leave_words, run=_complete),
+}
+"""What is the first word of a command line that is another tool's -> its record."""
+
+
+def check_package_files(words: list[str], arguments: dict[str, str], options: Any) -> int:
+    """Check a file, or all of a folder, and write JUnit results: ``pyros1 launch --check -o``, ``roslaunch-check``.
+
+    Args:
+        words: the file or folder, and ``NAME=VALUE`` for the environment.
+        arguments: ``name:=value`` of the command line.
+        options: ``output_file``, ``test_depends`` and ``ignore_unset_args`` are used.
+
+    Returns:
+        The exit code: 1 if there is a problem.
+    """
+    from pyros1.launch.testing.junit import Case, Results, write_results  # noqa: PLC0415 - each tool imports what it needs
+
+    if not words:
+        raise UsageError("please specify a file or directory for roslaunch files to test")
+    place, *settings = words
+    wrong = [word for word in settings if "=" not in word]
+    if wrong:
+        raise UsageError(f"{wrong[0]} is not of the form NAME=VALUE")
+    if not os.path.exists(place):
+        raise UsageError(f"cannot locate {place}")
+    resources = make_resources()
+    resources.environ = {**resources.environ, **dict(word.split("=", 1) for word in settings)}
+    texts: list[str] = []
+    for file in _launch_files(place):
+        print(f"checking {file}")
+        problems = _problems(file, arguments, resources, options)
+        if problems:
+            texts.append(f"[{file}]:\n\t" + "\n\t".join(problems))
+    folder, package = package_of(Path(place, "x") if os.path.isdir(place) else Path(place))
+    inside = Path(place).resolve().relative_to(folder)
+    name = "" if inside == Path() else re.sub(r"[/.]", "_", str(inside))
+    if options.output_file:
+        path = Path(options.output_file)
+        case = Case(f"{package}_{name}", "roslaunch.RoslaunchCheck", 1.0)
+        case.failures = [("", "\n".join([f"roslaunch check [{place}] failed", *texts]))] if texts else []
+        print(f"...writing test results to {path}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_results(path, path.name, Results([case]), "\n".join(texts), "")
+        except OSError as error:
+            raise LaunchError(f"cannot write {path}: {error.strerror}") from error
+    if texts:
+        print("FAILURE:", *texts, sep="\n", file=sys.stderr)
+        return 1
+    print("passed")
+    return 0
+
+
+def _launch_files(place: str) -> list[str]:
+    if os.path.isfile(place):
+        return [place]
+    print(f"checking *.launch in directory {place}")
+    found = []
+    for base, files in files_below(place):
+        found += [os.path.join(base, name) for name in files if name.endswith(".launch")]
+    return found
+
+
+def _problems(file: str, arguments: dict[str, str], resources: Resources, options: Any) -> list[str]:
+    """Return what is wrong with a file: what it says, what is not here, what its package does not declare."""
+    errors: list[LaunchError] = []
+    plan = load_plan([file], arguments, resources, problems=errors)
+    if options.ignore_unset_args:
+        errors = [error for error in errors if not _is_unset_arg(error)]
+    texts = [*map(str, errors), *map(str, missing_parts(plan, resources.packages, resources.environ))]
+    for package, names in undeclared(file_needs(plan), test_depends=options.test_depends).items():
+        if names:
+            texts.append(f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(names))}")
+    return texts
+
+
+def _is_unset_arg(error: BaseException | None) -> bool:
+    while error is not None and not isinstance(error, ArgNotSetError):
+        error = error.__cause__
+    return error is not None

@@ -1,0 +1,95 @@
+"""``pyros1 master``: the master alone, without rosout, as stock's rosmaster (L20); people want ``pyros1 core``."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_without_specials
+from pyros1.cli.records import Command, Flag, Option, Verb
+from pyros1.errors import Error
+
+_BANNER = """ACHTUNG WARNING ACHTUNG WARNING ACHTUNG
+The master alone has no rosout: start it with pyros1 core (roscore), or say --core if that is meant.
+"""
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Run until a signal, or a client of the master's API, ends it; the exit code is 1 when it could not start."""
+    if args:
+        raise UsageError(f"unrecognized args: {' '.join(args)}")
+
+    from pyros1.interrupts import catch  # noqa: PLC0415
+    from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
+    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
+    from pyros1.net.hosts import host_from_environment, master_uri, parse_uri  # noqa: PLC0415
+
+    if options.level not in LOG_LEVELS:
+        raise UsageError(f"the level must be one of {', '.join(LOG_LEVELS)}, not {options.level!r}")
+    if not options.core:
+        print(_BANNER, flush=True)
+    special = invocation.special
+    ended: SimpleQueue[str] = SimpleQueue()  # a signal handler may put into it
+    restore = catch(lambda *_: ended.put("signal"))  # before it answers: who sees that may end it
+    try:
+        port = options.port or parse_uri(master_uri(os.environ, special))[1]
+        address = host_from_environment(os.environ, special)
+        folder = Path(special["__log"]).parent if "__log" in special else log_folder(os.environ)
+        folder.mkdir(parents=True, exist_ok=True)
+        core = Core(
+            port=port,
+            address=address,
+            uri=f"http://{address.advertised}:{port}/",
+            log_folder=folder,
+            environ=os.environ,
+            on_shutdown=ended.put,
+            notify_timeout=options.timeout,
+            log_level=options.level,
+        )
+        core.start_master()
+        try:
+            ended.get()
+        finally:
+            core.stop_master()
+    except (Error, OSError) as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 1
+    finally:
+        restore()
+    return 0
+
+
+COMMAND = Command(
+    "master",
+    "start a master alone, without rosout",
+    Verb(
+        "",
+        "",
+        Flag("--core", help="do not ask whether roscore was meant"),
+        Option("-p", "--port", metavar="PORT", dest="port", type="int", default=0, help="override port"),
+        Option("-w", "--numworkers", metavar="NUM_WORKERS", type="int", help="accepted; no workers needed"),
+        Option(
+            "-t",
+            "--timeout",
+            metavar="TIMEOUT",
+            dest="timeout",
+            type="float",
+            help="seconds that nodes have to answer",
+        ),
+        Option("--master-logger-level", metavar="LEVEL", dest="level", default="info", help="least level in the log"),
+        examples=[
+            ("--core", "listen on the port of ROS_MASTER_URI, or 11311"),
+            ("--core -p 11312 __log:=/tmp/master.log", "on another port, with its log there"),
+        ],
+        stock_examples=True,
+        parse=parse_without_specials,
+        run=run,
+    ),
+    group="run",
+    stock="rosmaster",
+)

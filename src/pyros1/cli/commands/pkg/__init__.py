@@ -1,0 +1,61 @@
+"""``pyros1 pkg``: rospack (L182, L183), files of packages as rosbash finds them (L184), and making packages."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli import registry
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import leave_words
+from pyros1.cli.records import Command, Verb
+from pyros1.cli.running import run_verb
+from pyros1.cli.shared.rospack import QUIET, run_tool
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Run a verb; options of rospack's may stand before it."""
+    words = invocation.argv
+    entry = registry.verbs("pkg").get(words[0]) if words else None
+    if entry is not None and entry.own:
+        return run_verb(registry.load_verb("pkg", words[0]), invocation)
+    return run_tool(invocation, "pkg")
+
+
+VERB = Verb(
+    "",
+    "",
+    QUIET,
+    examples=[
+        ("create my_robot std_msgs", "make a package with nodes, a message and a launch file"),
+        ("find my_robot", "where it is"),
+        ("depends-why --target=std_msgs roscpp", "why one package needs another"),
+    ],
+    parse=leave_words,
+    run=run,
+)
+
+COMMAND = Command(
+    "pkg",
+    "find and make packages",
+    VERB,
+    group="develop",
+    stock="rospack",
+    also={
+        "catkin_create_pkg": ["create"],
+        "roscreate-pkg": ["create"],
+        "rosls": ["ls"],
+        "rosed": ["edit"],
+        "roscat": ["cat"],
+        "roscp": ["cp"],
+        "rosmv": ["mv"],
+    },
+    heading="USAGE: {program} <command> [options] [package]\n  Allowed commands:",
+    order=["help"],
+    row="    {about}",
+    footing="""  Extra options:
+    -q     Quiets error reports.
+
+ If [package] is omitted, the current working directory
+ is used (if it contains a package.xml or manifest.xml).
+""",
+)

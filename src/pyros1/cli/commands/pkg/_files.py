@@ -1,0 +1,115 @@
+"""Files of packages, as rosbash's roscd, rosls, rosed, roscat and roscp find them (L184)."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from functools import partial
+
+from pyros1.cli.failures import did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import leave_words
+from pyros1.cli.records import Argument, Option, Verb
+from pyros1.errors import Error
+from pyros1.finding.crawl import all_packages
+from pyros1.finding.packages import files_below
+
+_MOST_CHOICES = 100
+
+
+class FilesError(Error):
+    """Ends the command with this text."""
+
+
+def files_verb(name: str, tool: str, work: Callable[[list[str]], int], *parts: Option | Argument, about: str) -> Verb:
+    """Return the record of a verb that the stock tools have as a command of its own.
+
+    Args:
+        name: of the verb.
+        tool: the stock name, which stands before errors.
+        work: does it: takes the words behind the verb, returns the exit code.
+        parts: options and arguments.
+        about: one line.
+    """
+    return Verb(name, about, *parts, own=True, parse=leave_words, run=partial(_run, tool, work))
+
+
+def _run(tool: str, work: Callable[[list[str]], int], invocation: Invocation, options: None, args: list[str]) -> int:
+    try:
+        return work(invocation.argv[1:])
+    except (FilesError, OSError) as error:
+        print(f"{tool}: {error}", file=sys.stderr)
+        return 1
+
+
+def special_places() -> dict[str, str]:
+    """Return the places that have names without being packages: ``log``, ``test_results``, those of ROS_LOCATIONS."""
+    home = os.environ.get("ROS_HOME") or os.path.expanduser("~/.ros")
+    places = {
+        "log": os.environ.get("ROS_LOG_DIR") or os.path.join(home, "log"),
+        "test_results": os.environ.get("ROS_TEST_RESULTS_DIR") or os.path.join(home, "test_results"),
+    }
+    for part in os.environ.get("ROS_LOCATIONS", "").split(":"):
+        name, equals, path = part.partition("=")
+        if equals and name:
+            places[name] = os.path.expanduser(path)
+    return places
+
+
+def folder_of(place: str) -> str:
+    """Return the folder that ``package``, ``package/folder``, ``log`` or another name of a place means.
+
+    Raises:
+        Error: there is no such package.
+    """
+    name, _, inside = place.partition("/")
+    path = special_places().get(name)
+    if path is None:
+        known = {found.name: found.folder for found in reversed(all_packages(os.environ))}
+        path = known.get(name)
+        if path is None:
+            raise FilesError(f"No such package/stack '{name}'{did_you_mean(name, {*known, *special_places()})}")
+    return os.path.normpath(os.path.join(path, inside))
+
+
+def home_of_packages() -> str:
+    """Return where ``roscd`` alone goes: the workspace."""
+    prefixes = os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
+    spaces = [prefix for prefix in prefixes if prefix and os.path.isfile(os.path.join(prefix, ".catkin"))]
+    place = os.environ.get("ROS_WORKSPACE") or next(iter(spaces), None)
+    if place is None:
+        raise FilesError(
+            "neither ROS_WORKSPACE nor, with a workspace in it, CMAKE_PREFIX_PATH is set: "
+            "source the setup.bash of a workspace, or name a package"
+        )
+    return place
+
+
+def file_of(words: list[str], usage: str) -> str:
+    """Return the file that ``PACKAGE FILE`` means, asked for if there are several of that name."""
+    if len(words) < 2:
+        raise FilesError(f"usage: {usage}")
+    folder, name = folder_of(words[0]), words[1]
+    direct = os.path.join(folder, name)
+    if os.path.dirname(name):
+        found = [direct] if os.path.isfile(direct) else []
+    else:
+        found = [os.path.join(base, name) for base, files in files_below(folder) if name in files]
+    if not found:
+        everything = {file for _, files in files_below(folder) for file in files}
+        raise FilesError(f"there is no file {name} in {folder}{did_you_mean(name, everything)}")
+    return found[0] if len(found) == 1 else _choose(found)
+
+
+def _choose(found: list[str]) -> str:
+    if not sys.stdin.isatty():
+        return found[0]
+    print("You have chosen a non-unique filename, please pick one of the following:", file=sys.stderr)
+    for number, path in enumerate(found[:_MOST_CHOICES], 1):
+        print(f"{number}) {path}", file=sys.stderr)
+    print("#? ", end="", file=sys.stderr, flush=True)
+    answer = sys.stdin.readline().strip()
+    if not (answer.isdigit() and 0 < int(answer) <= len(found)):
+        raise FilesError("nothing was chosen")
+    return found[int(answer) - 1]

@@ -1,0 +1,146 @@
+"""``pyros1 pkg create``: a new package; also as catkin_create_pkg and roscreate-pkg (L185, L204)."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from pyros1.cli.failures import did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.packages_here import add_packages_here
+from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.argparsing import add_parts, make_parser
+from pyros1.finding.crawl import all_packages
+from pyros1.finding.create import CreateError, create, name_problem
+from pyros1.finding.library import SHIPPED
+from pyros1.finding.new_package import NewPackage
+
+_STOCK = ("catkin_create_pkg", "roscreate-pkg")
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Make a package.
+
+    Returns:
+        The exit code: 1 if the package could not be made, but 2 under the stock tools' names.
+    """
+    called = _called()
+    stock = called in _STOCK
+    problem = name_problem(options.name)
+    if problem and not stock:
+        print(f"ERROR: '{options.name}' is no name for a package: {problem}", file=sys.stderr)
+        return 1
+    if problem:
+        print(f"WARNING: '{options.name}' is not a good name for a package: {problem}", file=sys.stderr)
+    package = NewPackage(
+        options.name,
+        depends=options.dependencies,
+        system=options.sys_deps or (),
+        boost=options.boost_comps or (),
+        version=options.pkg_version,
+        description=options.description or "",
+        licenses=options.license or (),
+        authors=options.author or (),
+        maintainers=options.maintainer or (),
+        meta=options.meta,
+        examples=not (stock or options.no_examples),
+    )
+    known = {found.name: found.folder for found in reversed(all_packages(os.environ))}
+    try:
+        made = create(package, Path.cwd())
+    except CreateError as error:
+        print(f"{called if stock else 'ERROR'}: {error}", file=sys.stderr)
+        return 2 if stock else 1
+    _warn(package, known)
+    if stock:
+        _say_as_stock(package, made)
+    else:
+        _say(package, made)
+    return 0
+
+
+def _called() -> str:
+    return os.path.basename(sys.argv[0]) if sys.argv else ""
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    called = _called()
+    stock = called in _STOCK
+    words = invocation.argv[1:]
+    tool = Invocation("pkg", called if stock else "", words, with_verb=False)
+    parser = make_parser(tool, verb)
+    if stock:
+        parser.prog = called
+    add_parts(parser, tool, *verb.arguments, *(option for option in verb.options if not (option.own and stock)))
+    return (parser.parse_args(words) if stock else parser.parse_intermixed_args(words)), []
+
+
+VERB = Verb(
+    "create",
+    "make a package",
+    Flag("--no-examples", help="no nodes, message and launch file", own=True),
+    Flag("--meta", help="a package that only stands for others"),
+    Option("-s", "--sys-deps", nargs="*", help="what it needs of the system"),
+    Option("-b", "--boost-comps", nargs="*", help="components of Boost"),
+    Option("-V", "--pkg_version", default="0.0.0", help="first version"),
+    Option("-D", "--description", help="description"),
+    Option("-l", "--license", action="append", help="licence, for example BSD"),
+    Option("-a", "--author", action="append", help="an author; may be given several times"),
+    Option("-m", "--maintainer", action="append", help="a maintainer, as 'Name <address>'"),
+    Option("--rosdistro", help="taken for the sake of scripts; package.xml is the same for all"),
+    Argument("name", help="The name for the package"),
+    Argument("dependencies", "package", many=True, optional=True, help="packages that it needs"),
+    description="Creates a new package",
+    examples=[
+        ("my_robot std_msgs", "nodes, a message and a launch file, ready to run"),
+        ("my_robot --no-examples roscpp", "package.xml and CMakeLists.txt only"),
+    ],
+    own=True,
+    parse=_parse,
+    run=run,
+)
+
+
+def _warn(package: NewPackage, known: dict[str, str]) -> None:
+    """Say what may surprise: names of packages that are not here, and one that is here twice."""
+    types = set(os.listdir(SHIPPED))
+    for name in package.depends:
+        if name not in known and name not in types:
+            hint = did_you_mean(name, {*known, *types})
+            print(
+                f"WARNING: there is no package '{name}' on this machine{hint}; it is named all the same",
+                file=sys.stderr,
+            )
+    other = known.get(package.name)
+    if other is not None:
+        print(f"WARNING: there is another package '{package.name}' in {other}", file=sys.stderr)
+
+
+def _say_as_stock(package: NewPackage, made: list[str]) -> None:
+    for name in made:
+        print(f"Created {'folder' if name.endswith('/') else 'file'} {name.rstrip('/')}")
+    folder = Path.cwd() / package.name
+    print(f"Successfully created files in {folder}. Please adjust the values in package.xml.")
+
+
+def _say(package: NewPackage, made: list[str]) -> None:
+    for name in made:
+        print(f"created {name}")
+    if package.examples and not package.meta:
+        print("\nTry it:")
+        print(f"  pyros1 launch {package.name} minimal.launch")
+        print(f"  pyros1 run {package.name} minimal_publisher")
+        print(f"  pyros1 msg show {package.name}/Measurement")
+    here = str(Path.cwd())
+    set_before = dict(os.environ)
+    add_packages_here(os.environ)
+    found = next((each.folder for each in all_packages(os.environ) if each.name == package.name), None)
+    os.environ.clear()
+    os.environ.update(set_before)
+    if found != str(Path.cwd() / package.name):
+        print(f"\nIt is not found yet: export ROS_PACKAGE_PATH={here}:$ROS_PACKAGE_PATH")
+        return
+    print("\npyros1 finds it from this folder, and from inside it. From elsewhere:")
+    print(f"  export ROS_PACKAGE_PATH={here}:$ROS_PACKAGE_PATH")

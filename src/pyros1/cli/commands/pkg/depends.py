@@ -1,0 +1,38 @@
+"""``pkg depends`` and the verbs like it."""
+
+from __future__ import annotations
+
+import os
+
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.cli.shared.rospack import QUIET, Request
+from pyros1.cli.shared.rospack_graph import depends_verbs, graph, must_be
+
+
+def _generated(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print the files that rosbuild makes when it has made messages and services; catkin makes none (run)."""
+    known, name = graph(request)
+    if name not in known.by_name:
+        print()
+        must_be(known, name)
+    found = []
+    for each in known.needs(name):
+        for kind in ("msg", "srv"):
+            file = os.path.join(known.find(each).folder, f"{kind}_gen", "generated")
+            if os.path.exists(file):
+                found.append(file)
+    print(" ".join(found))
+
+
+VERBS = [
+    *depends_verbs("package", 17),
+    Verb(
+        "depends-msgsrv",
+        "depends-msgsrv    [package] (alias: deps-msgsrv)",
+        QUIET,
+        Argument("package", "package", optional=True),
+        aliases=["deps-msgsrv"],
+        run=_generated,
+    ),
+]

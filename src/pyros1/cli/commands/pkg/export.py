@@ -1,0 +1,59 @@
+"""``pkg export`` and ``plugins``: what manifests export (L182)."""
+
+from __future__ import annotations
+
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Option, Verb
+from pyros1.cli.shared.rospack import QUIET, Request
+from pyros1.cli.shared.rospack_graph import DEPS_ONLY, chosen, graph, must_be
+
+
+def _export(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print what a package, and what it needs, export to a language."""
+    language, attribute = request.option("lang", "attrib")
+    known, name = graph(request)
+    if name not in known.by_name:
+        print()
+        must_be(known, name)
+    print(" ".join(v for m in chosen(request, known, name) for v in m.exported(language, attribute)))
+
+
+def _plugins(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print the plugins that packages have for one."""
+    (attribute,) = request.option("attrib")
+    known, name = graph(request)
+    top = request.options.get("top", "")
+    if top:
+        must_be(known, top)
+    must_be(known, name)
+    allowed = {top, *known.needs(top)} if top else known.by_name.keys()
+    for each in [name, *known.needed_by(name)]:
+        if each in allowed:
+            values = known.manifest(each).exported(name, attribute)
+            if values:
+                print(f"{each} {values[0]}")
+
+
+_ATTRIBUTE = Option("--attrib", metavar="ATTRIB", help="name of what is exported")
+_PACKAGE = Argument("package", "package", optional=True)
+VERBS = [
+    Verb(
+        "export",
+        "export [--deps-only] --lang=<lang> --attrib=<attrib> [package]",
+        DEPS_ONLY,
+        Option("--lang", metavar="LANG", help="the language that it is for"),
+        _ATTRIBUTE,
+        QUIET,
+        _PACKAGE,
+        run=_export,
+    ),
+    Verb(
+        "plugins",
+        "plugins --attrib=<attrib> [--top=<toppkg>] [package]",
+        _ATTRIBUTE,
+        Option("--top", metavar="TOPPKG", help="only of this package and what it needs"),
+        QUIET,
+        _PACKAGE,
+        run=_plugins,
+    ),
+]

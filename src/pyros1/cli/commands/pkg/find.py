@@ -1,0 +1,7 @@
+"""``pkg find``."""
+
+from __future__ import annotations
+
+from pyros1.cli.shared.rospack_names import find_verb
+
+VERB = find_verb("package")

@@ -1,0 +1,19 @@
+"""``pkg langs`` (L182)."""
+
+from __future__ import annotations
+
+import os
+
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Verb
+from pyros1.cli.shared.rospack import QUIET, Request, packages
+
+
+def run(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print the client libraries: packages that need roslang, but for those in ROS_LANG_DISABLE."""
+    known = packages("rospack")
+    disabled = os.environ.get("ROS_LANG_DISABLE", "").split(os.pathsep)
+    print(" ".join(each for each in known.needed_by("roslang") if each not in disabled))
+
+
+VERB = Verb("langs", "langs", QUIET, run=run)

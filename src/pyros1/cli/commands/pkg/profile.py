@@ -1,0 +1,7 @@
+"""``pkg profile``."""
+
+from __future__ import annotations
+
+from pyros1.cli.shared.rospack_graph import profile_verb
+
+VERB = profile_verb("profile [--length=<length>] [--zombie-only]")

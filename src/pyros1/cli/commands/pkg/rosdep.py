@@ -1,0 +1,30 @@
+"""``pkg rosdep`` and ``rosdep0``: what is needed of the system (L182)."""
+
+from __future__ import annotations
+
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.shared.rospack import QUIET, Request
+from pyros1.cli.shared.rospack_graph import graph, must_be
+
+
+def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print the system packages that a package needs, and what it needs does."""
+    known, name = graph(request)
+    must_be(known, name)
+    names = [name] if request.verb == "rosdep0" else [*known.needs(name), name]
+    catkin = known.manifest(name).catkin
+    keys: set[str] = set()
+    for each in names:
+        manifest = known.manifest(each)
+        keys.update(manifest.system)
+        if catkin:  # rosbuild knows of rosdep's names only where a manifest.xml says so
+            keys.update(key for _, key in manifest.depends)
+    request.print_names(sorted(keys) if "json" in request.options else [f"name: {key}" for key in sorted(keys)])
+
+
+_PACKAGE = Argument("package", "package", optional=True)
+VERBS = [
+    Verb("rosdep", "rosdep  [package] (alias: rosdeps)", JSON, QUIET, _PACKAGE, aliases=["rosdeps"], run=_rosdep),
+    Verb("rosdep0", "rosdep0 [package] (alias: rosdeps0)", JSON, QUIET, _PACKAGE, aliases=["rosdeps0"], run=_rosdep),
+]

@@ -1,0 +1,24 @@
+"""``pkg vcs`` and ``vcs0``: version control (L182)."""
+
+from __future__ import annotations
+
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Verb
+from pyros1.cli.shared.rospack import QUIET, Request
+from pyros1.cli.shared.rospack_graph import graph, must_be
+
+
+def _vcs(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print where the sources of a package, and of what it needs, are kept."""
+    known, name = graph(request)
+    must_be(known, name)
+    for each in [name] if request.verb == "vcs0" else [name, *known.needs_first(name)]:
+        for kind, url in known.manifest(each).version_control:
+            print(f"type: {kind}\turl: {url}")
+
+
+_PACKAGE = Argument("package", "package", optional=True)
+VERBS = [
+    Verb("vcs", "vcs  [package]", QUIET, _PACKAGE, run=_vcs),
+    Verb("vcs0", "vcs0 [package]", QUIET, _PACKAGE, run=_vcs),
+]

@@ -1,0 +1,168 @@
+"""``pyros1 run``: run one executable of a package (https://wiki.ros.org/rosbash#rosrun)."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Command, Flag, Option, Verb
+from pyros1.errors import PackageNotFoundError
+from pyros1.finding.packages import PackageIndex
+from pyros1.launch.running.command_line import executable_words, is_own, own_python_environment
+from pyros1.launch.running.shebang import script_trouble
+from pyros1.suggest import argument_hint, did_you_mean
+
+
+class _Options:
+    """The words of the command line, sorted; ``usage`` asks for the usage text instead."""
+
+    def __init__(self, argv: list[str]) -> None:
+        words = list(argv)
+        self.prefix: list[str] = []
+        self.debug = False
+        self.usage = False
+        while words and words[0].startswith("-"):
+            option = words.pop(0)
+            if option in ("-d", "--debug"):
+                self.debug = True
+            elif option in ("-p", "--prefix") and words:
+                self.prefix = shlex.split(words.pop(0))
+            elif option.startswith("--prefix="):
+                self.prefix = shlex.split(option.partition("=")[2])
+            else:
+                self.usage = True
+        self.words = words
+        self.usage = self.usage or len(words) < 2
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Let the program replace this process (L22-L24).
+
+    Returns:
+        Only if nothing was run: 0 after the usage text, 1 for a name ending in a slash, 2 for an unknown package,
+        3 if there is no such executable.
+    """
+    if options.usage:
+        _print_usage(invocation)
+        return 0
+    package, name, *arguments = args
+    if name.endswith("/"):
+        print(f"[rosrun] Couldn't find executable named {name}", file=sys.stderr)
+        return 1
+    index = PackageIndex(os.environ)
+    try:
+        found = index.find_executable(package, name)
+    except PackageNotFoundError as error:
+        print(f"[rospack] Error: package '{package}' not found", file=sys.stderr)
+        _suggest(package, index.list())
+        if options.debug:
+            print(f"[rosrun] {error}", file=sys.stderr)
+        return 2
+    if options.debug:
+        print(f"[rosrun] found: {', '.join(map(str, found)) or 'nothing'}")
+    if not found:
+        _say_missing(index, package, name, index.find(package))
+        return 3
+    executable = found[0] if len(found) == 1 else _select(found)
+    if executable is None:
+        return 0
+    for word in arguments:
+        hint = argument_hint(word)
+        if hint:
+            print(f"[rosrun] {hint}, if that is what you mean; it is passed on as it is", file=sys.stderr)
+    return _execute([*options.prefix, *executable_words(executable), *arguments], executable)
+
+
+def _execute(command: list[str], executable: Path) -> int:
+    own = is_own(executable)
+    environ = {**os.environ, **(own_python_environment(os.environ) if own else {})}
+    sys.stdout.flush()
+    trouble = "" if own or command[0] != str(executable) else script_trouble(executable, environ)
+    if trouble:
+        print(f"[rosrun] cannot run {executable}: {trouble}", file=sys.stderr)
+        return 126
+    try:
+        os.execvpe(command[0], command, environ)
+    except OSError as error:
+        print(f"[rosrun] cannot run {command[0]}: {error.strerror}", file=sys.stderr)
+        return 126
+
+
+def _say_missing(index: PackageIndex, package: str, name: str, folder: Path) -> None:
+    print(f"[rosrun] Couldn't find executable named {name} below {folder}", file=sys.stderr)
+    others = index.find_resource(package, name)
+    if others:
+        print("[rosrun] Found the following, but they're either not files,", file=sys.stderr)
+        print("[rosrun] or not executable:", file=sys.stderr)
+        for path in others:
+            print(f"[rosrun]   {path}", file=sys.stderr)
+    else:
+        _suggest(name, index.executables(package))
+
+
+def _suggest(word: str, known: list[str]) -> None:
+    hint = did_you_mean(word, known)
+    if hint:
+        print(f"[rosrun]{hint}", file=sys.stderr)
+
+
+def _select(found: list[Path]) -> Path | None:
+    """Let the user choose; without a terminal take the first, which is the one in lib."""
+    if not sys.stdin.isatty():
+        return found[0]
+    print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")
+    for number, path in enumerate(found, 1):
+        print(f"{number}) {path}")
+    while True:
+        try:
+            answer = input("#? ").strip()
+        except EOFError:
+            return None
+        if answer.isdigit() and 0 < int(answer) <= len(found):
+            return found[int(answer) - 1]
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    options = _Options(invocation.argv)
+    return options, options.words
+
+
+def _print_usage(invocation: Invocation) -> None:
+    from pyros1.cli.help import Parser  # noqa: PLC0415 - only who asks needs it
+
+    parser = Parser(_VERB, invocation)
+    print(parser.get_usage() + parser.format_epilog(parser.formatter), end="")
+
+
+_VERB = Verb(
+    "",
+    "",
+    Option("-p", "--prefix", metavar="cmd", help="words before the program's, for example of a debugger"),
+    Flag("-d", "--debug", help="print where it was looked for"),
+    Argument("PACKAGE", "package"),
+    Argument("EXECUTABLE", "executable"),
+    Argument("ARGS", "file", many=True, optional=True),
+    usage="""[--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
+  %prog will locate PACKAGE and try to find
+  an executable named EXECUTABLE in the PACKAGE tree.
+  If it finds it, it will run it with ARGS.""",
+    examples=[
+        ("minimal_nodes minimal_publisher", "start a node"),
+        ("my_robot driver __name:=left _port:=/dev/ttyUSB0", "with a name and a private parameter"),
+        ('--prefix "gdb --args" my_robot driver', "under a debugger"),
+    ],
+    parse=_parse,
+    run=run,
+)
+
+COMMAND = Command(
+    "run",
+    "start a node of a package",
+    _VERB,
+    group="run",
+    stock="rosrun",
+)

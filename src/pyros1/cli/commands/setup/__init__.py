@@ -1,0 +1,40 @@
+"""``pyros1 setup``: the stock names for this shell, and nothing for anybody else.
+
+``source <(pyros1 setup)`` puts a folder of small programs on the shell's PATH, one per stock name, and adds functions
+and completion. The folder belongs to this installation of pyros1; several live side by side.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from pyros1.cli import registry
+from pyros1.cli.commands.setup._programs import make_programs
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Command, Verb
+from pyros1.cli.shared.shells import SHELL, Names, chosen_shell, parse_shell
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print what sets a shell up."""
+    shell = chosen_shell(invocation, options)
+    if shell is not None:
+        names = registry.stock_names()
+        folder = make_programs(names, os.environ)
+        print(shell.setup(str(folder), Names([*names, "pyros1"])), end="")
+
+
+COMMAND = Command(
+    "setup",
+    "for shells: source <(pyros1 setup) gives the stock names and completion",
+    Verb(
+        "",
+        "",
+        SHELL,
+        description="Prints what gives a shell the stock names (rostopic, roscd, ...) and completion, for it to read.",
+        parse=parse_shell,
+        run=run,
+    ),
+    group="machine",
+)

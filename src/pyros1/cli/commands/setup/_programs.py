@@ -1,0 +1,83 @@
+"""The folder of small programs, one per stock name, that ``setup`` puts on the shell's PATH."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import stat
+import sys
+import tempfile
+from binascii import crc32
+from collections.abc import Mapping
+from pathlib import Path
+
+from pyros1.errors import Error
+
+
+class SetupError(Error):
+    """The shell cannot be set up."""
+
+
+def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, str]) -> Path:
+    """Make the folder of programs, or bring it up to date.
+
+    Args:
+        names: program -> words behind ``pyros1``.
+        environ: environment variables, for where the folder is.
+
+    Returns:
+        The folder.
+
+    Raises:
+        SetupError: it cannot be written anywhere.
+    """
+    package = str(Path(__file__).resolve().parents[4])
+    number = crc32(f"{sys.executable}\n{package}".encode())
+    home = environ.get("XDG_DATA_HOME") or os.path.join(os.path.expanduser("~"), ".local", "share")
+    problems = []
+    for base in (Path(home, "pyros1"), Path(tempfile.gettempdir(), f"pyros1-{os.getuid()}")):
+        folder = base / f"bin-{number:08x}"
+        try:
+            base.mkdir(parents=True, exist_ok=True, mode=0o700)
+            _must_be_ours(base)
+            folder.mkdir(exist_ok=True, mode=0o700)
+            _write_programs(folder, {"pyros1": (), **names}, package)
+        except OSError as error:
+            problems.append(f"{folder}: {error.strerror or error}")
+            continue
+        if os.pathsep in str(folder):
+            raise SetupError(f"{folder} has a colon in it and cannot stand on the PATH; set XDG_DATA_HOME")
+        return folder
+    raise SetupError("cannot write the programs: " + "; ".join(problems))
+
+
+def _must_be_ours(folder: Path) -> None:
+    """Raise OSError if somebody else could put programs there."""
+    status = folder.stat()
+    if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        raise OSError(f"others may write in {folder}")
+
+
+def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package: str) -> None:
+    for old in {path.name for path in folder.iterdir()} - names.keys():
+        (folder / old).unlink()
+    for name, words in names.items():
+        file = folder / name
+        text = _program(words, package)
+        if not file.is_file() or file.read_text(encoding="utf-8") != text:
+            temporary = folder / f".{name}.{os.getpid()}"
+            temporary.write_text(text, encoding="utf-8")
+            temporary.chmod(0o755)
+            os.replace(temporary, file)
+
+
+def _program(words: tuple[str, ...], package: str) -> str:
+    """A program that is Python behind a first line for sh: the interpreter's path may be long and have spaces in it."""
+    call = f'["pyros1", *{list(words)!r}, *sys.argv[1:]]'
+    return (
+        f"#!/bin/sh\n'''exec' {shlex.quote(sys.executable)} \"$0\" \"$@\"\n' '''\n"
+        "import _signal\n\nif callable(_signal.getsignal(_signal.SIGINT)):  # no traceback of imports\n"
+        "    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)\n"
+        f"import sys\n\ndel sys.path[0]\nif {package!r} not in sys.path:\n    sys.path.append({package!r})\n"
+        f"from pyros1.cli.main import entry\n\nsys.exit(entry({call}, alone=True))\n"
+    )

@@ -1,0 +1,152 @@
+"""``pyros1 test``: rostest (L186, https://wiki.ros.org/rostest/Commandline)."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pyros1 import shown
+from pyros1.cli.clean_output import data_stream
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_all_words
+from pyros1.cli.records import Argument, Command, Flag, Option, Verb
+from pyros1.errors import Error
+
+if TYPE_CHECKING:
+    from pyros1.launch.testing.junit import Case
+    from pyros1.launch.testing.tests import TestRun
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Run tests; the exit code is 0 when all is well, 1 when one could not be run, 2 when one has found a failure."""
+    if options.clear and not options.reuse_master:
+        print("The --clear option is only valid with --reuse-master", file=sys.stderr)
+        return 1
+    if not args:
+        raise UsageError("You must supply a test file argument to rostest.")
+    return _test(options, args)
+
+
+def _test(options: Any, words: list[str]) -> int:
+    # What runs tests is imported after the command line proved right.
+    from pyros1.cli.shared.launching import print_exception  # noqa: PLC0415
+    from pyros1.finding.packages import package_of  # noqa: PLC0415
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.reading.words import WordsError, find_files  # noqa: PLC0415
+    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.testing.junit import Case, Results, write_results  # noqa: PLC0415
+    from pyros1.launch.testing.tests import TestRun, name_from_path, results_file, results_folder  # noqa: PLC0415
+
+    resources = make_resources()
+    missing = len(words) == 1 and not os.path.isfile(words[0])
+    try:
+        files = words if missing else find_files(words, resources)
+        if len(files) != 1:
+            raise UsageError("rostest only accepts a single test file")
+        file = Path(files[0])
+        place, package = package_of(file)
+        place, package = Path(options.pkg_dir or place), options.package or package
+        name = options.results_filename or name_from_path(place, file)
+        name = name.rpartition(".")[0] or name
+        folder = results_folder(os.environ, options.results_base_dir)
+        path = results_file(folder, package, "rostest", name)
+        if missing:
+            text = f"rostest file [{file}] does not exist"
+            write_results(path, name, Results([Case("test_ran", "Results", 1.0, [("", text)])]), "", "")
+            raise UsageError(f"test file is invalid. Generated failure case result file in {path}")
+        plan = load_plan([str(file)], {}, resources)
+        run = TestRun(
+            plan,
+            resources.packages,
+            resources.environ,
+            package,
+            folder,
+            text=options.text,
+            reuse_master=bool(options.reuse_master),
+            clear=bool(options.clear),
+        )
+        return _run(run, path, options.text)
+    except WordsError as error:
+        raise UsageError(str(error)) from None
+    except UsageError:
+        raise
+    except Error as error:
+        print_exception(error)
+        return 1
+
+
+def _run(run: TestRun, path: Path, text: bool) -> int:
+    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
+    from pyros1.launch.running.supervisor import install_signals  # noqa: PLC0415
+    from pyros1.launch.testing.junit import summary, write_results  # noqa: PLC0415
+
+    log = log_folder(run.environ) / f"rostest-{socket.gethostname()}-{os.getpid()}.log"
+    print(f"... logging to {log}")
+    if not text:
+        print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
+    restore = install_signals(run.stop, run.hurry)
+    try:
+        run.run()
+    finally:
+        restore()
+    for case in run.runs.cases:
+        _print_run(case)
+    out, err = run.out.getvalue(), run.err.getvalue()
+    try:
+        log.parent.mkdir(parents=True, exist_ok=True)
+        log.write_text(out + err, encoding="utf-8")
+        if not text:
+            write_results(path, "unittest.suite.TestSuite", run.runs, out, err)
+    except OSError as error:
+        print(f"ERROR: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
+    if run.plan.warnings:
+        print("\n[ROSTEST WARNINGS]" + "-" * 62 + "\n", file=sys.stderr)
+        for warning in run.plan.warnings:
+            print(f" * {warning}", file=sys.stderr)
+    if text:
+        print("WARNING: overall test result is not accurate when --text is enabled")
+    else:
+        print()
+        # Coloured in files and pipes, too, as stock's.
+        print(shown.coloured_lines(summary(run.runs, run.results)), file=data_stream())
+    print(f"rostest log file is in {log}")
+    if run.stopped or run.runs.errors or run.runs.failures:
+        return 1
+    return 2 if run.results.errors or run.results.failures else 0
+
+
+def _print_run(case: Case) -> None:
+    """Print whether a test ran."""
+    kind = "FAILURE" if case.failures else "ERROR" if case.errors else ""
+    print(f"[Testcase: {case.name}] ... {f'{kind}!' if kind else 'ok'}")
+    for _, text in [*case.failures, *case.errors]:
+        print(f"{kind}: {text}\n{'-' * 80}")
+
+
+COMMAND = Command(
+    "test",
+    "run the tests of a launch file",
+    Verb(
+        "",
+        "",
+        Flag("-t", "--text", help="tests write to the screen, not to XML files"),
+        Option("--pkgdir", dest="pkg_dir", metavar="PKG_DIR", help="folder of the package, if not found from the file"),
+        Option("--package", metavar="PACKAGE", help="name of the package, if not found from the file"),
+        Option("--results-filename", metavar="RESULTS_FILENAME", help="name of the results, if not that of the file"),
+        Option("--results-base-dir", metavar="RESULTS_BASE_DIR", help="folder of the results of all packages"),
+        Flag("-r", "--reuse-master", help="use the ROS master that runs instead of one per test"),
+        Flag("-c", "--clear", help="with --reuse-master: delete all its parameters before each test"),
+        Argument("package", "package|launch_file", optional=True),
+        Argument("<filename>", "package_launch_file|launch_arg"),
+        Argument("arg_name:=value", "launch_arg", many=True, optional=True),
+        usage="[options] [package] <filename>",
+        parse=parse_all_words,
+        run=run,
+    ),
+    group="run",
+    stock="rostest",
+)

@@ -1,0 +1,121 @@
+"""``pyros1 version``: rosversion (L180)."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pyros1 import __version__
+from pyros1.cli.failures import did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Argument, Command, Flag, Verb
+from pyros1.cli.shared.argparsing import add_parts, make_parser
+from pyros1.cli.shared.printing import print_json
+from pyros1.errors import PackageNotFoundError
+from pyros1.finding.packages import PackageIndex
+
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_VERSION = re.compile(r"<version[^>]*>\s*([^<\s]+)\s*</version>")
+_UNVERSIONED = "<unversioned>"
+
+
+_SKIP_NEWLINE = Flag("-s", "--skip-newline", help="print no line end")
+_WHAT = (
+    Argument("package", "package", optional=True, help="name of a package, for example roscpp"),
+    Flag("-d", "--distro", help="print the name of the ROS distribution"),
+    Flag("-a", "--all", help="print all packages and their versions"),
+)
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print versions; the exit code is 1 when there is no such package."""
+    index = PackageIndex(os.environ)
+    if options.all:
+        versions = {name: package_version(folder) for name, folder in sorted(index.paths().items())}
+        if options.json:
+            print_json(versions)
+            return 0
+        lines = [f"{name}: {version}" for name, version in versions.items()]
+    elif options.distro:
+        lines = [distribution(os.environ)]
+    elif options.package is None:
+        lines = [f"pyros1 {__version__}"]
+    else:
+        try:
+            lines = [package_version(index.find(options.package))]
+        except PackageNotFoundError:
+            print(f"Cannot locate [{options.package}]")  # where the stock tool prints it, too
+            hint = did_you_mean(options.package, index.paths())
+            if hint:
+                print(f"{invocation.program}: there is no package {options.package}{hint}", file=sys.stderr)
+            return 1
+    if options.json:
+        print_json(lines[0])
+        return 0
+    for line in lines:
+        print(line, end="" if options.skip_newline else "\n")
+    return 0
+
+
+def package_version(folder: Path) -> str:
+    """Return the version that a package's ``package.xml`` states, ``<unversioned>`` without one.
+
+    Args:
+        folder: the package's.
+    """
+    try:
+        text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return _UNVERSIONED
+    match = _VERSION.search(_COMMENT.sub("", text))
+    return match[1] if match else _UNVERSIONED
+
+
+def distribution(environ: Mapping[str, str]) -> str:
+    """Return the name of the ROS distribution: ``ROS_DISTRO``, else that of the stock installation that is found.
+
+    Args:
+        environ: environment variables.
+
+    Returns:
+        For example ``noetic``; ``Debian`` for Debian's own packages, as their rosversion says; ``<unknown>``.
+    """
+    if environ.get("ROS_DISTRO"):
+        return environ["ROS_DISTRO"]
+    installed = sorted(Path("/opt/ros").glob("*/share/roslib"), reverse=True)
+    if installed:
+        return installed[0].parent.parent.name
+    return "Debian" if Path("/usr/share/roslib/package.xml").exists() else "<unknown>"
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    parser = make_parser(invocation, verb)
+    parser.description = "Print the version of a package, the name of the ROS distribution" + (
+        ", or both for everything." if invocation.as_stock else ", or pyros1's own version."
+    )
+    add_parts(parser, invocation, _SKIP_NEWLINE)
+    add_parts(parser.add_mutually_exclusive_group(required=invocation.as_stock), invocation, *_WHAT)
+    add_parts(parser, invocation, JSON)
+    return parser.parse_args(invocation.argv), []
+
+
+COMMAND = Command(
+    "version",
+    "print versions of packages and the name of the distribution",
+    Verb(
+        "",
+        "",
+        _SKIP_NEWLINE,
+        *_WHAT,
+        JSON,
+        examples=[("", "of pyros1"), ("roscpp", "of a package"), ("-d", "the distribution's name")],
+        parse=_parse,
+        run=run,
+    ),
+    group="machine",
+    stock="rosversion",
+)

@@ -1,0 +1,170 @@
+"""What ``pyros1 wtf`` does after its command line proved right: collect facts, check them, print what is wrong."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from pyros1 import __version__
+from pyros1.cli.shared.printing import use_colour
+from pyros1.doctor.facts import Machine
+from pyros1.doctor.finding import ERROR, WARNING, Finding
+from pyros1.doctor.here import check_packages, collect_machine
+from pyros1.doctor.machine_checks import check_machine
+from pyros1.doctor.reach_checks import check_reach
+from pyros1.doctor.system import collect_system
+from pyros1.doctor.topic_checks import check_topics
+from pyros1.errors import Error, MasterUnreachableError
+from pyros1.net.hosts import is_local, master_uri, parse_uri
+from pyros1.net.master_client import MasterClient
+from pyros1.shown import one_line
+
+_RULE = "=" * 80
+_MASTER_TIMEOUT = 3.0
+
+
+def examine(everything: bool, offline: bool, quiet: bool, files: list[str], words: list[str]) -> list[Finding]:
+    """Collect, check and print.
+
+    Args:
+        everything: check all packages, too.
+        offline: do not look at the running system.
+        quiet: print nothing.
+        files: launch files.
+        words: the command line's words, with ``name:=value`` for these.
+
+    Returns:
+        All findings.
+    """
+
+    def say(text: str) -> None:
+        if not quiet:
+            print(text, flush=True)
+
+    def summary(title: str, findings: list[Finding]) -> None:
+        if not quiet:
+            print_findings(title, findings)
+
+    say(_introduction(everything, files))
+    machine = collect_machine(os.environ)
+    machine.launch_problems = _launch_problems(files, words)
+    machine.package_problems = check_packages(os.environ) if everything else []
+    static = check_machine(machine)
+    say(_RULE)
+    summary("Static checks summary:", static)
+    say(_RULE)
+    if offline:
+        say("\nOnline graph checks will not be run.")
+        return static
+    master = _master()
+    if master is None:
+        say("\nROS Master does not appear to be running.\nOnline graph checks will not be run.")
+        say(f"ROS_MASTER_URI is [{master_uri(os.environ, {})}]")
+        missing = _no_master(machine)
+        if not quiet:
+            print(f"  cure: {missing.cure}")
+        return [*static, missing]
+    try:
+        say("Beginning tests of your ROS graph. These may take a while...\nanalyzing graph...")
+        system = collect_system(master)
+        say("... done analyzing graph\nrunning graph rules...")
+        online = [*check_reach(system, machine), *check_topics(system)]
+        say("... done running graph rules\n")
+    except Error as error:
+        online = [
+            Finding(
+                "master",
+                ERROR,
+                f"the master does not answer as it should: {error}",
+                "if ROS_MASTER_URI is right, another program may have taken the port: end that and start pyros1 core",
+            )
+        ]
+    finally:
+        master.close()
+    summary("Online checks summary:", online)
+    return [*static, *online]
+
+
+def _introduction(everything: bool, files: Iterable[str]) -> str:
+    if files:
+        return f"Launch files: {', '.join(files)}"
+    folder = next((each for each in (Path.cwd(), *Path.cwd().parents) if (each / "package.xml").is_file()), None)
+    here = f"Package: {folder.name}" if folder else "No package or stack in the current directory"
+    return f"{here}\nroswtf will run against all packages" if everything else here
+
+
+def _launch_problems(files: list[str], words: list[str]) -> list[str]:
+    """What `launch --check` says about the files."""
+    if not files:
+        return []
+    from pyros1.errors import LaunchError  # noqa: PLC0415 - only with launch files
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
+    from pyros1.launch.reading.words import find_files, parse_arguments  # noqa: PLC0415
+    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.running.check import missing_parts  # noqa: PLC0415
+
+    resources = make_resources()
+    problems: list[LaunchError] = []
+    texts: list[str] = []
+    try:
+        plan = load_plan(find_files(files, resources), parse_arguments(words), resources, problems=problems)
+        texts = [*plan.warnings, *map(str, missing_parts(plan, resources.packages, resources.environ))]
+    except Error as error:
+        texts = [str(error)]
+    return [*map(str, problems), *texts]
+
+
+def _master() -> MasterClient | None:
+    """The master, None if it does not answer."""
+    try:
+        master = MasterClient("/roswtf", master_uri(os.environ, {}), timeout=_MASTER_TIMEOUT)
+    except Error:
+        return None  # the URI is wrong, and the static checks said so
+    try:
+        master.ping()
+    except MasterUnreachableError:
+        master.close()
+        return None
+    return master
+
+
+def _no_master(machine: Machine) -> Finding:
+    uri = master_uri(os.environ, {})
+    try:
+        host, _ = parse_uri(uri)
+        here = is_local(host)
+    except Error:
+        here = True
+    if here:
+        others = [each for each in machine.masters if each.rstrip("/") != uri.rstrip("/")]
+        cure = f"pyros1 core{f', or export ROS_MASTER_URI={others[0]}: a master runs there' if others else ''}"
+        return Finding("no-master", WARNING, f"no master answers at {uri}", cure)
+    return Finding(
+        "no-master",
+        ERROR,
+        f"no master answers at {uri}",
+        f"ping {host}; start the master there; is ROS_MASTER_URI right, and is no firewall in between?",
+    )
+
+
+def print_findings(title: str, findings: list[Finding]) -> None:
+    """Print a summary of findings, as the stock tool does, with the cures."""
+    print(title)
+    colour = use_colour(sys.stdout)
+    for severity, about, mark in (
+        (WARNING, "Warnings are things that may be just fine, but are sometimes at fault\n", "\x1b[1m"),
+        (ERROR, "", "\x1b[31m\x1b[1m"),
+    ):
+        some = [finding for finding in findings if finding.severity == severity]
+        if not some:
+            continue
+        print(f"\nFound {len(some)} {severity}(s).\n{about}")
+        for finding in some:
+            word = f"{mark}{severity.upper()}\x1b[0m" if colour else severity.upper()
+            print(f"{word} {one_line(finding.text)}", *(f" * {one_line(item)}" for item in finding.items), sep="\n")
+            print(f"   cure: {one_line(finding.cure)}\n")
+    if not findings:
+        print(f"\nNo errors or warnings (pyros1 {__version__}, Python {sys.version.split()[0]})\n")
+    sys.stdout.flush()

@@ -1,0 +1,95 @@
+"""What ``launch``, ``core`` and ``test`` share: the run of a plan, and how an error in one is told."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pyros1.errors import Error, LaunchError
+
+if TYPE_CHECKING:
+    from pyros1.launch.plan import Plan
+    from pyros1.launch.reading.resources import Resources
+
+
+def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
+    """Run a plan until it is over.
+
+    Args:
+        plan: what to launch.
+        values: of the options of ``launch``.
+        resources: for the executables.
+        title: of the terminal.
+    """
+    # Everything below is needed only when something is really launched.
+    from pyros1.launch.running.check import check_machines, is_remote  # noqa: PLC0415
+    from pyros1.launch.running.console import Console  # noqa: PLC0415
+    from pyros1.launch.running.core import LOG_LEVELS  # noqa: PLC0415
+    from pyros1.launch.running.options import Options  # noqa: PLC0415
+    from pyros1.launch.running.session import Session  # noqa: PLC0415
+    from pyros1.launch.running.supervisor import install_signals  # noqa: PLC0415
+
+    _check_numbers(values)
+    check_machines(plan)
+    if values.local_only:
+        print("local only launch specified, will not launch remote nodes")
+        plan = replace(plan, nodes=[node for node in plan.nodes if not is_remote(plan, node)])
+    level = values.master_logger_level.lower() or "info"
+    if level not in LOG_LEVELS:
+        print(f"WARNING: --master-logger-level: there is no level {level!r}", file=sys.stderr)
+        level = "info"
+    # As stock: whoever says both gets log files.
+    screen = False if values.force_log else True if values.force_screen else None
+    options = Options(
+        core=values.core,
+        port=values.port,
+        run_id=values.run_id,
+        screen=screen,
+        required=values.force_required,
+        local=values.local_only,
+        wait=values.wait_for_master,
+        show_summary=not values.no_summary,
+        show_title=not values.disable_title,
+        sigint_timeout=values.sigint_timeout,
+        sigterm_timeout=values.sigterm_timeout,
+        title=title,
+        notify_timeout=values.timeout,
+        prefix=values.prefix,
+        master_log_level=level,
+    )
+    console = Console(title=options.show_title)
+    session = Session(plan, options, resources.packages, resources.environ, console)
+    pid_file = Path(values.pid_file) if values.pid_file else None
+    if pid_file is not None:
+        _write_pid(pid_file)
+    restore = install_signals(session.stop, session.hurry)
+    try:
+        session.run()
+    finally:
+        restore()
+        if pid_file is not None:
+            pid_file.unlink(missing_ok=True)
+    return session.exit_code
+
+
+def _check_numbers(values: Any) -> None:
+    for name in ("sigint_timeout", "sigterm_timeout", "timeout"):
+        seconds = getattr(values, name)
+        if seconds is not None and not seconds > 0:
+            raise LaunchError(f"{name} must be a positive number, received {seconds:f}")
+
+
+def _write_pid(path: Path) -> None:
+    try:
+        path.write_text(str(os.getpid()), encoding="ascii")
+    except OSError as error:
+        raise LaunchError(f"cannot write the pid file {path}: {error.strerror}") from error
+
+
+def print_exception(error: Error) -> None:
+    """Print why nothing was launched, in the words that scripts look for."""
+    red, off = ("\033[31m", "\033[0m") if sys.stderr.isatty() else ("", "")
+    print(f"{red}RLException: {error}{off}", file=sys.stderr)

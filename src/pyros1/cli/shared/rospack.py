@@ -1,0 +1,186 @@
+"""How ``pkg`` and ``stack`` read and run a command line, as rospack and rosstack do (L182, L183)."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from pyros1.cli import registry
+from pyros1.cli.failures import did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Flag
+from pyros1.cli.shared.printing import print_json
+from pyros1.errors import Error, PackageNotFoundError
+from pyros1.finding.crawl import Found, all_packages
+
+if TYPE_CHECKING:
+    from pyros1.finding.dependencies import Packages
+
+QUIET = Flag("-q", help="Quiets error reports.")
+_FLAGS = ("deps-only", "zombie-only", "json")
+_VALUES = ("target", "lang", "attrib", "top", "length")
+
+
+class PkgError(Error):
+    """Ends the command.
+
+    Args:
+        text: printed.
+        code: exit code.
+    """
+
+    def __init__(self, text: str, code: int = 1) -> None:
+        self.code = code
+        super().__init__(text)
+
+
+class Request:
+    """One command line.
+
+    Args:
+        stock: ``rospack`` or ``rosstack``.
+
+    Attributes:
+        verb: the verb.
+        words: what is behind it; the package, if one was given.
+        options: ``--name=value`` by name; flags have an empty value.
+        quiet: print no errors.
+    """
+
+    def __init__(self, stock: str) -> None:
+        self.stock = stock
+        self.verb = ""
+        self.words: list[str] = []
+        self.options: dict[str, str] = {}
+        self.quiet = False
+
+    @property
+    def unit(self) -> str:
+        """What the command is about: ``package`` or ``stack``."""
+        return "package" if self.stock == "rospack" else "stack"
+
+    def package(self, error: str | None = None) -> str:
+        """Return the package: the one named, or the one that the current folder is in.
+
+        Args:
+            error: text if there is none.
+        """
+        name = self.words[0] if self.words else _package_here()
+        if not name:
+            raise PkgError(error or f"no {self.unit} given")
+        return name
+
+    def option(self, *names: str) -> list[str]:
+        """Return the values of options that must be given; there must be a package, too."""
+        values = [self.options.get(name, "") for name in names]
+        if not all(values) or not (self.words or _package_here()):
+            raise PkgError(f"no {' / '.join(['package', *names])} given")
+        return values
+
+    def print_names(self, names: Iterable[str]) -> None:
+        """Print names, as lines or as JSON."""
+        if "json" in self.options:
+            print_json([*names])
+        else:
+            print("".join(f"{name}\n" for name in names), end="")
+
+
+def run_tool(invocation: Invocation, command: str) -> int:
+    """Run rospack or rosstack, whose options may stand anywhere.
+
+    Args:
+        invocation: of the command.
+        command: ``pkg`` or ``stack``.
+
+    Returns:
+        The exit code: 0, or 1 after an error.
+    """
+    request = Request(invocation.tool)
+    try:
+        _parse(request, invocation.argv)
+        _act(request, invocation, command)
+    except Error as error:
+        sys.stdout.flush()
+        if not request.quiet:
+            text = f"no such package {error}" if isinstance(error, PackageNotFoundError) else str(error)
+            print(f"[{request.stock}] Error: {text}", file=sys.stderr)
+        return error.code if isinstance(error, PkgError) else 1
+    return 0
+
+
+def _parse(request: Request, argv: Sequence[str]) -> None:
+    words = []
+    waiting = iter(argv)
+    for word in waiting:
+        name, equals, value = word.lstrip("-").partition("=")
+        if not word.startswith("-"):
+            words.append(word)
+        elif word == "-q":
+            request.quiet = True
+        elif word in ("-h", "--help"):
+            words.insert(0, "help")
+        elif word.startswith("--") and name in _VALUES:
+            request.options[name] = value if equals else next(waiting, "")
+        elif word.startswith("--") and name in _FLAGS and not equals:
+            request.options[name] = ""
+        else:
+            raise PkgError(f"failed to parse command-line options: unrecognised option '{word}'")
+    if words[:1] == ["help"]:
+        words = words[:1]
+    if len(words) > 2:
+        raise PkgError("failed to parse command-line options: too many positional options have been specified")
+    if words:
+        request.verb = words[0]
+        request.words = [word for word in words[1:] if word]
+
+
+def _act(request: Request, invocation: Invocation, command: str) -> None:
+    if not request.verb:
+        raise PkgError(f"no command given.  Try '{invocation.program} help'", 0)
+    name = registry.find_verb(command, request.verb)
+    verb = registry.load_verb(command, name) if name else None
+    if verb is None or verb.parse is not None:  # those read their words themselves
+        known = [each for each, entry in registry.verbs(command).items() if not entry.own and each != "help"]
+        raise PkgError(f"command {request.verb} not implemented{did_you_mean(request.verb, known)}")
+    if request.words and not verb.arguments:
+        raise PkgError("invalid option(s) given")
+    request.verb = verb.name
+    verb.run(invocation, request, request.words)
+
+
+def _package_here() -> str:
+    from pathlib import Path  # noqa: PLC0415
+
+    from pyros1.finding.manifest import ManifestError, read_manifest  # noqa: PLC0415
+
+    here = Path.cwd()
+    for folder in (here, *here.parents):
+        for name in ("package.xml", "manifest.xml"):
+            if (folder / name).is_file():
+                try:
+                    return read_manifest(folder / name).name
+                except ManifestError:
+                    return folder.name
+    return ""
+
+
+def known_to(stock: str) -> list[Found]:
+    """Return what a tool knows: rospack packages but metapackages, rosstack these and stacks, but no manifest.xml."""
+    if stock == "rospack":
+        return [found for found in all_packages(os.environ) if not found.meta and found.manifest != "stack.xml"]
+    return [found for found in all_packages(os.environ) if found.manifest != "manifest.xml"]
+
+
+def packages(stock: str) -> Packages:
+    """Return what a tool knows, with what each needs."""
+    from pyros1.finding.dependencies import Packages  # noqa: PLC0415
+
+    return Packages(known_to(stock))
+
+
+def listed(request: Request) -> dict[str, Found]:
+    """Return each package's first place, sorted."""
+    first = {found.name: found for found in reversed(known_to(request.stock))}
+    return {name: first[name] for name in sorted(first)}

@@ -1,0 +1,66 @@
+"""The verbs of ``pkg`` and ``stack`` that need only names and folders (L182, L183)."""
+
+from __future__ import annotations
+
+import os
+
+from pyros1.cli.failures import did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.shared.printing import print_json
+from pyros1.cli.shared.rospack import QUIET, PkgError, Request, known_to, listed
+from pyros1.finding.crawl import find_quickly
+from pyros1.finding.packages import OWN_PACKAGES
+
+
+def _find(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print a package's folder."""
+    name = request.package()
+    quick = find_quickly(os.environ, name) if request.stock == "rospack" else None
+    if quick is not None and not quick.meta:
+        print(quick.folder)
+        return
+    known = listed(request)
+    if name not in known:
+        hint = did_you_mean(name, known)
+        raise PkgError(f"{request.unit} '{name}' not found{hint}")
+    print(known[name].folder)
+
+
+def _list_all(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print names and folders."""
+    known = listed(request)
+    if "json" in request.options:
+        print_json({name: found.folder for name, found in known.items()})
+        return
+    print("".join(f"{name} {found.folder}\n" for name, found in known.items()), end="")
+
+
+def _list_names(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print names."""
+    request.print_names(listed(request))
+
+
+def _list_duplicates(invocation: Invocation, request: Request, args: list[str]) -> None:
+    """Print names that several packages have, each with its folders, the one that counts first."""
+    folders: dict[str, list[str]] = {}
+    for found in known_to(request.stock):
+        if not found.folder.startswith(OWN_PACKAGES):  # these stand in where there are no others
+            folders.setdefault(found.name, []).append(found.folder)
+    for name, places in sorted(folders.items()):
+        if len(places) > 1:
+            print(name, *(f"- {place}" for place in places), sep="\n")
+
+
+def find_verb(unit: str) -> Verb:
+    """Return the record of ``find``; `unit` is ``package`` or ``stack``."""
+    return Verb("find", f"find [{unit}]", QUIET, Argument(unit, "package", optional=True), run=_find)
+
+
+LIST = Verb("list", "list", JSON, QUIET, run=_list_all)
+LIST_NAMES = Verb("list-names", "list-names", JSON, QUIET, run=_list_names)
+
+
+def list_duplicates_verb(*, own: bool) -> Verb:
+    """Return the record of ``list-duplicates``; `own`: the list of commands leaves it out."""
+    return Verb("list-duplicates", "list-duplicates", QUIET, own=own, run=_list_duplicates)

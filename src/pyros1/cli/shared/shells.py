@@ -1,0 +1,322 @@
+"""What ``setup`` and ``unsetup`` share: which shell calls, and the texts for bash, zsh, fish and plain sh to read.
+
+Each keeps what it covers (functions and completions of the same names) and brings it back; plain sh cannot show a
+function's text, so there what was covered is lost. Nothing that starts a program may be a function: a shell runs a
+function in the background as a copy of itself, and ``kill $!`` would end that copy and not the program.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Option, Verb
+from pyros1.cli.registry import SHELL_FUNCTIONS
+from pyros1.cli.shared.argparsing import add_parts, make_parser
+
+
+@dataclass(frozen=True)
+class Names:
+    """What to complete: programs, and with them the functions."""
+
+    programs: list[str]
+
+    def __str__(self) -> str:
+        return " ".join(sorted({*self.programs, *SHELL_FUNCTIONS}))
+
+
+@dataclass(frozen=True)
+class Shell:
+    """A shell's texts.
+
+    Attributes:
+        text: with ``@bin``, ``@names`` and ``@functions`` to be put in.
+        take_back: undoes, if there is something to undo.
+        how: how a user has the shell read a text, with the command in braces.
+    """
+
+    text: str
+    take_back: str
+    how: str
+
+    def setup(self, folder: str, names: Names) -> str:
+        """Return what sets the shell up.
+
+        Args:
+            folder: of the programs.
+            names: to be completed.
+        """
+        functions = " ".join(SHELL_FUNCTIONS)
+        undo = self.take_back.replace("@@otherwise", "true")
+        values = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": undo}
+        return _AtTemplate(self.text).substitute(values).lstrip()
+
+    def undo(self) -> str:
+        """Return what undoes the setup, or says that there is none."""
+        return self.take_back.replace("@@otherwise", "echo 'pyros1: this shell was not set up' >&2")
+
+
+class _AtTemplate(Template):
+    delimiter = "@@"
+
+
+_BASH = Shell(
+    r"""
+# pyros1 for bash; `source <(pyros1 unsetup)` takes it back.
+@@undo
+_pyros1_bin=@@bin
+_pyros1_names='@@names'
+_pyros1_saved="$(declare -f @@functions; complete -p $_pyros1_names 2>/dev/null)" || true
+case ":$PATH:" in
+  *:"$_pyros1_bin":*) ;;
+  *) PATH="$_pyros1_bin:$PATH" ;;
+esac
+function roscd {
+  local folder
+  folder="$(command pyros1 pkg cd "$@")" && cd "$folder"
+}
+function rospd {
+  if [ $# -eq 0 ]; then pushd; return; fi
+  case "$1" in
+    [0-9]) pushd "+$1" ;;
+    *) local folder; folder="$(command pyros1 pkg cd "$@")" && pushd "$folder" ;;
+  esac
+}
+function rosd { dirs -v; }
+function _pyros1_complete {
+  local each
+  COMPREPLY=()
+  while IFS= read -r -d '' each; do COMPREPLY+=("$each"); done < <(
+    command pyros1 __complete bash "$COMP_WORDBREAKS" "$COMP_CWORD" "${COMP_WORDS[@]}" 2>/dev/null
+  )
+  case "${COMPREPLY[0]-}" in
+    */ | *=) compopt -o nospace 2>/dev/null || true ;;
+  esac
+}
+function _pyros1_undo {
+  local path=":$PATH:" saved="$_pyros1_saved"
+  path="${path/:"$_pyros1_bin":/:}"
+  path="${path#:}"
+  PATH="${path%:}"
+  complete -r $_pyros1_names 2>/dev/null
+  unset -f @@functions _pyros1_complete _pyros1_undo
+  unset _pyros1_bin _pyros1_names _pyros1_saved
+  eval "$saved"
+  hash -r
+}
+complete -F _pyros1_complete $_pyros1_names
+hash -r
+""",
+    "if declare -F _pyros1_undo >/dev/null; then _pyros1_undo; else @@otherwise; fi",
+    "source <({})",
+)
+
+_ZSH = Shell(
+    r"""
+# pyros1 for zsh; `source <(pyros1 unsetup)` takes it back.
+@@undo
+typeset -g _pyros1_bin=@@bin
+typeset -ga _pyros1_names=(@@names)
+typeset -g _pyros1_saved="$(functions @@functions)"
+() {
+  local each
+  (( $+functions[compdef] )) || return 0
+  for each in $_pyros1_names; do
+    [[ -z ${_comps[$each]-} ]] || _pyros1_saved+=$'\n'"compdef ${(q)_comps[$each]} $each"
+  done
+}
+(( ${path[(Ie)$_pyros1_bin]} )) || path=("$_pyros1_bin" "${path[@]}")
+function roscd {
+  local folder
+  folder="$(command pyros1 pkg cd "$@")" && cd "$folder"
+}
+function rospd {
+  if (( $# == 0 )); then pushd; return; fi
+  case "$1" in
+    ([0-9]) pushd "+$1" ;;
+    (*) local folder; folder="$(command pyros1 pkg cd "$@")" && pushd "$folder" ;;
+  esac
+}
+function rosd { dirs -v; }
+function _pyros1_complete {
+  local -a found open
+  found=("${(@0)$(command pyros1 __complete zsh '' $((CURRENT - 1)) "${words[@]}" 2>/dev/null)}")
+  found=("${(@)found:#}")
+  open=("${(@M)found:#*[/=]}")
+  found=("${(@)found:#*[/=]}")
+  (( $#open )) && compadd -Q -U -S '' -- "${open[@]}"
+  (( $#found )) && compadd -Q -U -- "${found[@]}"
+}
+function _pyros1_undo {
+  local saved="$_pyros1_saved"
+  path=("${(@)path:#$_pyros1_bin}")
+  (( $+functions[compdef] )) && compdef -d $_pyros1_names
+  unfunction @@functions _pyros1_complete _pyros1_undo
+  unset _pyros1_bin _pyros1_names _pyros1_saved
+  eval "$saved"
+  rehash
+}
+(( $+functions[compdef] )) && compdef _pyros1_complete $_pyros1_names
+rehash
+""",
+    "if (( $+functions[_pyros1_undo] )); then _pyros1_undo; else @@otherwise; fi",
+    "source <({})",
+)
+
+_FISH = Shell(
+    r"""
+# pyros1 for fish; `pyros1 unsetup | source` takes it back.
+@@undo
+set -g _pyros1_bin @@bin
+set -g _pyros1_names @@names
+set -g _pyros1_saved
+for each in $_pyros1_names
+    set -a _pyros1_saved (complete -c $each | string collect)
+end
+for each in @@functions
+    functions -q $each; and functions -c $each _pyros1_saved_$each
+end
+contains -- $_pyros1_bin $PATH; or set -gx PATH $_pyros1_bin $PATH
+function roscd
+    set -l folder (command pyros1 pkg cd $argv); and cd $folder
+end
+function rospd
+    if test (count $argv) -eq 0
+        pushd
+    else if string match -qr '^[0-9]$' -- $argv[1]
+        pushd +$argv[1]
+    else
+        set -l folder (command pyros1 pkg cd $argv); and pushd $folder
+    end
+end
+function rosd
+    dirs
+end
+function _pyros1_complete
+    set -l words (commandline -opc) (commandline -ct)
+    command pyros1 __complete fish '' (math (count $words) - 1) $words 2>/dev/null
+end
+function _pyros1_undo
+    set -l rest
+    for each in $PATH
+        test "$each" = "$_pyros1_bin"; or set -a rest $each
+    end
+    set -gx PATH $rest
+    for each in $_pyros1_names
+        complete -c $each -e
+    end
+    for each in @@functions
+        functions -e $each
+        if functions -q _pyros1_saved_$each
+            functions -c _pyros1_saved_$each $each
+            functions -e _pyros1_saved_$each
+        end
+    end
+    for each in $_pyros1_saved
+        eval $each
+    end
+    set -e _pyros1_bin
+    set -e _pyros1_names
+    set -e _pyros1_saved
+    functions -e _pyros1_complete _pyros1_undo
+end
+for each in $_pyros1_names
+    complete -c $each -f -a '(_pyros1_complete)'
+end
+""",
+    "if functions -q _pyros1_undo; _pyros1_undo; else; @@otherwise; end",
+    "{} | source",
+)
+
+_SH = Shell(
+    r"""
+# pyros1 for sh; `eval "$(pyros1 unsetup)"` takes it back.
+@@undo
+_pyros1_bin=@@bin
+case ":$PATH:" in
+  *:"$_pyros1_bin":*) ;;
+  *) PATH="$_pyros1_bin:$PATH" ;;
+esac
+roscd() {
+  _pyros1_folder="$(command pyros1 pkg cd "$@")" && cd "$_pyros1_folder"
+}
+_pyros1_undo() {
+  PATH=":$PATH:"
+  case "$PATH" in *:"$_pyros1_bin":*) PATH="${PATH%%":$_pyros1_bin:"*}:${PATH#*":$_pyros1_bin:"}" ;; esac
+  PATH="${PATH#:}"
+  PATH="${PATH%:}"
+  unset _pyros1_bin _pyros1_folder
+  unset -f roscd _pyros1_undo
+  hash -r
+}
+hash -r
+""",
+    "if command -v _pyros1_undo >/dev/null; then _pyros1_undo; else @@otherwise; fi",
+    'eval "$({})"',
+)
+
+SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH, "sh": _SH}
+"""Shell -> its texts."""
+PLAIN = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
+"""Names of processes that are shells like sh."""
+
+SHELL = Option("--shell", choices=sorted(SHELLS), help="default: the shell that calls")
+
+
+def parse_shell(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Parse the words of ``setup`` and ``unsetup``."""
+    parser = make_parser(invocation, verb)
+    examples = "\n".join(f"  {name:5} {shell.how.format(invocation.program)}" for name, shell in SHELLS.items())
+    parser.epilog = f"how to use it:\n{examples}"
+    add_parts(parser, invocation, *verb.options)
+    values, others = parser.parse_known_args(invocation.argv)
+    if others:
+        hint = f" (write --shell {others[0]})" if others[0] in SHELLS else ""
+        parser.error(f"unrecognized arguments: {' '.join(others)}{hint}")
+    return values, []
+
+
+def chosen_shell(invocation: Invocation, options: Any) -> Shell | None:
+    """Return the shell that is to read what is printed; None, and how to have it read, if that goes to a terminal."""
+    name = options.shell or detect_shell(os.environ)
+    if not sys.stdout.isatty():
+        return SHELLS[name]
+    how = SHELLS[name].how.format(invocation.program)
+    print(f"This text is for the shell to read. For {name} type:\n\n  {how}\n")
+    return None
+
+
+def detect_shell(environ: Mapping[str, str]) -> str:
+    """Return the shell that called: of the processes above this one the first that is a shell we know.
+
+    A shell that only runs a script named pyros1 with our own arguments did not ask.
+    """
+    pid = os.getppid()
+    for _ in range(4):
+        try:
+            status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            break
+        name = status[status.find("(") + 1 : status.rfind(")")].lstrip("-")
+        if (name in SHELLS or name in PLAIN) and not _is_wrapper(pid):
+            return name if name in SHELLS else "sh"
+        pid = int(status[status.rfind(")") + 2 :].split()[1])
+    name = os.path.basename(environ.get("SHELL", ""))
+    return name if name in SHELLS else "bash"
+
+
+def _is_wrapper(pid: int) -> bool:
+    own = [os.fsencode(word) for word in sys.argv[1:]]
+    try:
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[:-1]
+    except OSError:
+        return False
+    script = len(words) - len(own) - 1
+    return script > 0 and os.path.basename(words[script]) == b"pyros1" and words[script + 1 :] == own

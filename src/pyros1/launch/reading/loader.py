@@ -1,0 +1,344 @@
+"""Launch files to a `Plan`: every tag in order, top to bottom (https://wiki.ros.org/roslaunch/XML).
+
+One method per tag. Each gets the element and the scope it stands in, and writes what it means to the plan.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+
+from pyros1.errors import Error, LaunchError
+from pyros1.launch.plan import ArgPlan, IncludePlan, Plan
+from pyros1.launch.reading.convert import convert_bool, convert_condition
+from pyros1.launch.reading.document import Element, parse_document
+from pyros1.launch.reading.machines import SETTINGS, read_machine
+from pyros1.launch.reading.nodes import NodeReader
+from pyros1.launch.reading.params import ParamReader
+from pyros1.launch.reading.resources import Resources
+from pyros1.launch.reading.scope import Scope, ScopeSubstituter
+from pyros1.launch.reading.substitution import substitute
+from pyros1.suggest import did_you_mean
+
+STDIN = "-"
+_Handlers = dict[str, Callable[[Element, Scope], None]]
+_AGAIN = " (again and again)"
+_MAX_INCLUDES = 100
+_NODE_ATTRIBUTES = (
+    "pkg",
+    "type",
+    "name",
+    "args",
+    "machine",
+    "respawn",
+    "respawn_delay",
+    "required",
+    "ns",
+    "clear_params",
+    "wait-for",
+    "wait-timeout",
+)
+_TEST_ATTRIBUTES = (*_NODE_ATTRIBUTES, "test-name", "cwd", "launch-prefix")
+ATTRIBUTES: dict[str, tuple[str, ...]] = {
+    "launch": ("deprecated",),
+    "arg": ("name", "value", "default", "doc"),
+    "include": ("file", "ns", "clear_params", "pass_all_args"),
+    "group": ("ns", "clear_params", "wait-for", "wait-timeout"),
+    "node": (*_NODE_ATTRIBUTES, "output", "cwd", "launch-prefix"),
+    "test": (*_TEST_ATTRIBUTES, "time-limit", "retry"),
+    "param": ("name", "value", "textfile", "binfile", "command", "type"),
+    "rosparam": ("command", "file", "param", "ns", "subst_value"),
+    "remap": ("from", "to"),
+    "env": ("name", "value"),
+    "machine": ("name", "address", *SETTINGS),
+}
+"""The attributes of each tag, besides if and unless."""
+
+
+def load_plan(
+    files: Sequence[str],
+    arguments: Mapping[str, str],
+    resources: Resources,
+    *,
+    only_args: bool = False,
+    problems: list[LaunchError] | None = None,
+    plan: Plan | None = None,
+) -> Plan:
+    """Read launch files into one plan (X02, X03).
+
+    Args:
+        files: paths; ``-`` is standard input.
+        arguments: ``name:=value`` of the command line; each file gets them all. ``__ns`` is the namespace of
+            everything, otherwise it is that of ``ROS_NAMESPACE``.
+        resources: where files, packages and the environment come from.
+        only_args: read nothing but the ``<arg>`` tags at the top level of the files, which need not have values.
+        problems: takes every error, and reading goes on behind the tag that has it; None to raise the first one.
+        plan: what other files with other arguments gave, to be added to; None for an empty one.
+
+    Returns:
+        The plan.
+
+    Raises:
+        LaunchError: a file cannot be used; the text names file and line, and how it came to be included.
+    """
+    loader = _Loader(resources, only_args, problems, plan or Plan())
+    for file in files:
+        loader.top_level(file, arguments)
+    loader.report_unused(arguments)
+    return loader.plan
+
+
+class _Loader:
+    def __init__(self, resources: Resources, only_args: bool, problems: list[LaunchError] | None, plan: Plan) -> None:
+        self.plan = plan
+        self._resources = resources
+        self._only_args = only_args
+        self._problems = problems
+        self._depth = 0
+        self._too_deep: set[str] = set()
+        self._known_args: set[str] = set()
+        self._params = ParamReader(self.plan)
+        self._nodes = NodeReader(self.plan, self._params, self.attribute, self.children)
+        self._tags: _Handlers = {
+            "arg": self._arg,
+            "include": self._include,
+            "group": self._group,
+            "node": self._nodes.node,
+            "test": self._nodes.test,
+            "param": lambda element, scope: self._params.param(element, scope, self.attribute),
+            "rosparam": lambda element, scope: self._params.rosparam(element, scope, self.attribute),
+            "remap": self._remap,
+            "env": self._env,
+            "machine": self._machine,
+        }
+
+    def top_level(self, file: str, arguments: Mapping[str, str]) -> None:
+        """Read a file named by the user."""
+        name = "<stdin>" if file == STDIN else file
+        try:
+            root = parse_document(self._resources.stdin() if file == STDIN else self._read(file), name)
+        except LaunchError as error:
+            self._report(error)
+            return
+        self.plan.files.append(name)
+        self.plan.args.clear()  # those of the last file are the ones to document
+        scope = Scope(self._resources, name, args=dict(arguments), known_args=self._known_args)
+        namespace = arguments.get("__ns") or self._resources.environ.get("ROS_NAMESPACE")
+        self._launch(root, scope.child("/" + namespace) if namespace else scope)
+
+    def report_unused(self, arguments: Mapping[str, str]) -> None:
+        """Warn of arguments that no file knows: they may be misspelt."""
+        if not self._only_args:
+            for name in arguments:
+                if name not in self._known_args and not name.startswith("__"):
+                    self.plan.warnings.append(f"unused arg '{name}'{did_you_mean(name, self._known_args)}")
+
+    def _report(self, error: LaunchError) -> None:
+        if self._problems is None:
+            raise error
+        self._problems.append(error)
+
+    def _read(self, file: str) -> bytes:
+        try:
+            return self._resources.read_bytes(file)
+        except OSError as error:
+            raise LaunchError(f"cannot read [{file}]: {error.strerror}{self._resources.near_file(file)}") from error
+
+    def _launch(self, root: Element, scope: Scope) -> None:
+        self._check_attributes(root, scope)
+        if root.attributes.get("deprecated"):  # nothing is substituted in it
+            self.plan.warnings.append(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
+        self.children(root, scope, self._tags)
+
+    # What all tags share -------------------------------------------------------------------------------------------
+
+    def children(self, parent: Element, scope: Scope, tags: _Handlers) -> None:
+        """Handle the tags inside `parent`; those not in `tags` only warn (X56)."""
+        for element in parent.children:
+            # Tags inside of <node> and <include> may be written in capitals.
+            handler = tags.get(element.tag if tags is self._tags else element.tag.lower())
+            if self._only_args and element.tag != "arg":
+                continue
+            if handler is None:
+                self._unknown_tag(element, parent, tags)
+                continue
+            try:
+                if self._applies(element, scope):
+                    self._check_attributes(element, scope)
+                    handler(element, scope)
+            except Error as error:
+                if isinstance(error, LaunchError) and error.line is not None:
+                    self._report(error)
+                else:
+                    placed = element.error(str(error))
+                    placed.__cause__ = error
+                    self._report(placed)
+
+    def _unknown_tag(self, element: Element, parent: Element, tags: _Handlers) -> None:
+        if element.tag == "master" and parent.tag == "launch":
+            self.plan.warnings.append("ignoring defunct <master /> tag")
+            return
+        text = f"unrecognized tag {element.tag}"
+        if parent.tag != "launch":
+            text = f"unrecognized '{element.tag}' child tag in the parent tag element: <{parent.tag}>"
+        self.plan.warnings.append(f"[{element.place}] {text}{did_you_mean(element.tag, tags)}")
+
+    def _applies(self, element: Element, scope: Scope) -> bool:
+        if "if" in element.attributes and "unless" in element.attributes:
+            raise LaunchError("cannot set both 'if' and 'unless' on the same tag")
+        if "if" in element.attributes:
+            return convert_condition(self.attribute(element, scope, "if") or "")
+        if "unless" in element.attributes:
+            return not convert_condition(self.attribute(element, scope, "unless") or "")
+        return True
+
+    def _check_attributes(self, element: Element, scope: Scope) -> None:
+        tag = element.tag.lower()
+        known = ATTRIBUTES[tag]
+        for name in element.attributes:
+            if name not in known and name not in ("if", "unless") and not name.startswith("xmlns"):
+                self.plan.warnings.append(
+                    f"[{element.place}] unknown <{tag}> attribute '{name}'{did_you_mean(name, known)}"
+                )
+
+    def attribute(self, element: Element, scope: Scope, name: str) -> str | None:
+        """Return an attribute, substitutions done; None if the tag does not have it."""
+        raw = element.attributes.get(name)
+        return None if raw is None else substitute(raw, ScopeSubstituter(scope))
+
+    # Tags ----------------------------------------------------------------------------------------------------------
+
+    def _arg(self, element: Element, scope: Scope) -> None:
+        name, value, default = self._declare(element, scope, scope)
+        if not value and not scope.included:
+            self.plan.args[name] = ArgPlan(name, default, self.attribute(element, scope, "doc"))
+
+    def _declare(self, element: Element, scope: Scope, target: Scope) -> tuple[str, str | None, str | None]:
+        """Read an ``<arg>`` in `scope` and declare it in `target`; return its name, value and default."""
+        try:
+            name = self.attribute(element, scope, "name")
+            if not name:
+                raise LaunchError("it needs a 'name'")
+            if "value" in element.attributes and "default" in element.attributes:
+                raise LaunchError("it must have one and only one of value/default")
+            value, default = self.attribute(element, scope, "value"), self.attribute(element, scope, "default")
+            target.declare(name, value, default)
+        except LaunchError as error:
+            raise element.error(f"Invalid <arg> tag: {error}") from error
+        return name, value, default
+
+    def _group(self, element: Element, scope: Scope) -> None:
+        inner = scope.child(self._namespace(element, scope))
+        self._clear(element, scope, inner)
+        inner.wait_for = f"{scope.wait_for} {self.attribute(element, scope, 'wait-for') or ''}".strip()
+        inner.wait_timeout = self.attribute(element, scope, "wait-timeout") or scope.wait_timeout
+        self.children(element, inner, self._tags)
+        scope.default_machine = inner.default_machine
+
+    def _namespace(self, element: Element, scope: Scope) -> str | None:
+        namespace = self.attribute(element, scope, "ns")
+        if namespace == "":
+            raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
+        return namespace
+
+    def _clear(self, element: Element, scope: Scope, inner: Scope) -> None:
+        text = self.attribute(element, scope, "clear_params")
+        if text and convert_bool(text, "clear_params"):
+            if "ns" not in element.attributes:
+                raise LaunchError("'ns' attribute must be set in order to use 'clear_params'")
+            self.plan.clear_params.append(inner.namespace)
+
+    def _include(self, element: Element, scope: Scope) -> None:
+        file = self.attribute(element, scope, "file")
+        if not file:
+            raise LaunchError("<include> tag is missing required attribute: 'file'")
+        pass_all_text = self.attribute(element, scope, "pass_all_args")
+        pass_all = pass_all_text is not None and convert_bool(pass_all_text, "pass_all_args")
+        inner = scope.child(self._namespace(element, scope))
+        self._clear(element, scope, inner)
+        given = self._given(element, inner, inner.child(args=dict(scope.args) if pass_all else {}, pass_all=pass_all))
+        included = given.child(
+            file=file,
+            included=True,
+            args=dict(given.args),
+            declared=set(),
+            pass_all=pass_all,
+            anonymous={},
+            # As it has always been: what an included file sets for all its nodes is also set for those behind the
+            # <include>, but only if something had been set for all nodes before.
+            private_params=scope.private_params or [],
+        )
+        if file in self._too_deep:  # it was said, and a file may include itself more than once
+            return
+        if self._depth >= _MAX_INCLUDES:
+            self._too_deep.add(file)
+            raise LaunchError(f"includes are nested more than {_MAX_INCLUDES} deep: does [{file}] include itself?")
+        root = parse_document(self._read(file), file)
+        self.plan.files.append(file)
+        self.plan.includes.append(IncludePlan(scope.file, element.line, file))
+        self._depth += 1
+        before = len(self._problems or [])
+        try:
+            self._launch(root, included)
+        except LaunchError as error:
+            _add_includer(error, element)
+            raise
+        finally:
+            self._depth -= 1
+        for problem in (self._problems or [])[before:]:
+            _add_includer(problem, element)
+        scope.default_machine = included.default_machine
+        unused = [] if pass_all else [name for name in given.args if name not in included.declared]
+        if unused:
+            hint = did_you_mean(unused[0], included.declared) if len(unused) == 1 else ""
+            raise LaunchError(f"unused args [{', '.join(unused)}] for include of [{file}]{hint}")
+
+    def _given(self, element: Element, scope: Scope, given: Scope) -> Scope:
+        """Read the tags inside an ``<include>`` into `given`: arguments with values, and the environment."""
+        given.declared = set(given.args)
+        self.children(
+            element,
+            scope,
+            {
+                "arg": lambda child, at: self._give(child, at, given),
+                "env": lambda child, at: self._set_env(child, at, given),
+            },
+        )
+        return given
+
+    def _give(self, element: Element, scope: Scope, given: Scope) -> None:
+        name, *_ = self._declare(element, scope, given)
+        if name not in given.args:
+            raise LaunchError(f"Invalid <arg> tag: arg '{name}' of an <include> needs a 'value'")
+
+    def _remap(self, element: Element, scope: Scope) -> None:
+        scope.remap(self.attribute(element, scope, "from"), self.attribute(element, scope, "to"))
+
+    def _env(self, element: Element, scope: Scope) -> None:
+        self._set_env(element, scope, scope)
+
+    def _set_env(self, element: Element, scope: Scope, target: Scope) -> None:
+        target.set_env(self.attribute(element, scope, "name"), self.attribute(element, scope, "value"))
+
+    def _machine(self, element: Element, scope: Scope) -> None:
+        default = read_machine(element, lambda name: self.attribute(element, scope, name), self.plan)
+        self.children(element, scope, {})
+        if default is not None:
+            scope.default_machine = default
+
+
+def _add_includer(error: LaunchError, include: Element) -> None:
+    """Say where the file with an error was included; once, if the includes go in a circle."""
+    lines, line = str(error).split("\n"), f"  included at {include.place}"
+    if line + _AGAIN in lines:
+        return
+    if line not in lines:
+        lines.append(line)
+    elif not lines[-1].endswith(_AGAIN):
+        lines[-1] += _AGAIN
+    error.args = ("\n".join(lines),)
+
+
+def absolute_files(files: Sequence[str]) -> list[str]:
+    """Return the paths as ``--files`` prints them: absolute, in the order read, each spelling once."""
+    return [os.path.abspath(file) for file in dict.fromkeys(files) if file != "<stdin>"]

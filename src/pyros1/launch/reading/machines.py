@@ -1,0 +1,65 @@
+"""``<machine>`` (https://wiki.ros.org/roslaunch/XML/machine)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.errors import LaunchError
+from pyros1.launch.plan import MachinePlan, Plan
+from pyros1.launch.reading.document import Element
+
+SETTINGS = ("env-loader", "ssh-port", "user", "password", "default", "timeout")
+_DEFAULT_PORT = 22
+_DEFAULT_TIMEOUT = 10.0
+
+
+def read_machine(element: Element, attribute: Callable[[str], str | None], plan: Plan) -> str | None:
+    """Add the machine of a tag to the plan.
+
+    Args:
+        element: the tag.
+        attribute: gives an attribute's value, None if it is not there.
+        plan: the plan.
+
+    Returns:
+        The machine's name if nodes that name none are to run there from now on, else None.
+
+    Raises:
+        LaunchError: an attribute is missing or wrong, or there is another machine of that name already (X68).
+    """
+    name, address = attribute("name"), attribute("address")
+    # An empty address is the matter of who wants to run nodes there: files with such a default are in use.
+    if not name or address is None:
+        raise LaunchError(f"<machine> tag is missing required attribute: '{'address' if name else 'name'}'")
+    for key, value in element.attributes.items():
+        if key.startswith("ros-") and value:
+            raise LaunchError(f"<machine> tag cannot have a '{key}' attribute; use 'env-loader' instead")
+    if any(child.tag == "env" for child in element.children):
+        raise LaunchError("<machine> tag cannot have an <env> tag in it; use 'env-loader' instead")
+    settings = {key: attribute(key) or "" for key in SETTINGS if key in element.attributes}
+    machine = MachinePlan(name, address, tuple(settings.items()))
+    meaning = _meaning(machine)
+    if _meaning(plan.machines.setdefault(machine.name, machine)) != meaning:
+        raise LaunchError(f"machine [{name}] has already been declared with other attributes")
+    return name if settings.get("default", "").lower() == "true" else None
+
+
+def _meaning(machine: MachinePlan) -> tuple[Any, ...]:
+    """Return what makes two machines the same one, however it is written; LaunchError if a setting is wrong."""
+    settings = dict(machine.settings)
+    default = settings.get("default", "").lower() or "false"
+    if default not in ("true", "false", "never"):
+        raise LaunchError(f"machine default must be true, false or never, not {default!r}")
+    try:
+        port = int(settings.get("ssh-port") or _DEFAULT_PORT)
+    except ValueError as error:
+        raise LaunchError(f"'ssh-port' must be a number: [{settings['ssh-port']}]") from error
+    try:
+        timeout = float(settings.get("timeout", _DEFAULT_TIMEOUT))
+    except ValueError as error:
+        raise LaunchError(f"'timeout' must be a number: [{settings['timeout']}]") from error
+    if not timeout > 0:
+        raise LaunchError(f"'timeout' must be a positive number: [{settings['timeout']}]")
+    words = (settings.get(key, "") for key in ("env-loader", "user", "password"))
+    return (machine.address, port, timeout, default == "never", *words)

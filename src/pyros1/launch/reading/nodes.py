@@ -1,0 +1,198 @@
+"""``<node>`` and ``<test>`` (https://wiki.ros.org/roslaunch/XML/node, https://wiki.ros.org/roslaunch/XML/test)."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from typing import Literal
+
+from pyros1.errors import LaunchError
+from pyros1.launch.plan import NodePlan, Plan, TestPlan
+from pyros1.launch.reading.conditions import parse_conditions, parse_seconds
+from pyros1.launch.reading.convert import convert_bool
+from pyros1.launch.reading.document import Element
+from pyros1.launch.reading.params import Attribute, ParamReader
+from pyros1.launch.reading.scope import Scope
+from pyros1.names import is_legal_base_name
+
+Children = Callable[[Element, Scope, dict[str, Callable[[Element, Scope], None]]], None]
+_NOT_ON_TEST = ("respawn", "respawn_delay", "output")
+
+
+class NodeReader:
+    """Adds nodes to a plan.
+
+    Args:
+        plan: the plan.
+        params: adds the parameters inside a node tag.
+        attribute: reads attributes.
+        children: handles tags inside a tag.
+    """
+
+    def __init__(self, plan: Plan, params: ParamReader, attribute: Attribute, children: Children) -> None:
+        self._plan = plan
+        self._params = params
+        self._attribute = attribute
+        self._children = children
+        self._places: dict[str, str] = {}
+
+    def node(self, element: Element, scope: Scope) -> None:
+        """Handle a ``<node>``."""
+        self._invalid(element, lambda: self._plan.nodes.append(self._read(element, scope)))
+
+    def test(self, element: Element, scope: Scope) -> None:
+        """Handle a ``<test>``: it is kept for testing, and its parameters are set."""
+        for name in _NOT_ON_TEST:
+            if name in element.attributes:
+                raise LaunchError(f"Invalid <node> tag: <test> tags cannot have '{name}' attribute.")
+        if "test-name" not in element.attributes:
+            raise LaunchError("<test> tag is missing required attribute: 'test-name'")
+        self._invalid(element, lambda: self._plan.tests.append(self._read_test(element, scope)))
+
+    @staticmethod
+    def _invalid(element: Element, read: Callable[[], None]) -> None:
+        try:
+            read()
+        except LaunchError as error:
+            if error.line is not None or str(error).startswith(("<", "roslaunch file")):
+                raise
+            raise element.error(f"Invalid <node> tag: {error}") from error
+
+    def _read_test(self, element: Element, scope: Scope) -> TestPlan:
+        node = self._read(element, scope)
+        name = (self._attribute(element, scope, "test-name") or "").strip()
+        if not name:
+            raise LaunchError("'test-name' must be non-empty")
+        limit, retry = self._attribute(element, scope, "time-limit"), self._attribute(element, scope, "retry")
+        test = TestPlan(**vars(node), test_name=name)
+        if limit:
+            test.time_limit = parse_seconds(limit, "time-limit")
+            if not test.time_limit:
+                raise LaunchError("'time-limit' must be more than 0")
+        if retry:
+            try:
+                test.retry = max(0, int(retry))
+            except ValueError as error:
+                raise LaunchError(f"'retry' must be a whole number, not {retry!r}") from error
+        return test
+
+    def _read(self, element: Element, scope: Scope) -> NodePlan:
+        def text(name: str) -> str | None:
+            return self._attribute(element, scope, name)
+
+        def flag(name: str) -> bool:
+            value = text(name)
+            return value is not None and convert_bool(value, name)
+
+        key = "test-name" if element.tag == "test" and "name" not in element.attributes else "name"
+        for required in (key, "pkg", "type"):
+            if required not in element.attributes:
+                raise LaunchError(f"<node> tag is missing required attribute: '{required}'")
+        name = text(key) or (text("test-name") if element.tag == "test" else "") or ""
+        if "/" in name:
+            raise LaunchError("node name cannot contain a namespace.")
+        if not name:
+            raise LaunchError('name must be non-empty. For a name that does not matter write name="$(anon node)".')
+        if not is_legal_base_name(name):
+            self._plan.warnings.append(
+                f"[{element.place}] illegal <node> name '{name}': this will likely cause problems with other ROS tools"
+            )
+        if "ns" in element.attributes and not text("ns"):
+            raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
+        inner = scope.child(text("ns"))
+        if text("clear_params") and flag("clear_params"):  # empty is false, as for groups, and only here
+            self._plan.clear_params.append(inner.child(name).namespace)
+        self._read_inside(element, inner, name)
+        package, kind = text("pkg") or "", text("type") or ""
+        if not package.strip():
+            raise LaunchError("package must be non-empty.")
+        if not kind.strip():
+            raise LaunchError("type must be non-empty.")
+        plan = NodePlan(
+            package=package,
+            type=kind,
+            name=name,
+            namespace=inner.namespace,
+            args=_split(text("args"), "args"),
+            remappings=list(inner.remappings.items()),
+            env=dict(inner.env),
+            prefix=_split(text("launch-prefix"), "launch-prefix"),
+            cwd=self._cwd(text("cwd")),
+            output=self._output(text("output")),
+            respawn=flag("respawn"),
+            respawn_delay=self._delay(text("respawn_delay")),
+            required=flag("required"),
+            machine=text("machine") or scope.default_machine,
+            file=element.file,
+            line=element.line,
+        )
+        wait_for = f"{scope.wait_for} {text('wait-for') or ''}"
+        plan.wait_for = list(dict.fromkeys(parse_conditions(wait_for, inner.namespace, name)))
+        wait_timeout = text("wait-timeout") or scope.wait_timeout
+        if wait_timeout:
+            plan.wait_timeout = parse_seconds(wait_timeout, "wait-timeout")
+        if plan.respawn and plan.required:
+            raise LaunchError("respawn and required cannot both be set to true.")
+        if element.tag == "node":  # tests run one at a time
+            self._check_unique(plan, element)
+        return plan
+
+    def _read_inside(self, element: Element, scope: Scope, name: str) -> None:
+        def text(child: Element, name: str) -> str | None:
+            return self._attribute(child, scope, name)
+
+        own = scope.child(name, private_params=[])
+        self._children(
+            element,
+            scope,
+            {
+                "param": lambda child, _: self._params.param(child, own, self._attribute, private=True),
+                "rosparam": lambda child, _: self._params.rosparam(child, own, self._attribute),
+                "remap": lambda child, _: scope.remap(text(child, "from"), text(child, "to")),
+                "env": lambda child, _: scope.set_env(text(child, "name"), text(child, "value")),
+            },
+        )
+        # The parameters of the surroundings come after <rosparam> tags inside and before <param> tags inside.
+        for private_name, value in [*scope.private_params, *own.private_params]:
+            self._params.add(own.namespace + private_name, value)
+
+    def _check_unique(self, plan: NodePlan, element: Element) -> None:
+        first = self._places.setdefault(plan.full_name, place := element.place)
+        if first is not place:
+            raise LaunchError(
+                f"roslaunch file contains multiple nodes named [{plan.full_name}].\n"
+                f"The other one is at {first}. Give them different names; $(anon id) makes a name unique."
+            )
+
+    @staticmethod
+    def _cwd(text: str | None) -> Literal["ros_home", "node"]:
+        if text in (None, "ros_home", "ROS_HOME"):
+            return "ros_home"
+        if text == "node":
+            return "node"
+        raise LaunchError("cwd must be one of 'ROS_HOME', 'node'.")
+
+    @staticmethod
+    def _output(text: str | None) -> Literal["log", "screen"]:
+        if text in (None, "log"):
+            return "log"
+        if text == "screen":
+            return "screen"
+        raise LaunchError("output must be one of 'log', 'screen'.")
+
+    @staticmethod
+    def _delay(text: str | None) -> float:
+        if text is None:
+            return 0.0
+        try:
+            delay = float(text)
+        except ValueError as error:
+            raise LaunchError(f"invalid float value for respawn_delay: {text}") from error
+        return min(max(delay, 0.0), 86400.0)
+
+
+def _split(text: str | None, attribute: str) -> list[str]:
+    try:
+        return shlex.split(text or "")
+    except ValueError as error:
+        raise LaunchError(f"cannot split the {attribute} attribute: {error} in {text!r}") from error

@@ -1,0 +1,186 @@
+"""What is in force at one place of a launch file: namespace, arguments, remappings, environment, private parameters."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from pyros1.errors import LaunchError
+from pyros1.launch.reading.resources import Resources
+from pyros1.names import canonicalize_name, is_legal_name, is_private, ns_join
+from pyros1.suggest import did_you_mean
+
+
+@dataclass
+class Scope:
+    """The surroundings of a tag. Groups and includes get copies: what they change does not leak out (X60, X61).
+
+    Attributes:
+        resources: the outer world.
+        file: the current file.
+        included: whether the file was included by another one.
+        namespace: with a slash at the end.
+        args: arguments that have a value: given by the command line or the including tag, or declared here.
+        declared: names of all ``<arg>`` tags seen in this file.
+        pass_all: given by pass_all_args: ``<arg>`` tags may set again what has a value.
+        known_args: names of all arguments that any file declared or asked for; one set for all scopes.
+        remappings: ``from`` to ``to``.
+        env: variables to set.
+        private_params: ``~name`` parameters for all later nodes.
+        default_machine: machine that nodes get when they name none.
+        wait_for: the ``wait-for`` of the groups around.
+        wait_timeout: the ``wait-timeout`` of the innermost group that has one.
+        anonymous: what ``$(anon x)`` has given so far.
+    """
+
+    resources: Resources
+    file: str
+    included: bool = False
+    namespace: str = "/"
+    args: dict[str, str] = field(default_factory=dict)
+    declared: set[str] = field(default_factory=set)
+    pass_all: bool = False
+    known_args: set[str] = field(default_factory=set)
+    remappings: dict[str, str] = field(default_factory=dict)
+    env: dict[str, str] = field(default_factory=dict)
+    private_params: list[tuple[str, Any]] = field(default_factory=list)
+    default_machine: str | None = None
+    wait_for: str = ""
+    wait_timeout: str = ""
+    anonymous: dict[str, str] = field(default_factory=dict)
+
+    def child(self, namespace: str | None = None, **changes: Any) -> Scope:
+        """Return a copy for a group or an include.
+
+        Args:
+            namespace: relative, global, or None for the same one.
+            changes: other attributes to replace.
+        """
+        inner = self.namespace
+        if namespace is not None:
+            inner = ns_join(self.namespace, namespace)
+            if is_private(inner):
+                raise LaunchError(f"a namespace cannot be private: {namespace}")
+            inner = canonicalize_name(inner).rstrip("/") + "/"
+        copies: dict[str, Any] = {
+            "args": dict(self.args),
+            "declared": set(self.declared),
+            "remappings": dict(self.remappings),
+            "env": dict(self.env),
+            "private_params": list(self.private_params),
+            "anonymous": dict(self.anonymous),
+            "pass_all": False,
+        }
+        return replace(self, **{**copies, "namespace": inner, **changes})
+
+    def declare(self, name: str, value: str | None, default: str | None) -> None:
+        """Take an ``<arg>`` tag into account (X57).
+
+        Args:
+            name: the argument.
+            value: its fixed value, None without one.
+            default: its default, None without one.
+
+        Raises:
+            LaunchError: declared twice in a file, or a fixed value is to be overridden.
+        """
+        if name in self.declared and not self.pass_all:
+            raise LaunchError(f"arg '{name}' has already been declared")
+        self.declared.add(name)
+        self.known_args.add(name)
+        if value is not None:
+            if name in self.args and not self.pass_all:
+                raise LaunchError(f"cannot override arg '{name}', which has already been set")
+            self.args[name] = value
+        elif default is not None:
+            self.args.setdefault(name, default)
+
+    def remap(self, old: str | None, new: str | None) -> None:
+        """Take a ``<remap>`` tag into account: what it says about a name replaces what was said before (X67).
+
+        Raises:
+            LaunchError: an attribute is missing or not a legal name.
+        """
+        if not old or not new:
+            raise LaunchError("<remap> tag is missing required from/to attributes")
+        for side, name in (("from", old), ("to", new)):
+            if not is_legal_name(canonicalize_name(name)):
+                raise LaunchError(f"remap {side} [{name}] is not a valid ROS name")
+        self.remappings.pop(canonicalize_name(old), None)
+        self.remappings[canonicalize_name(old)] = canonicalize_name(new)
+
+    def set_env(self, name: str | None, value: str | None) -> None:
+        """Take an ``<env>`` tag into account (X68).
+
+        Raises:
+            LaunchError: an attribute is missing, or no environment can hold it.
+        """
+        if not name or value is None:
+            raise LaunchError("<env> tag is missing required name/value attributes")
+        if "=" in name or "\0" in name + value:
+            raise LaunchError(f"an environment variable cannot be called or contain this: {name!r}")
+        self.env[name] = value
+
+    # Substituter ---------------------------------------------------------------------------------------------------
+
+    def env_value(self, name: str) -> str:
+        """Return an environment variable, LaunchError if it is not set."""
+        value = self.resources.environ.get(name)
+        if value is None:
+            raise LaunchError(f"environment variable '{name}' is not set")
+        return value
+
+
+class ArgNotSetError(LaunchError):
+    """An argument that is needed has no value."""
+
+
+class ScopeSubstituter:
+    """Answers substitutions for a tag in a scope.
+
+    Args:
+        scope: the scope.
+    """
+
+    def __init__(self, scope: Scope) -> None:
+        self._scope = scope
+
+    def env(self, name: str) -> str:
+        """Return an environment variable."""
+        return self._scope.env_value(name)
+
+    def optional_env(self, name: str, default: str) -> str:
+        """Return an environment variable or the default."""
+        return self._scope.resources.environ.get(name, default)
+
+    def find(self, package: str, path: str) -> str:
+        """Return a path in a package."""
+        return self._scope.resources.find(package, path)
+
+    def anon(self, identifier: str) -> str:
+        """Return the unique name of an identifier."""
+        known = self._scope.anonymous
+        if identifier not in known:
+            unique = f"{identifier}_{self._scope.resources.unique()}"
+            known[identifier] = unique.replace(".", "_").replace("-", "_").replace(":", "_")
+        return known[identifier]
+
+    def arg(self, name: str) -> str:
+        """Return an argument's value; LaunchError naming the file when it has none (X58)."""
+        self._scope.known_args.add(name)
+        value = self._scope.args.get(name)
+        if value is None:
+            what = "included file " if self._scope.included else ""
+            declared = self._scope.declared
+            hint = "" if name in declared else did_you_mean(name, declared) or did_you_mean(name, self._scope.args)
+            raise ArgNotSetError(f"{what}[{self._scope.file}] requires the '{name}' arg to be set{hint}")
+        return value
+
+    def dirname(self) -> str:
+        """Return the folder of the current file."""
+        return os.path.abspath(os.path.dirname(self._scope.file))
+
+    def args(self) -> dict[str, str]:
+        """Return all arguments that have a value."""
+        return self._scope.args

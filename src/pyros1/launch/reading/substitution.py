@@ -1,0 +1,140 @@
+"""``$(arg x)`` and its kin in attribute values (https://wiki.ros.org/roslaunch/XML#substitution_args, X70-X73).
+
+Everything but ``find`` is replaced first, then ``find``; so ``$(find pkg)/$(arg file)`` works and nesting does not.
+``$(eval ...)`` must be the whole text. There is no escape for ``$(``; any other ``$`` stands for itself.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from pyros1.errors import LaunchError
+from pyros1.launch.reading.convert import convert_value
+from pyros1.suggest import did_you_mean
+
+_COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
+
+
+class Substituter(Protocol):
+    """What the substitutions ask for; each raises LaunchError if there is no answer."""
+
+    def env(self, name: str) -> str:
+        """Return an environment variable."""
+
+    def optional_env(self, name: str, default: str) -> str:
+        """Return an environment variable, or `default` when it is not set."""
+
+    def find(self, package: str, path: str) -> str:
+        """Return `path` (what follows up to the next space, may be empty) below a package."""
+
+    def anon(self, identifier: str) -> str:
+        """Return a unique name, the same for the same identifier."""
+
+    def arg(self, name: str) -> str:
+        """Return an argument's value."""
+
+    def dirname(self) -> str:
+        """Return the folder of the current file."""
+
+    def args(self) -> dict[str, str]:
+        """Return all arguments that have a value."""
+
+
+def substitute(text: str, source: Substituter) -> str:
+    """Replace all substitutions in `text`.
+
+    Args:
+        text: an attribute's value, or YAML text with ``subst_value``.
+        source: where values come from.
+
+    Returns:
+        The text without substitutions.
+
+    Raises:
+        LaunchError: unknown command, wrong number of words, nesting, or no value.
+    """
+    if "$(" not in text:
+        return text
+    if text.startswith("$(eval ") and text.endswith(")"):
+        return _evaluate(text[len("$(eval ") : -1], source)
+    text = _replace(text, source, finding=False)
+    return _replace(text, source, finding=True)
+
+
+def _replace(text: str, source: Substituter, *, finding: bool) -> str:
+    parts: list[str] = []
+    position = 0
+    while True:
+        start = text.find("$(", position)
+        if start < 0:
+            parts.append(text[position:])
+            return "".join(parts)
+        parts.append(text[position:start])
+        end = text.find(")", start)
+        position = end + 1 if end >= 0 else len(text)
+        inner = text[start + 2 : end] if end >= 0 else text[start + 2 :]
+        if "$" in inner:
+            raise LaunchError(f"Dollar signs '$' cannot be inside of substitution args [{text[start:position]}]")
+        if "(" in inner:
+            raise LaunchError(f"Invalid left parenthesis '(' in substitution args [{text[start:position]}]")
+        if end < 0 or not inner:  # not closed, or nothing inside: ordinary text
+            parts.append(text[start:position])
+            continue
+        words = inner.split()
+        command = words[0] if words else ""
+        if command not in _COMMANDS:
+            raise LaunchError(_unknown(inner))
+        if (command == "find") is not finding:
+            parts.append(text[start:position])
+        elif command == "find":
+            _need(words, 1)
+            # All up to the next space is the path, even what does not look like one; it may hold more of $(find).
+            path, space, rest = text[position:].partition(" ")
+            text, position = source.find(words[1], path) + space + rest, 0
+        else:
+            parts.append(_value(command, words, source))
+
+
+def _unknown(inner: str) -> str:
+    if inner.split()[:1] == ["eval"]:
+        return f"$(eval ...) must be the whole value: $({inner})"
+    hint = "".join(did_you_mean(word, _COMMANDS) for word in inner.split(maxsplit=1)[:1])
+    return f"Unknown substitution command [{inner}]. Valid commands are {list(_COMMANDS)}{hint}"
+
+
+def _need(words: list[str], count: int) -> None:
+    if len(words) != count + 1:
+        raise LaunchError(f"$({words[0]} name) takes one word [{' '.join(words)}]")
+
+
+def _value(command: str, words: list[str], source: Substituter) -> str:
+    if command == "optenv":
+        if len(words) < 2:
+            raise LaunchError("$(optenv var) must specify an environment variable")
+        return source.optional_env(words[1], " ".join(words[2:]))
+    if command == "dirname":
+        return source.dirname()
+    _need(words, 1)
+    lookup: dict[str, Callable[[str], str]] = {"env": source.env, "anon": source.anon, "arg": source.arg}
+    return lookup[command](words[1])
+
+
+def _typed(text: str) -> Any:
+    return convert_value(text, "auto")
+
+
+def _evaluate(expression: str, source: Substituter) -> str:
+    from pyros1.launch.reading.expression import evaluate  # noqa: PLC0415 - most files need none, and it loads Python's parser
+
+    functions: dict[str, Callable[..., Any]] = {
+        "arg": lambda name: _typed(source.arg(str(name))),
+        "env": lambda name: source.env(str(name)),
+        "optenv": lambda name, default="": source.optional_env(str(name), str(default)),
+        "find": lambda package: source.find(str(package), ""),
+        "anon": lambda name: source.anon(str(name)),
+        "dirname": source.dirname,
+    }
+    known = source.args().keys() & set(re.findall(r"\w+", expression))
+    return evaluate(expression, {name: _typed(source.arg(name)) for name in known}, functions)

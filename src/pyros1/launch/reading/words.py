@@ -1,0 +1,124 @@
+"""The words that name launch files and the values of their arguments (X01, X03, X05)."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+
+from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.finding.packages import OWN_PACKAGES
+from pyros1.launch.reading.loader import STDIN
+from pyros1.launch.reading.resources import Resources
+from pyros1.suggest import argument_hint, did_you_mean
+
+_MOST_NAMES = 20
+_ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
+
+
+class WordsError(LaunchError):
+    """A command line cannot be meant so."""
+
+
+def parse_arguments(argv: list[str]) -> dict[str, str]:
+    """Return the ``name:=value`` words of a command line (X03).
+
+    A name without a value, and ``_name``, which is a parameter of a node, say nothing; what has a second ``:=`` is
+    reported and says nothing either.
+    """
+    arguments: dict[str, str] = {}
+    for word in argv:
+        if not _ARGUMENT.fullmatch(word):
+            continue
+        name, value, *more = (part.strip() for part in word.split(":="))
+        if more:
+            sys.stderr.write(f"ERROR: Invalid remapping argument '{word}'\n")
+        elif value and (not name.startswith("_") or name.startswith("__") or name == "_"):
+            arguments[name] = value
+    return arguments
+
+
+def find_files(words: list[str], resources: Resources) -> list[str]:
+    """Turn ``pkg file``, ``file...`` and ``-`` into paths (X01, X05).
+
+    A bare file name that is not in the current folder may also be that of one of pyros1's own launch files.
+
+    Args:
+        words: the words of the command line without options and arguments.
+        resources: for the packages.
+
+    Raises:
+        WordsError: the words cannot be meant so.
+        LaunchError: there is no such file.
+    """
+    if words.count(STDIN) > 1:
+        raise WordsError("Only a single instance of the dash ('-') may be specified.")
+    if len(words) > 1 and words[0] != STDIN:
+        found = _in_package(words[0], words[1], resources)
+        if found:
+            words = [found, *words[2:]]
+        elif not os.path.isfile(words[0]):
+            package, file = words[:2]
+            instead = argument_hint(file)
+            if instead:
+                hint = f"; {instead}"
+            elif _is_package(package, resources):
+                hint = _files_hint(package, file, resources)
+            else:
+                hint = f": there is no package [{package}]{did_you_mean(package, resources.packages.list())}"
+            raise LaunchError(
+                f"[{file}] is neither a launch file in package [{package}] nor is [{package}] a launch file name{hint}"
+            )
+    if len(words) == 1 and words[0] != STDIN and not os.path.isfile(words[0]):
+        own = _own_file(words[0])
+        if own is None:
+            hint = resources.near_file(words[0])
+            if not hint and _is_package(words[0], resources):
+                hint = _files_hint(words[0], "", resources)
+            raise LaunchError(f"[{words[0]}] is not a launch file name{hint}")
+        return [own]
+    missing = [word for word in words if word != STDIN and not os.path.exists(word)]
+    if missing:
+        hints = [f"\n{hint}" for hint in map(argument_hint, missing) if hint]
+        raise WordsError(f"The following input files do not exist: {', '.join(missing)}{''.join(hints)}")
+    return words
+
+
+def _is_package(name: str, resources: Resources) -> bool:
+    try:
+        resources.packages.find(name)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def _files_hint(package: str, file: str, resources: Resources) -> str:
+    """Return which launch files a package has, to be put behind the message that one is not among them."""
+    names: set[str] = set()
+    for _, folders, files in os.walk(resources.packages.find(package)):
+        folders[:] = [name for name in folders if name[0] != "."]
+        names.update(name for name in files if name.endswith((".launch", ".launch.xml", ".test")))
+    if not names:
+        return f"; package [{package}] has no launch files"
+    more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+    return f"{did_you_mean(file, names)}; package [{package}] has {', '.join(sorted(names)[:_MOST_NAMES])}{more}"
+
+
+def _in_package(package: str, file: str, resources: Resources) -> str | None:
+    try:
+        found = resources.packages.find_resource(package, file)
+    except PackageNotFoundError:
+        return None
+    if len(found) > 1:
+        places = "\n".join(f" * {path}" for path in found)
+        raise LaunchError(
+            f"multiple files named [{file}] in package [{package}]:\n{places}\nPlease specify full path instead"
+        )
+    return str(found[0]) if found else None
+
+
+def _own_file(name: str) -> str | None:
+    if os.path.dirname(name):
+        return None
+    files = (os.path.join(OWN_PACKAGES, package, "launch", name) for package in sorted(os.listdir(OWN_PACKAGES)))
+    return next(filter(os.path.isfile, files), None)

@@ -1,0 +1,62 @@
+"""The real world as `load_plan` wants to see it."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from pyros1.errors import LaunchError
+from pyros1.finding.packages import PackageIndex
+from pyros1.launch.reading.resources import Resources
+
+_COMMAND_TIMEOUT_S = 600.0
+
+
+def make_resources() -> Resources:
+    """Return the real world for `load_plan`."""
+    return Resources(
+        packages=PackageIndex(os.environ),
+        environ=os.environ,
+        run_command=run_command,
+        unique=_unique,
+        stdin=sys.stdin.read,
+    )
+
+
+def _unique() -> str:
+    # Rarely needed.
+    import random  # noqa: PLC0415
+    import socket  # noqa: PLC0415
+
+    return f"{socket.gethostname()}_{os.getpid()}_{random.randrange(10**18)}"
+
+
+def run_command(words: list[str]) -> str:
+    """Run a command of a launch file and return what it prints.
+
+    Args:
+        words: the command; xacro is run even where it is not installed as a command.
+
+    Raises:
+        LaunchError: it cannot be run, or fails.
+    """
+    # Rarely needed when only a question is asked.
+    import subprocess  # noqa: PLC0415
+
+    from pyros1.launch.reading.xacro_tool import xacro_words  # noqa: PLC0415
+    from pyros1.launch.running.command_line import own_python_environment  # noqa: PLC0415
+
+    command = xacro_words(words)
+    env = {**os.environ, **own_python_environment(os.environ)} if command is not words else None
+    try:
+        done = subprocess.run(command, env=env, stdout=subprocess.PIPE, check=False, timeout=_COMMAND_TIMEOUT_S)
+    except FileNotFoundError as error:
+        raise LaunchError(f"no such command [{words}].") from error
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise LaunchError(f"command [{words}] failed: {error}") from error
+    if done.returncode:
+        raise LaunchError(f"command [{words}] returned with code [{done.returncode}].")
+    try:
+        return done.stdout.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise LaunchError(f"command [{words}]: its output is not UTF-8 text: {error}") from error

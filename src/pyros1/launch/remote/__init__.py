@@ -1,0 +1,1 @@
+"""Nodes on other machines, at both ends."""

@@ -1,0 +1,180 @@
+"""The far end of `remote`: starts nodes on another machine, and ends them all when the connection does.
+
+This text is sent to the machine and run there by its ``python3`` (3.7 or newer); it needs nothing but what it can find
+nodes with, pyros1 or stock ROS's ``rosrun``. Lines of JSON come in on standard input and go out on standard output.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import IO, Any
+
+_SILENCE = 30.0  # seconds without a word from the launcher that mean that the connection is dead
+
+
+class _Agent:
+    def __init__(self) -> None:
+        self._nodes: dict[str, subprocess.Popen[bytes]] = {}
+        self._lock = threading.Lock()
+        self._lines: queue.Queue[bytes] = queue.Queue()
+        self._find = finder()
+        self._tools: dict[str, Any] = {"__name__": "usage"}  # what the launcher's own module of that name has
+
+    def say(self, **message: Any) -> None:
+        with self._lock, contextlib.suppress(OSError, ValueError):
+            sys.stdout.write(json.dumps(message) + "\n")
+            sys.stdout.flush()
+
+    def run(self) -> None:
+        threading.Thread(target=self._listen, daemon=True).start()
+        self.say(event="ready", pid=os.getpid())
+        stages = [15.0, 2.0]
+        while True:
+            try:
+                line = self._lines.get(timeout=_SILENCE)
+            except queue.Empty:
+                break
+            if not line:
+                break
+            message = json.loads(line)
+            do = message.get("do")
+            if do == "hello":
+                stages = message["stages"]
+                exec(message["usage"], self._tools)
+            elif do == "usage":
+                self._say_usage()
+            elif do == "start":
+                self._start(message)
+            elif do == "signal":
+                self._signal(message["label"], message["number"])
+        self._end(stages)
+
+    def _listen(self) -> None:
+        for line in sys.stdin.buffer:
+            self._lines.put(line)
+        self._lines.put(b"")
+
+    def _say_usage(self) -> None:
+        usages = self._tools["group_usages"]()
+        nodes = list(self._nodes.items())
+        self.say(event="usage", of={label: usages[node.pid] for label, node in nodes if node.pid in usages})
+
+    def _start(self, message: dict[str, Any]) -> None:
+        label = message["label"]
+        try:
+            node = self._spawn(label, message)
+        except (OSError, RuntimeError) as error:
+            self.say(event="failed", label=label, why=str(error))
+        except Exception as error:  # noqa: BLE001 - whatever pyros1 of any version may raise about a package
+            self.say(event="failed", label=label, why=f"{type(error).__name__}: {error}")
+        else:
+            self.say(event="started", label=label, pid=node.pid)
+            threading.Thread(target=self._watch, args=(label, node), daemon=True).start()
+
+    def _spawn(self, label: str, message: dict[str, Any]) -> subprocess.Popen[bytes]:
+        words = self._find(message["package"], message["type"])
+        home = os.environ.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros")
+        logs = os.path.join(os.environ.get("ROS_LOG_DIR") or os.path.join(home, "log"), message["run_id"])
+        os.makedirs(logs, exist_ok=True)
+        base = os.path.join(logs, label.replace("/", "-"))
+        env = dict(os.environ)
+        env.pop("ROS_NAMESPACE", None)
+        env.update(message["env"])
+        command = message["prefix"] + words + message["args"] + [f"__log:={base}.log"]
+        options: dict[str, Any] = {"env": env, "cwd": os.path.dirname(words[-1]) if message["cwd"] == "node" else home}
+        if message["screen"]:
+            options.update(stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        else:
+            mode = "ab" if message["again"] else "wb"
+            options.update(stdout=open(f"{base}-stdout.log", mode), stderr=open(f"{base}-stderr.log", mode))  # noqa: SIM115
+        try:
+            node = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True, **options)
+        finally:
+            if not message["screen"]:
+                options["stdout"].close()
+                options["stderr"].close()
+        self._nodes[label] = node
+        return node
+
+    def _relay(self, label: str, number: int, pipe: IO[bytes]) -> None:
+        for line in pipe:
+            self.say(event="output", label=label, stream=number, text=line.decode("utf-8", "replace"))
+
+    def _watch(self, label: str, node: subprocess.Popen[bytes]) -> None:
+        readers = [
+            threading.Thread(target=self._relay, args=(label, number, pipe), daemon=True)
+            for number, pipe in ((1, node.stdout), (2, node.stderr))
+            if pipe is not None
+        ]
+        for reader in readers:
+            reader.start()
+        code = node.wait()
+        for reader in readers:
+            reader.join(1.0)  # its last words come first, unless a child of its keeps the pipe open
+        self.say(event="ended", label=label, code=code)
+
+    def _signal(self, label: str, number: int) -> None:
+        node = self._nodes.get(label)
+        if node is not None:
+            with contextlib.suppress(OSError):
+                os.killpg(node.pid, number)
+
+    def _end(self, stages: list[float]) -> None:
+        for number, seconds in zip((signal.SIGINT, signal.SIGTERM, signal.SIGKILL), (*stages, 2.0)):  # noqa: B905 - 3.7
+            for label in self._left():
+                self._signal(label, number)
+            deadline = time.monotonic() + seconds
+            while self._left() and time.monotonic() < deadline:
+                time.sleep(0.05)
+
+    def _left(self) -> list[str]:
+        return [label for label, node in self._nodes.items() if node.poll() is None or group_exists(node.pid)]
+
+
+def group_exists(pid: int) -> bool:
+    """Whether any process of the group is left."""
+    try:
+        os.killpg(pid, 0)
+    except OSError:
+        return False
+    return True
+
+
+def finder() -> Callable[[str, str], list[str]]:
+    """Return what finds the words that start a node: with pyros1 if that is here, or else with stock ROS."""
+    try:
+        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
+        from pyros1.launch.running.command_line import executable_words, locate  # noqa: PLC0415
+    except ImportError:
+        return _ask_rosrun
+    packages = PackageIndex(os.environ)
+    return lambda package, kind: executable_words(locate(package, kind, packages))
+
+
+def _ask_rosrun(package: str, kind: str) -> list[str]:
+    try:
+        done = subprocess.run(["rosrun", "--prefix", "echo", package, kind], capture_output=True, check=False)
+    except FileNotFoundError:
+        raise RuntimeError(
+            "neither pyros1 nor stock ROS is found there by its python3 and PATH; install pyros1 for that python3, or "
+            "let the machine's env-loader set up ROS"
+        ) from None
+    path = done.stdout.decode().strip()
+    if done.returncode or not path:
+        raise RuntimeError(done.stderr.decode().strip() or f"no [{kind}] in package [{package}]")
+    return [path]
+
+
+if __name__ == "__main__":
+    # A hang-up is how the connection's end reaches us; what has to be done then is done when the input ends.
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    _Agent().run()

@@ -1,0 +1,288 @@
+"""The far end of a stock launcher's remote machine: ``roslaunch -c NAME -u URI --run_id ID`` (L151-L153, X91).
+
+A stock parent starts this through ssh, waits until it has registered, sends it the nodes as a launch file, and tells it
+to shut down. What happens here is told to the parent: each line, and each end of a process. Our own launcher needs none
+of this, see `remote`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import stat
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TextIO
+
+from pyros1.errors import Error, LaunchError
+from pyros1.launch.plan import NodePlan, Plan
+from pyros1.launch.reading.loader import STDIN, load_plan
+from pyros1.launch.reading.resources import Resources
+from pyros1.launch.running.api import LaunchServer, Triple
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.logs import make_run_folder, run_log
+from pyros1.launch.running.options import Options
+from pyros1.launch.running.process import Process
+from pyros1.launch.running.starting import Run, Starter
+from pyros1.launch.running.supervisor import Supervisor
+from pyros1.net.hosts import host_from_environment, master_uri
+from pyros1.net.master_client import MasterClient, unpack
+from pyros1.net.xmlrpc_client import XmlRpcClient
+
+_INFO, _ERROR = 2, 8
+_TIMEOUT = 5.0
+_END = 10.0
+_ALL_ENDED = "all processes on machine have died"
+
+
+class Parent:
+    """The launcher that has started this one.
+
+    A thread tells it what happens, in order; a parent that does not answer is told nothing more.
+
+    Args:
+        name: this child's name there.
+        uri: where it answers.
+
+    Raises:
+        ProtocolError: that is no URI.
+    """
+
+    def __init__(self, name: str, uri: str) -> None:
+        self._name = name
+        self._client = XmlRpcClient(uri, timeout=_TIMEOUT)
+        self._calls: queue.SimpleQueue[tuple[Any, ...] | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._tell, name="roslaunch parent", daemon=True)
+
+    def register(self, uri: str) -> None:
+        """Say where this child answers.
+
+        Raises:
+            Error: the parent cannot be reached, or does not want this child.
+        """
+        unpack(self._client.call("register", self._name, uri), f"the parent at {self._client.uri}")
+        self._thread.start()
+
+    def log(self, level: int, text: str) -> None:
+        """Let it show a line."""
+        self._calls.put(("log", self._name, level, text))
+
+    def died(self, process: Process) -> None:
+        """Tell it that a process has ended."""
+        self._calls.put(("process_died", process.spec.label, process.exit_code or 0))
+
+    def flush(self) -> None:
+        """Wait until it knows everything; nothing is told to it from then on."""
+        if self._thread.is_alive():
+            self._calls.put(None)
+            self._thread.join(_END)
+
+    def close(self) -> None:
+        """Close the connection."""
+        self.flush()
+        self._client.close()
+
+    def _tell(self) -> None:
+        while call := self._calls.get():
+            try:
+                self._client.call(*call)
+            except Error:
+                return
+
+
+class _ParentConsole(Console):
+    """Shows the lines on the parent's screen."""
+
+    def __init__(self, parent: Parent) -> None:
+        super().__init__(title=False)
+        self._parent = parent
+        self._file: TextIO | None = None
+
+    def log_to(self, log: TextIO | None) -> None:
+        self._file = log
+
+    def _write(self, stream: TextIO, text: str, style: str) -> None:
+        self._parent.log(_ERROR if stream is self._err else _INFO, text)
+        if self._file is not None:
+            self._file.write(text + "\n")
+            self._file.flush()
+
+
+class _ChildServer(LaunchServer):
+    """What the parent calls, beside what everybody may ask."""
+
+    def __init__(self, child: Child, supervisor: Supervisor, environ: Mapping[str, str]) -> None:
+        self._child = child
+        super().__init__(supervisor, host_from_environment(environ, {}))
+
+    def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
+        if method == "launch":
+            return self._child.launch(str(params[0]) if params else "")
+        if method == "shutdown":
+            return self._child.shutdown()
+        return super().dispatch(method, params)
+
+
+class Child:
+    """Runs what a parent asks for until that is over, or the parent has gone.
+
+    Args:
+        name: this child's name at the parent.
+        parent_uri: where the parent answers.
+        run_id: names the folder of the log files.
+        options: how long nodes have to end, and where their output goes.
+        resources: packages and environment.
+
+    Raises:
+        Error: the parent's URI is not one, or log files cannot be written.
+    """
+
+    def __init__(self, name: str, parent_uri: str, run_id: str, options: Options, resources: Resources) -> None:
+        environ = resources.environ
+        self._resources = resources
+        self._options = options
+        try:
+            folder = make_run_folder(environ, run_id)
+            log = run_log(folder)
+            self._log = log.open("a", encoding="utf-8", errors="replace")
+        except OSError as error:
+            raise LaunchError(f"cannot write log files: {error.strerror}: {error.filename}") from error
+        self._here = Console(title=False)
+        self._here.line(f"... logging to {log}")
+        try:
+            self._parent = Parent(name, parent_uri)
+        except Error:
+            self._log.close()
+            raise
+        self._console = _ParentConsole(self._parent)
+        self._console.log_to(self._log)
+        self._run = Run(master_uri(environ, {}), run_id, folder, log)
+        self._supervisor = Supervisor(
+            self._console,
+            sigint_timeout=options.sigint_timeout,
+            sigterm_timeout=options.sigterm_timeout,
+            guarded=True,
+        )
+        self._supervisor.on_death = self._parent.died
+        self._supervisor.expected = 1  # the parent's nodes
+        self._server: LaunchServer | None = None
+        self._over = threading.Event()
+
+    def stop(self, reason: str = "") -> None:
+        """Ask `run` to end everything; from any thread and from signal handlers."""
+        self._supervisor.stop(reason)
+
+    def hurry(self) -> None:
+        """Give nodes that are to end no more time; from any thread and from signal handlers."""
+        self._supervisor.hurry()
+
+    def run(self) -> None:
+        """Register, serve, and return when all is over.
+
+        Raises:
+            Error: the parent cannot be reached.
+        """
+        self._server = server = _ChildServer(self, self._supervisor, self._resources.environ)
+        self._here.line(f"started roslaunch server {server.uri}")
+        try:
+            self._parent.register(server.uri)
+            reason = self._supervisor.run()
+            if reason.startswith(_ALL_ENDED):
+                self._console.line(reason)
+        finally:
+            self._supervisor.shut_down()
+            self._announce(gone=True)
+            self._parent.close()
+            self._over.set()
+            server.close()
+            self._log.close()
+
+    def _announce(self, *, gone: bool = False) -> None:
+        """Let `pyros1 node status` find the nodes here, too."""
+        server = self._server
+        if server is None:
+            return
+        master = MasterClient("/roslaunch", self._run.master_uri, timeout=_TIMEOUT)
+        with contextlib.suppress(Error):
+            if gone:
+                master.delete_param(server.param_name())
+            else:
+                master.set_param(server.param_name(), server.uri)
+        master.close()
+
+    def launch(self, xml: str) -> Triple:
+        """Start the nodes of a launch file; called by the parent.
+
+        Args:
+            xml: the file's text.
+        """
+        try:
+            plan = load_plan([STDIN], {}, replace(self._resources, stdin=lambda: xml))
+        except Error as error:
+            return [-1, f"ERROR: {error}", [[], []]]
+        started = threading.Event()
+        lists: list[list[str]] = [[], []]
+
+        def start() -> None:
+            self._start(plan, lists)
+            self._supervisor.expected = 0
+            started.set()
+
+        self._supervisor.do(start)
+        while not started.wait(0.1):
+            if self._over.is_set():
+                return [0, "ERROR: this launcher is ending", [[], []]]
+        return [1, "launched", lists]
+
+    def _start(self, plan: Plan, lists: list[list[str]]) -> None:
+        self._announce()
+        self._console.line("launching nodes...")
+        self._console.line(f"ROS_MASTER_URI={self._run.master_uri}")
+        environ, packages = self._resources.environ, self._resources.packages
+        starter = Starter(plan, self._options, packages, environ, self._console, self._supervisor, self._run)
+        for node in plan.nodes:
+            label = self._start_node(starter, node)
+            if label:
+                lists[0].append(f"Process<{label}>")
+            else:
+                lists[1].append(node.name)
+        self._console.line("... done launching nodes")
+
+    def _start_node(self, starter: Starter, node: NodePlan) -> str:
+        self._run.counter += 1
+        label = f"{node.full_name.lstrip('/')}-{self._run.counter}"
+        try:
+            spec = starter.spec(node, label)
+        except LaunchError as error:
+            self._console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}")
+            return ""
+        spec.errors_to_file = not spec.to_screen
+        return label if self._supervisor.start(spec) else ""
+
+    def shutdown(self) -> Triple:
+        """End everything, and answer when that is done; called by the parent."""
+        self.stop()
+        self._over.wait(self._options.sigint_timeout + self._options.sigterm_timeout + _END)
+        return [1, "success", 1]
+
+
+def end_with_stdin(stop: Callable[[str], None]) -> None:
+    """End with the ssh connection: its end closes our standard input, and nothing else may tell us that it is gone.
+
+    Nodes get an empty input, so that none of them takes that end away from us.
+    """
+    if not (stat.S_ISFIFO(os.fstat(0).st_mode) or stat.S_ISSOCK(os.fstat(0).st_mode)):
+        return
+    connection, nothing = os.dup(0), os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.close(nothing)
+
+    def watch() -> None:
+        with contextlib.suppress(OSError):
+            while os.read(connection, 4096):
+                pass
+        stop("the connection to the parent has ended")
+
+    threading.Thread(target=watch, name="connection to the parent", daemon=True).start()

@@ -1,0 +1,322 @@
+"""Nodes on other machines, through the user's own ``ssh`` with its configuration, keys and agent (X91).
+
+One connection per machine runs the program in `agent` there. What nodes say and how they end comes back through it,
+and when it breaks, for whatever reason, the agent ends the nodes: at once if the connection is closed, after 30 seconds
+of silence if the network fails. Meanwhile the machine is tried again, after 1, 2, 4, ... 30 seconds; nodes with
+``respawn`` are started again then, and those that `pyros1 node start` names.
+
+No launcher need be installed there, only a ``python3`` and pyros1 or stock ROS for it to find nodes with, and nothing
+there has to reach this launcher; but nodes there have to reach the master, and each other, as always.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import shlex
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from importlib import resources
+from typing import Any
+
+from pyros1.errors import LaunchError
+from pyros1.launch.plan import MachinePlan, NodePlan
+from pyros1.launch.reading.conditions import parse_seconds
+from pyros1.launch.remote.process import RemoteProcess
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.process import Process
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.screen import Screen
+from pyros1.launch.running.usage import UNKNOWN, Usage
+from pyros1.launch.running.warden import Warden
+
+SSH_VARIABLE = "PYROS1_SSH"
+"""Environment variable with the command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
+
+_OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
+# The agent's own text goes through the pipe, so that nothing has to be installed there: this runs that text, no other.
+_BOOT = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
+_HEARTBEAT = 5.0
+_CONNECT_TIMEOUT = "10"
+_DELAYS = (1.0, 30.0)
+_USAGE_WAIT = 1.0
+_USAGE_AGE = 0.2
+_DEFAULT_LOADERS = "/opt/ros/noetic/env.sh"
+_Factory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", "Screen | None"], Process]
+
+
+def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
+    """Return the command that connects to a machine and runs the agent there.
+
+    The settings of the ``<machine>`` tag come before the user's configuration; what it does not say is left to that.
+    Without an ``env-loader`` the usual one is used if the machine has it.
+    """
+    settings = dict(machine.settings)
+    patience = math.ceil(_timeout(settings))
+    words = [*shlex.split(environ.get(SSH_VARIABLE) or "ssh"), *_OPTIONS, "-o", f"ConnectTimeout={patience}"]
+    if settings.get("ssh-port"):
+        words += ["-p", settings["ssh-port"]]
+    if settings.get("user"):
+        words += ["-l", settings["user"]]
+    python = shlex.join(["python3", "-u", "-c", _BOOT])
+    if settings.get("env-loader"):
+        command = f"exec {shlex.quote(settings['env-loader'])} {python}"
+    else:
+        loader = _DEFAULT_LOADERS
+        command = f"if test -x {loader}; then exec {loader} {python}; else exec {python}; fi"
+    return [*words, "--", machine.address, f"exec sh -c {shlex.quote(command)}"]
+
+
+def _timeout(settings: Mapping[str, str]) -> float:
+    return parse_seconds(settings.get("timeout") or _CONNECT_TIMEOUT, "timeout")
+
+
+class Machine:
+    """A connection to a machine.
+
+    Args:
+        plan: the machine.
+        environ: this process's environment.
+        master_uri: what nodes there find in ROS_MASTER_URI.
+        stages: seconds that nodes there have after SIGINT and after SIGTERM when the connection breaks.
+        console: where lines for the user go.
+        on_back: called with the machine's processes, by a thread, when a broken connection has been made again.
+    """
+
+    def __init__(
+        self,
+        plan: MachinePlan,
+        environ: Mapping[str, str],
+        master_uri: str,
+        stages: tuple[float, float],
+        console: Console,
+        on_back: Callable[[list[Process]], object] | None = None,
+    ) -> None:
+        self.plan = plan
+        self.master_uri = master_uri
+        self._environ = environ
+        self._stages = stages
+        self._console = console
+        self._on_back = on_back
+        self._ssh: subprocess.Popen[bytes] | None = None
+        self._processes: dict[str, RemoteProcess] = {}
+        self._changed = threading.Condition()
+        self._ready = False
+        self._lost = False
+        self._usages: dict[str, Usage] = {}
+        self._usages_at = -_USAGE_AGE
+        self._usages_known = threading.Event()
+        self._closed = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    def connect(self) -> None:
+        """Begin to connect.
+
+        Raises:
+            LaunchError: there is no ssh.
+        """
+        self._console.line(f"remote[{self.plan.name}] connecting to {self.plan.address}")
+        self._open()
+        for target in (self._run, self._beat):
+            thread = threading.Thread(target=target, name=f"machine {self.plan.name}", daemon=True)
+            thread.start()
+            self._threads.append(thread)
+
+    def _open(self) -> None:
+        words = ssh_words(self.plan, self._environ)
+        with self._changed:
+            if self._closed.is_set():
+                return
+            try:
+                # In a session of its own no Ctrl-C of the user ends the connection before the nodes have ended.
+                self._ssh = subprocess.Popen(
+                    words, env=self._environ, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+                )
+            except OSError as error:
+                raise LaunchError(f"cannot run {words[0]}: {error.strerror}") from error
+        folder = resources.files("pyros1.launch")
+        source = (folder / "remote" / "agent.py").read_bytes()
+        self._write(b"%d\n%s" % (len(source), source))
+        usage = (folder / "running" / "usage.py").read_text("utf-8")
+        self.send({"do": "hello", "stages": list(self._stages), "usage": usage})
+
+    def wait_ready(self) -> None:
+        """Wait until nodes can be started there.
+
+        Raises:
+            LaunchError: that was not so within the machine's ``timeout``.
+        """
+        timeout = _timeout(dict(self.plan.settings))
+        with self._changed:
+            self._changed.wait_for(lambda: self._ready or self._lost, timeout)
+            if self._ready:
+                return
+            why = "see what ssh says" if self._lost else f"no answer within {timeout:g} s"
+        self.close()
+        raise LaunchError(
+            f"cannot launch nodes on machine [{self.plan.name}] ({self.plan.address}): {why}.\n"
+            f"Try: {shlex.join(ssh_words(self.plan, self._environ)[:-1])} python3 --version"
+        )
+
+    def process(self, node: NodePlan, run_id: str) -> _Factory:
+        """Return what makes the process of a node there."""
+
+        def make(
+            spec: ProcessSpec, on_exit: Callable[[Process], object], warden: Warden | None, screen: Screen | None
+        ) -> Process:
+            process = RemoteProcess(spec, on_exit, screen=screen)
+            process.attach(self, node, run_id)
+            self._processes[spec.label] = process
+            return process
+
+        return make
+
+    def send(self, message: dict[str, Any]) -> None:
+        """Tell the agent something; a dead connection is noticed by who listens."""
+        self._write(json.dumps(message).encode() + b"\n")
+
+    def _write(self, data: bytes) -> None:
+        pipe = self._ssh.stdin if self._ssh is not None else None
+        with self._changed, contextlib.suppress(OSError, ValueError):
+            if pipe is not None:
+                pipe.write(data)
+                pipe.flush()
+
+    def _run(self) -> None:
+        """Listen until the connection ends; if it has once been good, make it again."""
+        proven, delay = False, _DELAYS[0]
+        while True:
+            self._listen()
+            with self._changed:
+                worked, self._ready, self._lost = self._ready, False, True
+                self._changed.notify_all()
+            proven = proven or worked
+            if self._closed.is_set() or not proven:
+                return
+            if worked:
+                delay = _DELAYS[0]
+                self._say_lost()
+            while True:
+                self._bury()
+                if self._closed.wait(delay):
+                    return
+                delay = min(2 * delay, _DELAYS[1])
+                with contextlib.suppress(LaunchError):
+                    self._open()
+                    break
+
+    def _say_lost(self) -> None:
+        self._console.error(
+            f"the connection to machine [{self.plan.name}] ({self.plan.address}) is lost; its nodes are ended there. "
+            "It is tried again, and nodes with respawn are started when it is back, others by pyros1 node start. "
+            f"Check the network, and: ssh {self.plan.address}"
+        )
+        for process in list(self._processes.values()):
+            process.lost()
+
+    def _bury(self) -> None:
+        """Forget the ssh that has ended."""
+        with self._changed:
+            if self._ssh is None:
+                return
+            for pipe in (self._ssh.stdin, self._ssh.stdout):
+                if pipe is not None:
+                    with contextlib.suppress(OSError):
+                        pipe.close()
+            self._ssh.kill()
+            self._ssh.wait()
+            self._ssh = None
+
+    def _listen(self) -> None:
+        pipe = self._ssh.stdout if self._ssh is not None else None
+        for line in pipe or ():
+            try:
+                message = json.loads(line)
+            except ValueError:  # what a login script of the machine says
+                sys.stderr.write(line.decode("utf-8", "replace"))
+                continue
+            if isinstance(message, dict):
+                self._heard(message)
+
+    def _heard(self, message: dict[str, Any]) -> None:
+        if message.get("event") == "ready":
+            with self._changed:
+                again, self._ready, self._lost = self._lost, True, False
+                self._changed.notify_all()
+            if again:
+                self._console.line(f"remote[{self.plan.name}] connected to {self.plan.address} again")
+                if self._on_back is not None:
+                    self._on_back(list(self._processes.values()))
+            return
+        if message.get("event") == "usage":
+            self._usages = {label: Usage(*numbers) for label, numbers in message["of"].items()}
+            self._usages_known.set()
+            return
+        process = self._processes.get(message.get("label", ""))
+        if process is not None:
+            process.heard(message)
+
+    def usage(self, label: str) -> Usage:
+        """Return what a process there uses; the answer may be a moment old, and is unknown if none comes soon."""
+        now = time.monotonic()
+        if now - self._usages_at > _USAGE_AGE and not self._lost:
+            self._usages_known.clear()
+            self.send({"do": "usage"})
+            if not self._usages_known.wait(_USAGE_WAIT):
+                self._usages = {}
+            self._usages_at = time.monotonic()
+        return self._usages.get(label, UNKNOWN)
+
+    @property
+    def lost(self) -> bool:
+        """Whether the connection is broken now."""
+        return self._lost
+
+    def _beat(self) -> None:
+        while not self._closed.wait(_HEARTBEAT):
+            self.send({})
+
+    def close(self) -> None:
+        """End the connection, and with it whatever still runs there."""
+        self._closed.set()
+        with self._changed:
+            ssh = self._ssh
+            if ssh is not None and ssh.stdin is not None:
+                with contextlib.suppress(OSError):
+                    ssh.stdin.close()
+        if ssh is not None:
+            try:
+                ssh.wait(sum(self._stages) + 5.0 if self._ready else 0.5)
+            except subprocess.TimeoutExpired:
+                ssh.kill()
+                ssh.wait()
+        for thread in self._threads:
+            thread.join(5.0)
+        self._bury()
+
+
+def make_machine(
+    plan: MachinePlan,
+    environ: Mapping[str, str],
+    master_uri: str,
+    stages: tuple[float, float],
+    console: Console,
+    on_back: Callable[[list[Process]], object],
+) -> Machine:
+    """Return a machine to connect to, with warnings if nodes there cannot reach the master, or if it has a password."""
+    if dict(plan.settings).get("password"):
+        console.warning(
+            f"the password of machine [{plan.name}] is not used, and anybody can read it in the launch file: let ssh "
+            f"find a key instead (ssh-keygen, then ssh-copy-id {plan.address})"
+        )
+    host = master_uri.partition("://")[2].partition(":")[0]
+    if host == "localhost" or host.startswith("127."):
+        console.warning(
+            f"nodes on machine [{plan.name}] are told that the master is at {master_uri}, which there is that machine; "
+            "set ROS_MASTER_URI to a name that it knows"
+        )
+    return Machine(plan, environ, master_uri, stages, console, on_back)

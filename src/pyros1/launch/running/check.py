@@ -1,0 +1,93 @@
+"""What a plan needs and this machine does not have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.launch.plan import NodePlan, Plan
+from pyros1.launch.reading.resources import PackageFinder
+from pyros1.launch.running.command_line import check_prefix, check_script, locate
+from pyros1.net.hosts import is_local
+from pyros1.suggest import did_you_mean
+
+
+def unknown_machines(plan: Plan) -> Iterator[LaunchError]:
+    """Yield an error for each node whose machine is not declared, or has no address."""
+    for node in [*plan.nodes, *plan.tests]:
+        if node.machine is not None and node.machine not in plan.machines:
+            hint = did_you_mean(node.machine, plan.machines)
+            yield _error(node, f"unknown machine [{node.machine}]{hint}")
+        elif node.machine is not None and not plan.machines[node.machine].address.strip():
+            yield _error(node, f"machine [{node.machine}] has no address: its <machine> tag gives it an empty one")
+
+
+def check_machines(plan: Plan) -> None:
+    """Raise the first error of `unknown_machines`: no node is started if there is one (X62)."""
+    for error in unknown_machines(plan):
+        raise error
+
+
+def is_remote(plan: Plan, node: NodePlan) -> bool:
+    """Return whether a node is to run on another machine."""
+    machine = plan.machines.get(node.machine or "")
+    return machine is not None and not is_local(machine.address)
+
+
+def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
+    """Yield an error for each machine, package and program that a node needs and that is not there.
+
+    What is on other machines is not looked for. Nodes that wait for each other count, too: none of them would start.
+    """
+    yield from unknown_machines(plan)
+    yield from endless_waits(plan)
+    for node in [*plan.nodes, *plan.tests]:
+        if is_remote(plan, node):
+            continue
+        executable = None
+        try:
+            executable = locate(node.package, node.type, packages)
+        except LaunchError as error:
+            yield _error(node, f"{error}{near_executable(node, packages)}")
+        try:
+            if executable is not None:
+                check_script(node, executable, environ)
+            check_prefix(node, environ)
+        except LaunchError as error:
+            yield _error(node, str(error))
+
+
+def endless_waits(plan: Plan) -> Iterator[LaunchError]:
+    """Yield an error for each node that waits, in the end, for itself."""
+    waits = {node.full_name: [need.name for need in node.wait_for if need.kind == "node"] for node in plan.nodes}
+    for node in plan.nodes:
+        chain = _way_back(node.full_name, waits)
+        if chain:
+            yield _error(node, f"it can never start: it waits for itself ({' -> '.join(chain)})")
+
+
+def _way_back(start: str, waits: Mapping[str, list[str]]) -> list[str]:
+    """The nodes from one back to itself, along what they wait for; empty if there is no such way."""
+    ways = [[start]]
+    seen: set[str] = set()
+    while ways:
+        way = ways.pop()
+        for name in waits.get(way[-1], ()):
+            if name == start:
+                return [*way, start]
+            if name not in seen:
+                seen.add(name)
+                ways.append([*way, name])
+    return []
+
+
+def near_executable(node: NodePlan, packages: PackageFinder) -> str:
+    """A hint at what a misspelt package or type may mean; empty if nothing is near."""
+    try:
+        return did_you_mean(node.type, packages.executables(node.package))
+    except PackageNotFoundError:
+        return did_you_mean(node.package, packages.list())
+
+
+def _error(node: NodePlan, text: str) -> LaunchError:
+    return LaunchError(f"node [{node.full_name}]: {text}", node.file, node.line)

@@ -1,0 +1,118 @@
+"""From a planned node to a command line and an environment (X83, X84)."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.finding.packages import OWN_PACKAGES
+from pyros1.launch.plan import NodePlan
+from pyros1.launch.reading.resources import PackageFinder
+from pyros1.launch.running.shebang import script_trouble
+
+_PACKAGE_FOLDER = Path(__file__).resolve().parents[2]
+
+
+def locate(package: str, kind: str, packages: PackageFinder) -> Path:
+    """Return the executable of a node.
+
+    Raises:
+        LaunchError: no such package, or nothing executable of that name in it.
+    """
+    try:
+        found = packages.find_executable(package, kind)
+    except PackageNotFoundError as error:
+        raise LaunchError(str(error)) from error
+    if not found:
+        raise LaunchError(
+            f"Cannot locate node of type [{kind}] in package [{package}]. Make sure file exists in package path and "
+            f"permission is set to executable (chmod +x)"
+        )
+    return found[0]
+
+
+def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
+    """Make sure that the program of a ``launch-prefix`` is there.
+
+    Raises:
+        LaunchError: it is not.
+    """
+    if not node.prefix:
+        return
+    from shutil import which  # noqa: PLC0415 - it loads every kind of compression
+
+    if which(node.prefix[0], path={**environ, **node.env}.get("PATH")) is None:
+        raise LaunchError(f"launch-prefix: there is no program [{node.prefix[0]}] on the PATH")
+
+
+def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -> None:
+    """Make sure that the system can start a node that is a script.
+
+    Raises:
+        LaunchError: it cannot; the text says why.
+    """
+    if node.prefix or is_own(executable):  # something else starts it
+        return
+    trouble = script_trouble(executable, {**environ, **node.env})
+    if trouble:
+        raise LaunchError(f"cannot run {executable}: {trouble}")
+
+
+def is_own(executable: Path) -> bool:
+    """Whether the file is in one of pyros1's own packages."""
+    return os.path.realpath(executable).startswith(OWN_PACKAGES + os.sep)
+
+
+def executable_words(executable: Path) -> list[str]:
+    """Return the words that start a file: pyros1's own Python nodes run in this interpreter, all else as it is.
+
+    Installers may drop the executable bit of our nodes, and another interpreter need not have pyros1.
+    """
+    if is_own(executable) and _is_python(executable):
+        return [sys.executable, str(executable)]
+    return [str(executable)]
+
+
+def _is_python(path: Path) -> bool:
+    if path.suffix == ".py":
+        return True
+    with path.open("rb") as stream:
+        first = stream.readline(200)
+    return first.startswith(b"#!") and b"python" in first
+
+
+def node_words(node: NodePlan, executable: Path) -> list[str]:
+    """Return a node's command line, without ``__log``."""
+    remaps = [f"{old}:={new}" for old, new in node.remappings]
+    return [*node.prefix, *executable_words(executable), *node.args, *remaps, f"__name:={node.name}"]
+
+
+def node_environment(node: NodePlan, executable: Path, environ: Mapping[str, str], master_uri: str) -> dict[str, str]:
+    """Return the environment that a node is started with.
+
+    Args:
+        node: the node.
+        executable: its file.
+        environ: this process's environment.
+        master_uri: what it will find in ROS_MASTER_URI.
+    """
+    env = {**environ, "ROS_MASTER_URI": master_uri}
+    env.pop("ROS_NAMESPACE", None)
+    if node.namespace.strip("/"):
+        env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
+    if is_own(executable):
+        env.update(own_python_environment(environ))
+    return {**env, **node.env}
+
+
+def own_python_environment(environ: Mapping[str, str]) -> dict[str, str]:
+    """Return what pyros1's own nodes need to find pyros1 and to have their output seen at once."""
+    home = _PACKAGE_FOLDER.parent
+    changes = {"PYTHONUNBUFFERED": environ.get("PYTHONUNBUFFERED") or "1"}
+    if home.name not in ("site-packages", "dist-packages"):  # not installed: run from a source tree
+        paths = [str(home), *(part for part in environ.get("PYTHONPATH", "").split(os.pathsep) if part)]
+        changes["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
+    return changes

@@ -1,0 +1,58 @@
+"""What a core starts and sets besides the master: a user's own ``roscore.xml`` may say so (X94)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pyros1.launch.plan import NodePlan
+from pyros1.launch.reading.resources import PackageFinder
+from pyros1.launch.running.core import CORE_PARAMS, ROSDISTRO, ROSVERSION
+
+_ROSOUT = ("rosout", "rosout")
+
+
+@dataclass(frozen=True)
+class CoreFile:
+    """What comes with a master.
+
+    Attributes:
+        rosout: whether the rosout node does.
+        params: parameters, by name.
+        nodes: other nodes, in order.
+    """
+
+    rosout: bool = True
+    params: Mapping[str, Any] = field(default_factory=lambda: dict(CORE_PARAMS))
+    nodes: tuple[NodePlan, ...] = ()
+
+
+def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreFile:
+    """Return what ``$ROS_ETC_DIR/roscore.xml`` says, or what is usual if there is no such file.
+
+    The rosout node of stock ROS stands for our own.
+
+    Args:
+        environ: environment variables.
+        packages: finds packages.
+
+    Raises:
+        LaunchError: the file cannot be used.
+    """
+    folder = environ.get("ROS_ETC_DIR")
+    if not folder or not (path := Path(folder, "roscore.xml")).is_file():
+        return CoreFile()
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415 - few have such a file
+    from pyros1.launch.reading.resources import Resources  # noqa: PLC0415
+    from pyros1.launch.reading.world import run_command  # noqa: PLC0415
+
+    def run(words: list[str]) -> str:
+        if words[0] == "rosversion":  # the usual file asks for it, and stock ROS need not be there
+            return ROSDISTRO if "-d" in words else ROSVERSION
+        return run_command(words)
+
+    plan = load_plan([str(path)], {}, Resources(packages, environ, run_command=run))
+    others = tuple(node for node in plan.nodes if (node.package, node.type) != _ROSOUT)
+    return CoreFile(len(others) < len(plan.nodes), plan.params, others)

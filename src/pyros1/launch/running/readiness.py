@@ -1,0 +1,109 @@
+"""``wait-for``: nodes that start when a topic, a service, a parameter or another node exists."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from pyros1.errors import Error
+from pyros1.launch.reading.conditions import Condition
+from pyros1.net.master_client import MasterClient
+
+_CALLER = "/roslaunch"
+_POLL = 0.1
+
+
+@dataclass
+class _Waiting:
+    conditions: Sequence[Condition]
+    timeout: float
+    deadline: float
+    ready: Callable[[], object]
+    late: Callable[[str], object]
+
+
+class Gate:
+    """Asks the master again and again, one call for all nodes that wait, as long as there are some.
+
+    Args:
+        master_uri: of the master.
+        do: is given what is to be done, and does it in the right thread.
+    """
+
+    def __init__(self, master_uri: str, do: Callable[[Callable[[], object]], object]) -> None:
+        self._master = MasterClient(_CALLER, master_uri)
+        self._do = do
+        self._waiting: list[_Waiting] = []
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="wait-for", daemon=True)
+
+    def add(
+        self,
+        conditions: Sequence[Condition],
+        timeout: float,
+        ready: Callable[[], object],
+        late: Callable[[str], object],
+    ) -> None:
+        """Let one more node wait.
+
+        Args:
+            conditions: all have to hold.
+            timeout: seconds from now, 0 for no limit.
+            ready: called when they hold.
+            late: called with the conditions that do not when the time is over.
+        """
+        deadline = time.monotonic() + timeout if timeout > 0 else float("inf")
+        with self._lock:
+            self._waiting.append(_Waiting(conditions, timeout, deadline, ready, late))
+        if not self._thread.is_alive():
+            self._thread.start()
+
+    def close(self) -> None:
+        """Let nobody wait any more; nothing is called from now on."""
+        self._closed.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._master.close()
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            with self._lock:
+                waiting = list(self._waiting)
+            unmet = self._unmet({condition for one in waiting for condition in one.conditions})
+            for one in waiting:
+                missing = [condition for condition in one.conditions if condition in unmet]
+                if not missing:
+                    self._do(one.ready)
+                elif time.monotonic() >= one.deadline:
+                    self._do(lambda one=one, missing=missing: one.late(", ".join(map(str, missing))))  # type: ignore[misc]
+                else:
+                    continue
+                with self._lock:
+                    self._waiting.remove(one)
+            self._closed.wait(_POLL)
+
+    def _unmet(self, conditions: set[Condition]) -> set[Condition]:
+        """Return those that do not hold; all when the master does not answer."""
+        if not conditions:
+            return set()
+        params = [condition for condition in conditions if condition.kind == "param"]
+        calls: list[tuple[str, Sequence[str]]] = [("getSystemState", ())]
+        calls += [("hasParam", (condition.name,)) for condition in params]
+        try:
+            state, *have = self._master.multicall(calls)
+            publishers, subscribers, services = state
+        except (Error, TypeError, ValueError):
+            return conditions
+        there = {Condition("topic", name) for name, _ in publishers}
+        there |= {Condition("service", name) for name, _ in services}
+        there |= {
+            Condition("node", node)
+            for kind in (publishers, subscribers, services)
+            for _, nodes in kind
+            for node in nodes
+        }
+        there |= {condition for condition, has in zip(params, have, strict=True) if has is True}
+        return conditions - there

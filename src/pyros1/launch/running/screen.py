@@ -1,0 +1,107 @@
+"""The nodes' output on the screen with the name of the node before each line.
+
+Where the launcher writes to a terminal the nodes get one, too (a pseudo terminal): they write line by line then, and in
+colour, as they would without us in between. What a node says is read to the end, a last line without an end included.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+from collections.abc import Iterator
+from typing import TextIO
+
+from pyros1.launch.running.process_spec import ProcessSpec
+
+_CHUNK = 65536
+_COLOURS = (36, 33, 35, 32, 34, 96, 93, 95, 92, 94)
+
+
+class Screen:
+    """Writes the output of nodes, whole lines at a time.
+
+    Args:
+        out: where their standard output goes.
+        err: where their standard error goes.
+        colour: whether names are coloured; None: on a terminal.
+    """
+
+    def __init__(self, out: TextIO, err: TextIO, *, colour: bool | None = None) -> None:
+        self._streams = (out, err)
+        self._colour = colour
+        self._lock = threading.Lock()
+        self._readers: list[threading.Thread] = []
+
+    @contextlib.contextmanager
+    def opened(self, spec: ProcessSpec) -> Iterator[tuple[int, int]]:
+        """Yield file descriptors for a node's standard output and error; they are closed here afterwards.
+
+        Reading begins then, too: what others write meanwhile comes before anything that the node says.
+        """
+        ends, readers = [], []
+        for stream in self._streams:
+            reading, writing = os.openpty() if stream.isatty() else os.pipe()
+            ends.append(writing)
+            arguments = (reading, stream, self.tag(spec.node, stream))
+            # A daemon: what a node has left behind may keep its output open for ever.
+            readers.append(
+                threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
+            )
+        try:
+            yield ends[0], ends[1]
+        finally:
+            for end in ends:
+                os.close(end)
+            for reader in readers:
+                reader.start()
+            self._readers += readers
+
+    def tag(self, node: str, stream: TextIO) -> bytes:
+        """Return what goes before a node's lines; a node has the same colour in each run."""
+        text = f"[{node.lstrip('/')}] "
+        if self._colour if self._colour is not None else stream.isatty():
+            text = f"\033[{_COLOURS[sum(node.encode()) % len(_COLOURS)]}m{text}\033[0m"
+        return text.encode()
+
+    def _read(self, reading: int, stream: TextIO, tag: bytes) -> None:
+        rest = b""
+        while True:
+            try:
+                data = os.read(reading, _CHUNK)
+            except OSError:  # how a pseudo terminal says that nobody holds its other end any more
+                data = b""
+            *lines, rest = (rest + data).replace(b"\r\n", b"\n").split(b"\n")
+            if not data and rest:
+                lines, rest = [rest], b""
+            if lines:
+                self._write(stream, b"".join(tag + line + b"\n" for line in lines))
+            if not data:
+                os.close(reading)
+                return
+
+    def write(self, node: str, stream: TextIO, text: str) -> None:
+        """Write what a node that is not read from here has said, in whole lines.
+
+        Args:
+            node: its name.
+            stream: where to.
+            text: the lines.
+        """
+        tag = self.tag(node, stream)
+        self._write(stream, b"".join(tag + line + b"\n" for line in text.encode().splitlines()))
+
+    def _write(self, stream: TextIO, data: bytes) -> None:
+        with self._lock, contextlib.suppress(BrokenPipeError, ValueError):
+            stream.write(data.decode("utf-8", "replace"))
+            stream.flush()
+
+    def close(self, timeout: float = 1.0) -> None:
+        """Wait until everything has been written that ended nodes have said.
+
+        Args:
+            timeout: seconds to wait for each node.
+        """
+        for reader in self._readers:
+            reader.join(timeout)
+        self._readers.clear()

@@ -1,0 +1,412 @@
+"""One run of the launcher, from a plan to the last "done" (X78-X90).
+
+The order is fixed: server, SUMMARY, master (if none runs and it would be ours), /run_id, rosout, rosparam dumps and
+deletes, parameters in one call, nodes. Ending goes the other way round.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import uuid
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TextIO
+
+from pyros1.errors import (
+    DeadlineError,
+    Error,
+    LaunchError,
+    MasterError,
+    MasterUnreachableError,
+    ParameterNotSetError,
+    UnknownHostError,
+)
+from pyros1.launch.plan import NodePlan, Plan, TestPlan
+from pyros1.launch.reading.report import summary
+from pyros1.launch.reading.resources import PackageFinder
+from pyros1.launch.running.api import LaunchServer
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.core import ROSVERSION, Core, write_pid_file
+from pyros1.launch.running.core_file import CoreFile, read_core_file
+from pyros1.launch.running.logs import make_run_folder, ros_home, run_log
+from pyros1.launch.running.options import Options
+from pyros1.launch.running.process import Process
+from pyros1.launch.running.screen import Screen
+from pyros1.launch.running.starting import Run, Starter
+from pyros1.launch.running.supervisor import Supervisor
+from pyros1.net.hosts import LocalAddress, host_from_environment, is_local, master_uri, parse_uri
+from pyros1.net.master_client import MasterClient
+
+_CALLER = "/roslaunch"
+_WAIT_STEP = 0.2
+PING_TIMEOUT = 5.0
+_TIME_LIMIT = "time limit"
+
+
+@dataclass
+class Trial:
+    """A test, whose end is the end of its launch.
+
+    Attributes:
+        test: what is started after all nodes.
+        time_limit: seconds that it has.
+        timed_out: whether that was not enough, once the launch is over.
+    """
+
+    test: TestPlan
+    time_limit: float
+    timed_out: bool = False
+
+
+@dataclass
+class Session:
+    """A launch.
+
+    Args:
+        plan: what to launch.
+        options: how.
+        packages: finds executables.
+        environ: this process's environment.
+        console: where lines for the user go.
+        on_started: called when everything has been started.
+
+    Attributes:
+        exit_code: 1 if a required node failed, once the launch is over.
+    """
+
+    plan: Plan
+    options: Options
+    packages: PackageFinder
+    environ: Mapping[str, str]
+    console: Console
+    on_started: Callable[[], object] | None = None
+    exit_code: int = 0
+    _core: Core | None = None
+    _core_file: CoreFile = field(default_factory=CoreFile)
+    _server: LaunchServer | None = None
+    _starter: Starter | None = None
+    _log: TextIO | None = None
+    _stopped: bool = False  # no Event: a signal handler may take no lock
+
+    def __post_init__(self) -> None:
+        self._address: LocalAddress = host_from_environment(self.environ, {})
+        self._uri = self._master_uri()
+        self._master = MasterClient(_CALLER, self._uri)
+        self._screen = Screen(sys.stdout, sys.stderr) if self.options.prefix else None
+        self._supervisor = Supervisor(
+            self.console,
+            sigint_timeout=self.options.sigint_timeout,
+            sigterm_timeout=self.options.sigterm_timeout,
+            keep_running=self.options.core or self.options.keep_running,
+            guarded=True,
+            screen=self._screen,
+        )
+
+    def _master_uri(self) -> str:
+        if self.options.port is not None:
+            return f"http://{self._address.advertised}:{self.options.port}/"
+        return master_uri(self.environ, {})
+
+    @property
+    def supervisor(self) -> Supervisor:
+        """Who looks after the processes."""
+        return self._supervisor
+
+    def launch(self, node: NodePlan) -> Process:
+        """Start one more node on this machine, while `run` watches; to be called by its thread.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        if self._starter is None:
+            raise LaunchError("nothing is started: the launch does not run")
+        return self._starter.start_one(node)
+
+    def stop(self, reason: str = "") -> None:
+        """Ask `run` to end everything; from any thread and from signal handlers."""
+        self._stopped = True
+        self._supervisor.stop(reason)
+
+    def hurry(self) -> None:
+        """Give nodes that are to end no more time; from any thread and from signal handlers."""
+        self._supervisor.hurry()
+
+    def run(self, trial: Trial | None = None) -> None:
+        """Launch, watch, and return when all is over.
+
+        Args:
+            trial: a test to run; the launch ends with it.
+
+        Raises:
+            LaunchError: it cannot start; what had been started is ended.
+        """
+        for text in self._address.warnings:
+            self.console.warning(text)
+        try:
+            running = self._find_master()
+            if not running:
+                self._core_file = read_core_file(self.environ, self.packages)
+            run_id, folder = self._prepare(running)
+            self._start(running, run_id, folder)
+            if trial is not None and self._starter is not None:
+                self._starter.start_test(trial.test)
+                self._supervisor.after(trial.time_limit, _TIME_LIMIT)
+            if self.on_started is not None:
+                self.on_started()
+            reason = self._supervisor.run()
+            if trial is not None:
+                trial.timed_out = reason == _TIME_LIMIT
+            if self._supervisor.required_failed:
+                self.exit_code = 1
+            if reason.startswith("all processes"):
+                self.console.bold(reason if self._supervisor.dead else "No processes to monitor")
+        finally:
+            self._end()
+
+    # Before anything runs ------------------------------------------------------------------------------------------
+
+    def _find_master(self) -> bool:
+        """Return whether a master runs; wait for it if asked to."""
+        waiting = False
+        while True:
+            try:
+                self._master.ping(PING_TIMEOUT)
+            except MasterUnreachableError as error:
+                unknown = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
+                if not self.options.wait:
+                    if isinstance(error.__cause__, DeadlineError):
+                        raise LaunchError(
+                            f"the ROS master at [{self._uri}] does not answer within {PING_TIMEOUT:g} s, though "
+                            "something is there: was it stopped (kill -CONT), or does a network lose packets?"
+                        ) from error
+                    break
+                if not waiting:
+                    waiting = True
+                    self.console.line("roscore/master is not yet running, will wait for it to start")
+                time.sleep(_WAIT_STEP)
+                if self._stopped:
+                    raise LaunchError("interrupted while waiting for the master") from None
+                continue
+            if self.options.core:
+                raise LaunchError(
+                    f"roscore cannot run as another roscore/master is already running. \n"
+                    f"Please kill other roscore/master processes before relaunching.\nThe ROS_MASTER_URI is {self._uri}"
+                )
+            if self.options.wait:
+                self.console.line("master has started, initiating launch")
+            return True
+        host, _ = parse_uri(self._uri)
+        if self.options.core:
+            self._warn_about_uri()
+        elif self.options.port is None and unknown is not None:
+            raise LaunchError(
+                f"unable to contact ROS master at [{self._uri}]: {unknown}. Use the master's IP address in "
+                f"ROS_MASTER_URI, or add a line 'ADDRESS {unknown.host}' to /etc/hosts."
+            )
+        elif self.options.port is None and not is_local(host):
+            raise LaunchError(
+                f"unable to contact ROS master at [{self._uri}]: it is to run on another machine, so none is started "
+                f"here. Start it there, or change ROS_MASTER_URI."
+            )
+        return False
+
+    def _warn_about_uri(self) -> None:
+        """Warn when nodes that read ROS_MASTER_URI would not find this core (L19)."""
+        told = self.environ.get("ROS_MASTER_URI")
+        if not told:
+            return
+        try:
+            host, port = parse_uri(told)
+        except Error as error:
+            self.console.warning(f"ROS_MASTER_URI is not usable: {error}")
+            return
+        if not is_local(host):
+            self.console.warning(f"ROS_MASTER_URI [{told}] host is not set to this machine")
+        elif port != parse_uri(self._uri)[1]:
+            self.console.warning(
+                f"ROS_MASTER_URI port [{port}] does not match this roscore [{parse_uri(self._uri)[1]}]"
+            )
+
+    def _prepare(self, running: bool) -> tuple[str, Path]:
+        run_id = self.options.run_id
+        if running:
+            try:
+                theirs = str(self._master.get_param("/run_id"))
+            except ParameterNotSetError:
+                theirs = ""
+            if run_id and theirs and run_id != theirs:
+                raise LaunchError(f"run_id on parameter server does not match declared run_id: {theirs} vs {run_id}")
+            run_id = run_id or theirs
+        run_id = run_id or str(uuid.uuid1())
+        if "/" in run_id or run_id.startswith("."):
+            raise LaunchError(f"not a usable run id: {run_id!r}")
+        try:
+            folder = make_run_folder(self.environ, run_id)
+            log = run_log(folder)
+            self._log = log.open("a", encoding="utf-8", errors="replace")
+        except OSError as error:
+            raise LaunchError(f"cannot write log files: {error.strerror}: {error.filename}") from error
+        self.console.line(f"... logging to {log}")
+        self.console.log_to(self._log)
+        return run_id, folder
+
+    # Starting ------------------------------------------------------------------------------------------------------
+
+    def _start(self, running: bool, run_id: str, folder: Path) -> None:
+        self.console.title(self.options.title)
+        self._server = LaunchServer(self._supervisor, self._address)
+        self.console.bold(f"started roslaunch server {self._server.uri}")
+        if self.options.core:
+            self.console.line(f"ros_comm version {ROSVERSION.strip()}")
+        run = Run(self._uri, run_id, folder, run_log(folder))
+        self._starter = Starter(
+            self.plan, self.options, self.packages, self.environ, self.console, self._supervisor, run
+        )
+        if not self.options.local:
+            self._starter.connect()
+        if self.options.show_summary:
+            self.console.line(summary(self.plan, {} if running else dict(self._core_file.params)))
+        for text in self.plan.warnings:
+            self.console.warning(text)
+        if not running:
+            self._start_master(folder)
+        self.console.bold(f"ROS_MASTER_URI={self._uri}")
+        self.console.title(f"{self.options.title} {self._uri}")
+        self._set_run_id(run_id, running)
+        if self._core is not None:
+            self._start_core_nodes(self._core, self._starter)
+        self._param_actions()
+        self._set_params()
+        with self._starter.many():
+            for node in self.plan.nodes:
+                if self._stopped:
+                    return
+                if not (self.options.local and self._starter.is_remote(node)):
+                    self._starter.start(node)
+        if self._core is not None:
+            self._core.await_rosout()
+
+    def _start_core_nodes(self, core: Core, starter: Starter) -> None:
+        """Start what comes with the master."""
+        if self._core_file.rosout:
+            core.start_rosout()
+            if not self.plan.nodes:
+                core.await_rosout()
+            starter.run.counter = 1
+            self.console.bold(f"process[rosout-1]: started with pid [{os.getpid()}]")
+            self.console.line("started core service [/rosout]")
+        for node in self._core_file.nodes:
+            starter.start(node)
+            self.console.line(f"started core service [{node.full_name}]")
+
+    def _start_master(self, folder: Path) -> None:
+        self.console.line("auto-starting new master")
+        port = parse_uri(self._uri)[1]
+        self._core = Core(
+            port=port,
+            address=self._address,
+            uri=self._uri,
+            log_folder=folder,
+            environ=self.environ,
+            on_shutdown=self.stop,
+            notify_timeout=self.options.notify_timeout,
+            log_level=self.options.master_log_level,
+        )
+        try:
+            self._core.start_master()
+        except LaunchError:
+            self._core = None
+            raise
+        try:
+            self._master.ping()
+        except MasterUnreachableError:
+            raise LaunchError(
+                f"the master just started cannot be reached at {self._uri}: this machine is not called "
+                f"[{self._address.advertised}], or that name is unknown here.\n"
+                "Check ROS_HOSTNAME, ROS_IP and ROS_MASTER_URI."
+            ) from None
+        self.console.bold(f"process[master]: started with pid [{os.getpid()}]")
+        # The core is a process of this launch, too: with it, it goes on when no node is left (X89).
+        self._supervisor.keep_running = True
+        write_pid_file(self.environ, port, ros_home(self.environ))
+
+    def _set_run_id(self, run_id: str, running: bool) -> None:
+        if running and self._master.has_param("/run_id"):
+            return
+        self.console.bold(f"setting /run_id to {run_id}")
+        self._master.set_param("/run_id", run_id)
+
+    def _param_actions(self) -> None:
+        for action in self.plan.actions:
+            try:
+                if action.command == "delete":
+                    self._master.delete_param(action.name)
+                else:
+                    from pyros1.values import dump_yaml  # noqa: PLC0415 - rarely used
+
+                    Path(action.path).write_text(dump_yaml(self._master.get_param(action.name)), encoding="utf-8")
+            except ParameterNotSetError as error:
+                self.console.error(str(error))
+            except OSError as error:
+                raise LaunchError(f"cannot dump {action.name} to {action.path}: {error.strerror}") from error
+
+    def _set_params(self) -> None:
+        """Clear and set all parameters, each in one round trip, before any node runs."""
+        clear = [name for name in self.plan.clear_params if name != "/"]
+        if clear:
+            self._master.multicall([("deleteParam", (name.rstrip("/"),)) for name in clear])
+        params: dict[str, Any] = {**(self._core_file.params if self._core is not None else {}), **self.plan.params}
+        if self._server is not None:
+            params[self._server.param_name()] = self._server.uri
+        replies = self._master.multicall([("setParam", (name, value)) for name, value in params.items()])
+        for name, reply in zip(params, replies, strict=True):
+            if isinstance(reply, Error):
+                raise LaunchError(f"cannot set parameter {name}: {reply}") from reply
+
+    # Ending --------------------------------------------------------------------------------------------------------
+
+    def _end(self) -> None:
+        started = self._server is not None
+        if self._starter is not None:
+            self._starter.hold()
+        self._supervisor.shut_down()
+        if self._screen is not None:
+            self._screen.close()
+        if self._starter is not None:
+            self._starter.close()
+            self._starter = None
+        if self._server is not None:
+            self._forget_server()
+            self._server.close()
+            self._server = None
+        self._master.close()
+        monitored = self._core is not None or self._supervisor.dead
+        if self._core is not None:
+            if self._core_file.rosout:
+                self.console.line("[rosout-1] killing on exit")
+            self._core.stop_rosout()
+            self.console.line("[master] killing on exit")
+            self._core.stop_master()
+            self._core = None
+        if started:
+            self.console.line("shutting down processing monitor...")
+            self.console.line("... shutting down processing monitor complete")
+            if monitored:
+                self.console.bold("done")
+        self.console.log_to(None)
+        if self._log is not None:
+            self._log.close()
+            self._log = None
+
+    def _forget_server(self) -> None:
+        if self._core is not None or self._server is None:
+            return  # the parameter dies with our own master
+        try:
+            self._master.delete_param(self._server.param_name())
+        except MasterError:
+            pass
+        except ParameterNotSetError:
+            pass

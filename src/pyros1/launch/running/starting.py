@@ -1,0 +1,256 @@
+"""From planned nodes to supervised processes: here, on other machines, and when what they wait for exists."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pyros1.errors import LaunchError
+from pyros1.launch.plan import MachinePlan, NodePlan, Plan, TestPlan
+from pyros1.launch.reading.resources import PackageFinder
+from pyros1.launch.running.command_line import check_prefix, check_script, locate, node_environment, node_words
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.logs import ros_home
+from pyros1.launch.running.options import Options
+from pyros1.launch.running.process import Process
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.supervisor import Supervisor
+from pyros1.net.hosts import is_local
+
+if TYPE_CHECKING:
+    from pyros1.launch.remote.over_ssh import Machine
+    from pyros1.launch.running.readiness import Gate
+
+# What only some launches need is loaded when they do: no node starts before the imports are done.
+
+
+def _place(node: NodePlan) -> str:
+    return f"\n  at {node.file}:{node.line}" if node.file else ""
+
+
+@dataclass
+class Run:
+    """What all nodes of one launch share.
+
+    Attributes:
+        master_uri: of the master.
+        run_id: of the master.
+        folder: where log files go.
+        log: the launcher's own one.
+        counter: the number that the last process's label had.
+    """
+
+    master_uri: str
+    run_id: str
+    folder: Path
+    log: Path
+    counter: int = 0
+
+
+@dataclass
+class Starter:
+    """Starts nodes.
+
+    Args:
+        plan: what is launched.
+        options: how.
+        packages: finds executables.
+        environ: this process's environment.
+        console: where lines for the user go.
+        supervisor: who looks after the processes.
+        run: what all nodes share.
+    """
+
+    plan: Plan
+    options: Options
+    packages: PackageFinder
+    environ: Mapping[str, str]
+    console: Console
+    supervisor: Supervisor
+    run: Run
+    _machines: dict[str, Machine] = field(default_factory=dict)
+    _gate: Gate | None = None
+
+    @contextlib.contextmanager
+    def many(self) -> Iterator[None]:
+        """Start many nodes with the environment as it is now: os.environ would decode each value for each of them."""
+        before, self.environ = self.environ, dict(self.environ)
+        try:
+            yield
+        finally:
+            self.environ = before
+
+    def connect(self) -> None:
+        """Connect to all machines that nodes are to run on, before any node runs.
+
+        Raises:
+            LaunchError: a machine cannot be used.
+        """
+        wanted: dict[str, MachinePlan] = {}
+        for node in self.plan.nodes:
+            machine = self._machine(node)
+            if machine is not None:
+                wanted[machine.name] = machine
+        if not wanted:
+            return
+        from pyros1.launch.remote.over_ssh import make_machine  # noqa: PLC0415
+
+        for machine in wanted.values():
+            stages = (self.options.sigint_timeout, self.options.sigterm_timeout)
+            connection = make_machine(machine, self.environ, self.run.master_uri, stages, self.console, self._back)
+            self._machines[machine.name] = connection
+        for connection in self._machines.values():
+            connection.connect()
+        for connection in self._machines.values():
+            connection.wait_ready()
+
+    def _back(self, processes: list[Process]) -> None:
+        self.supervisor.do(lambda: self.supervisor.resume(processes))
+
+    def start(self, node: NodePlan) -> None:
+        """Start a node, or let it wait for what it needs; what goes wrong is said on the console."""
+        self.run.counter += 1
+        label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
+        if not node.wait_for:
+            self._start(node, label)
+            return
+        if self._gate is None:
+            from pyros1.launch.running.readiness import Gate  # noqa: PLC0415
+
+            self._gate = Gate(self.run.master_uri, self.supervisor.do)
+        self.supervisor.expected += 1
+        needs = ", ".join(map(str, node.wait_for))
+        self.console.line(f"[{label}] waits for {needs}")
+        self._gate.add(
+            node.wait_for,
+            node.wait_timeout,
+            lambda: self._ready(node, label),
+            lambda missing: self._late(node, label, missing),
+        )
+
+    def start_test(self, test: TestPlan) -> None:
+        """Start a test, whose end is the end of everything.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        self.run.counter += 1
+        spec = self.spec(test, f"{test.full_name.lstrip('/')}-{self.run.counter}")
+        spec.decisive = True
+        if not self.supervisor.start(spec):
+            raise LaunchError(f"test [{test.test_name}] cannot be started")
+
+    def start_one(self, node: NodePlan) -> Process:
+        """Start a node on this machine at once.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        if self.is_remote(node):
+            raise LaunchError(f"node [{node.full_name}] is to run on another machine: put it into a launch file")
+        self.run.counter += 1
+        label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
+        if not self.supervisor.start(self.spec(node, label)):
+            raise LaunchError(f"node [{node.full_name}] cannot be started")
+        return self.supervisor.find(label)
+
+    def _ready(self, node: NodePlan, label: str) -> None:
+        self.supervisor.expected -= 1
+        self._start(node, label)
+
+    def _late(self, node: NodePlan, label: str, missing: str) -> None:
+        self.supervisor.expected -= 1
+        self.console.error(
+            f"[{label}] is not started: {missing} did not appear within {node.wait_timeout:g} s "
+            f"(wait-for at {node.file}:{node.line})"
+        )
+        if node.required or self.options.required:
+            self.supervisor.required_failed = True
+            self.supervisor.stop(f"required node {node.full_name} could not be started")
+
+    def _start(self, node: NodePlan, label: str) -> None:
+        machine = self._machine(node)
+        try:
+            spec = self.spec(node, label) if machine is None else self._remote_spec(node, label)
+        except LaunchError as error:
+            hint = ""
+            if machine is None:
+                from pyros1.launch.running.check import near_executable  # noqa: PLC0415
+
+                hint = near_executable(node, self.packages)
+            self.console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}{hint}{_place(node)}")
+            return
+        if machine is None:
+            self.supervisor.start(spec)
+        else:
+            self.supervisor.start(spec, self._machines[machine.name].process(node, self.run.run_id))
+
+    def spec(self, node: NodePlan, label: str) -> ProcessSpec:
+        """Return how a node is started on this machine.
+
+        Raises:
+            LaunchError: there is no such executable, it cannot be started, or there is no folder to start it in.
+        """
+        executable = locate(node.package, node.type, self.packages)
+        check_prefix(node, self.environ)
+        check_script(node, executable, self.environ)
+        home = ros_home(self.environ)
+        try:
+            home.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise LaunchError(f"cannot make the nodes' folder {home}: {error.strerror}; set ROS_HOME") from error
+        # Stock's logging leaves this behind in its own environment, from where nodes get it.
+        environ = {**self.environ, "ROS_LOG_FILENAME": str(self.run.log)}
+        log_base = self.run.folder / label.replace("/", "-")
+        return ProcessSpec(
+            label=label,
+            node=node.full_name,
+            words=[*node_words(node, executable), f"__log:={log_base}.log"],
+            env=node_environment(node, executable, environ, self.run.master_uri),
+            cwd=str(executable.parent) if node.cwd == "node" else str(home),
+            log_base=str(log_base),
+            to_screen=self._to_screen(node),
+            respawn=node.respawn,
+            respawn_delay=node.respawn_delay,
+            required=node.required or self.options.required,
+        )
+
+    def _remote_spec(self, node: NodePlan, label: str) -> ProcessSpec:
+        remaps = [f"{old}:={new}" for old, new in node.remappings]
+        return ProcessSpec(
+            label=label,
+            node=node.full_name,
+            words=[*node.prefix, f"{node.package}/{node.type}", *node.args, *remaps, f"__name:={node.name}"],
+            env={},
+            cwd="",
+            to_screen=self._to_screen(node),
+            respawn=node.respawn,
+            respawn_delay=node.respawn_delay,
+            required=node.required or self.options.required,
+        )
+
+    def _to_screen(self, node: NodePlan) -> bool:
+        return node.output == "screen" if self.options.screen is None else self.options.screen
+
+    def is_remote(self, node: NodePlan) -> bool:
+        """Whether a node is to run on another machine."""
+        return self._machine(node) is not None
+
+    def _machine(self, node: NodePlan) -> MachinePlan | None:
+        machine = self.plan.machines.get(node.machine or "")
+        return machine if machine is not None and not is_local(machine.address) else None
+
+    def hold(self) -> None:
+        """Start none of the nodes that still wait; to be called before the end."""
+        if self._gate is not None:
+            self._gate.close()
+            self._gate = None
+
+    def close(self) -> None:
+        """Leave the other machines, when no process is left."""
+        for machine in self._machines.values():
+            machine.close()
+        self._machines.clear()

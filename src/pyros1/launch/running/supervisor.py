@@ -1,0 +1,349 @@
+"""Keeps a set of processes as their specs ask for, and ends them all in good order (X87-X90).
+
+One queue carries what happens (a process ended, a signal came, a master was told to shut down, a user wants a node
+stopped); the thread in `run` sleeps on it until then, or until the next timer is due. Nothing polls, but for the end of
+what a dead node has left behind in its process group: only its parent could wait for that.
+"""
+
+from __future__ import annotations
+
+import queue
+import signal
+import time
+from collections.abc import Callable, Iterable
+from typing import Literal
+
+from pyros1.errors import LaunchError
+from pyros1.interrupts import Insistence, catch
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.process import Process
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.screen import Screen
+from pyros1.launch.running.warden import Warden
+
+_KILL_WAIT = 2.0
+_REMAINS_POLL = 0.05
+Event = tuple[Literal["exit", "stop", "hurry", "do"], "Process | str | Callable[[], object] | None"]
+
+
+class Supervisor:
+    """Starts and watches processes.
+
+    Args:
+        console: where lines for the user go.
+        sigint_timeout: seconds between SIGINT and SIGTERM.
+        sigterm_timeout: seconds between SIGTERM and SIGKILL.
+        keep_running: go on when no process is left (the core does).
+        guarded: let a `Warden` end the processes if this one is killed.
+        screen: what writes the processes' output to the screen, None to let them write there themselves.
+
+    Attributes:
+        required_failed: whether a required process ended with an error.
+        expected: how many processes are still to be started when something else has happened.
+        keep_running: go on when no process is left.
+        on_death: called with each process that has ended while it was watched, None for nobody.
+    """
+
+    def __init__(
+        self,
+        console: Console,
+        *,
+        sigint_timeout: float = 15.0,
+        sigterm_timeout: float = 2.0,
+        keep_running: bool = False,
+        guarded: bool = False,
+        screen: Screen | None = None,
+    ) -> None:
+        self._console = console
+        self._stages = [
+            (signal.SIGINT, sigint_timeout),
+            (signal.SIGTERM, sigterm_timeout),
+            (signal.SIGKILL, _KILL_WAIT),
+        ]
+        self._guarded = guarded
+        self._warden: Warden | None = None
+        self._screen = screen
+        # A SimpleQueue may be fed from a signal handler, whatever the main thread was doing.
+        self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
+        self._timers: dict[str, tuple[float, Callable[[], object]]] = {}
+        self._processes: dict[str, Process] = {}
+        self._dead: dict[str, Process] = {}
+        self.required_failed = False
+        self.expected = 0
+        self.keep_running = keep_running
+        self.on_death: Callable[[Process], object] | None = None
+
+    @property
+    def active(self) -> list[Process]:
+        """The processes that run or may be started again, in the order of their start."""
+        return list(self._processes.values())
+
+    @property
+    def dead(self) -> list[Process]:
+        """The processes that have ended for good."""
+        return list(self._dead.values())
+
+    def start(self, spec: ProcessSpec, kind: Callable[..., Process] = Process) -> bool:
+        """Start a process; what goes wrong is said on the console. Return whether it was started.
+
+        Args:
+            spec: what to start.
+            kind: makes a `Process`, or what is like one, with the same arguments.
+        """
+        if self._guarded and self._warden is None:
+            self._warden = Warden(self._stages[0][1], self._stages[1][1])
+        process = kind(spec, self._exited, self._warden, self._screen)
+        self._processes[spec.label] = process
+        if self._start(process):
+            return True
+        del self._processes[spec.label]
+        return False
+
+    def _start(self, process: Process) -> bool:
+        spec = process.spec
+        try:
+            process.start(self._announce)
+        except OSError as error:
+            self._console.error(f"cannot start [{spec.label}]: {error.strerror}: {error.filename}")
+            return False
+        return True
+
+    def _announce(self, process: Process) -> None:
+        self._console.bold(f"process[{process.spec.label}]: started with pid [{process.pid}]")
+
+    def _exited(self, process: Process) -> None:
+        self._events.put(("exit", process))
+
+    def stop(self, reason: str = "") -> None:
+        """Ask `run` to return; callable from any thread and from a signal handler."""
+        self._events.put(("stop", reason))
+
+    def hurry(self) -> None:
+        """Send those that have not ended the next signal at once; callable from any thread and a signal handler."""
+        self._events.put(("hurry", None))
+
+    def do(self, action: Callable[[], object]) -> None:
+        """Let the thread in `run` do something; callable from any thread."""
+        self._events.put(("do", action))
+
+    def run(self) -> str:
+        """Watch until told to stop, a required process ended, or none is left; return the reason."""
+        while True:
+            if not self._processes and not self.keep_running and not self.expected:
+                return "all processes on machine have died, roslaunch will exit"
+            event = self._next_event()
+            if event is None:
+                self._fire_timers()
+                continue
+            kind, what = event
+            if kind == "stop":
+                return str(what or "")
+            if kind == "do" and callable(what):
+                what()
+            elif isinstance(what, Process) and self._died(what):
+                return "required process died"
+
+    def _next_event(self) -> Event | None:
+        timeout = None
+        if self._timers:
+            timeout = max(0.0, min(due for due, _ in self._timers.values()) - time.monotonic())
+        try:
+            return self._events.get(timeout=timeout)
+        except queue.Empty:
+            return None
+
+    def _fire_timers(self) -> None:
+        now = time.monotonic()
+        for label, (due, action) in list(self._timers.items()):
+            if due <= now:
+                del self._timers[label]
+                action()
+
+    def after(self, seconds: float, reason: str) -> None:
+        """End everything, for a reason, unless it ends by itself within some seconds."""
+        self._later("", seconds, lambda: self._events.put(("stop", reason)))
+
+    def _later(self, key: str, seconds: float, action: Callable[[], object]) -> None:
+        self._timers[key] = (time.monotonic() + seconds, action)
+
+    def _died(self, process: Process) -> bool:
+        """Say what happened and decide what follows; return whether everything has to end."""
+        spec = process.spec
+        if self.on_death is not None:
+            self.on_death(process)
+        log = f"\nlog file: {spec.log_base}*.log" if spec.log_base else ""
+        if process.held or process.restarting:
+            self._rest(process)
+            return False
+        if process.exit_code:
+            text = f"process has died [pid {process.pid}, exit code {process.exit_code}, cmd {' '.join(spec.words)}]."
+            self._console.plain_error(f"[{spec.label}] {text}{log}")
+        else:
+            self._console.bold(f"[{spec.label}] process has finished cleanly{log}")
+        if spec.decisive:
+            self._retire(process)
+            return True
+        if spec.respawn and process.stranded:
+            process.due = True
+            return False
+        if spec.respawn:
+            process.signal(signal.SIGTERM)  # what it has left behind would gather, life after life
+            self._later(spec.label, spec.respawn_delay, lambda: self._respawn(process))
+            return False
+        self._retire(process)
+        if spec.required:
+            self.required_failed = bool(process.exit_code)
+            line = "=" * 80
+            self._console.plain_error(f"{line}\nREQUIRED process [{spec.label}] has died!")
+            self._console.plain_error(f"Initiating shutdown!\n{line}")
+            return True
+        return False
+
+    def _retire(self, process: Process) -> None:
+        process.join()
+        del self._processes[process.spec.label]
+        self._dead[process.spec.label] = process
+
+    def _respawn(self, process: Process) -> None:
+        process.kill()
+        self._again(process)
+
+    def _again(self, process: Process) -> None:
+        process.join()
+        process.due = process.stranded
+        if process.due:
+            self._console.line(f"[{process.spec.label}] waits for machine [{process.machine}]")
+            return
+        self._console.line(f"[{process.spec.label}] restarting process")
+        if not self._start(process):
+            process.due = process.stranded and process.spec.respawn
+            if not process.due:
+                self._retire(process)
+
+    def resume(self, processes: Iterable[Process]) -> None:
+        """The machine of these processes is back; to be called by the thread in `run`."""
+        for process in processes:
+            process.stranded = False
+            if process.due and not process.held:
+                self._again(process)
+
+    # What users ask for while it runs --------------------------------------------------------------------------------
+
+    def find(self, name: str) -> Process:
+        """Return the process of a node, or with a label.
+
+        Raises:
+            LaunchError: there is none.
+        """
+        for process in [*self.active, *self.dead]:
+            if name in (process.spec.node, process.spec.label):
+                return process
+        raise LaunchError(f"this launch has no node [{name}]")
+
+    def stop_node(self, process: Process) -> None:
+        """End a process until it is started again; to be called by the thread in `run`."""
+        process.held, process.restarting = True, False
+        self._end_one(process)
+
+    def start_node(self, process: Process) -> None:
+        """Start a process that was stopped or has ended; to be called by the thread in `run`."""
+        process.restarting = process.alive and (process.held or process.restarting)
+        process.held = False
+        if not process.alive:
+            self._timers.pop(process.spec.label, None)
+            self._dead.pop(process.spec.label, None)
+            self._processes[process.spec.label] = process
+            self._again(process)
+
+    def restart_node(self, process: Process) -> None:
+        """End a process and start it again; to be called by the thread in `run`."""
+        if not process.alive:
+            self.start_node(process)
+            return
+        process.held, process.restarting = False, True
+        self._end_one(process)
+
+    def _end_one(self, process: Process, stage: int = 0) -> None:
+        """Send the signal of a stage, and that of the next one if it was in vain."""
+        self._timers.pop(process.spec.label, None)
+        if process.gone or stage == len(self._stages):
+            return
+        number, seconds = self._stages[stage]
+        doing = "stopping" if not stage else f"escalating to {number.name}"
+        self._console.line(f"[{process.spec.label}] {doing}")
+        process.signal(number)
+        self._later(process.spec.label, seconds, lambda: self._end_one(process, stage + 1))
+
+    def _rest(self, process: Process) -> None:
+        """A process that was to end has: it waits to be started, or is started, once its children have gone, too."""
+        if not process.gone and process.spec.label in self._timers:
+            self._later(f"{process.spec.label} remains", _REMAINS_POLL, lambda: self._rest(process))
+            return
+        self._timers.pop(process.spec.label, None)
+        if process.restarting:
+            process.restarting = False
+            self._again(process)
+        else:
+            self._console.bold(f"[{process.spec.label}] stopped")
+
+    # The end ---------------------------------------------------------------------------------------------------------
+
+    def shut_down(self) -> None:
+        """End all processes: SIGINT to all in reverse order, SIGTERM to the deaf, SIGKILL to the stuck."""
+        self._timers.clear()
+        running = [process for process in reversed([*self.dead, *self.active]) if not process.gone]
+        for stage, (number, seconds) in enumerate(self._stages):
+            for process in running:
+                if stage or process.alive:
+                    doing = f"escalating to {number.name}" if stage else "killing on exit"
+                    self._console.line(f"[{process.spec.label}] {doing}")
+                process.signal(number)
+            running = self._wait(running, seconds)
+        for process in running:
+            self._console.error(f"[{process.spec.label}] required SIGKILL. May still be running.")
+        for process in self.active:
+            if not process.alive:
+                self._retire(process)
+        if self._warden is not None:
+            self._warden.close()
+            self._warden = None
+
+    def _wait(self, running: list[Process], seconds: float) -> list[Process]:
+        """Wait for the processes; return those still running after `seconds`, or at once when we are to hurry."""
+        deadline = time.monotonic() + seconds
+        while True:
+            running = [process for process in running if not process.gone]
+            left = deadline - time.monotonic()
+            if not running or left <= 0:
+                return running
+            if not any(process.alive for process in running):
+                left = min(left, _REMAINS_POLL)
+            try:
+                kind, _ = self._events.get(timeout=left)
+            except queue.Empty:
+                continue
+            if kind == "hurry":
+                return [process for process in running if not process.gone]
+
+
+def install_signals(stop: Callable[[str], object], hurry: Callable[[], object] = lambda: None) -> Callable[[], None]:
+    """Let signals end a run.
+
+    Args:
+        stop: called with the name of the first signal.
+        hurry: called at each later one that a person can have meant, see `Insistence`.
+
+    Returns:
+        A function that undoes it.
+    """
+    insistence = Insistence()
+
+    def handle(number: int, frame: object) -> None:
+        if not insistence.again():
+            return
+        if insistence.count == 1:
+            stop(signal.Signals(number).name)
+        else:
+            hurry()
+
+    return catch(handle)

@@ -1,0 +1,218 @@
+"""Running the ``<test>`` tags of a launch file: each with all the nodes, and a master, of its own (L186)."""
+
+from __future__ import annotations
+
+import io
+import socket
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from pyros1.errors import Error, LaunchError
+from pyros1.launch.plan import Plan, TestPlan
+from pyros1.launch.reading.resources import PackageFinder
+from pyros1.launch.running.command_line import locate
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.logs import ros_home
+from pyros1.launch.running.options import Options
+from pyros1.launch.running.session import Session, Trial
+from pyros1.launch.testing.junit import Case, Results, read_results
+from pyros1.net.hosts import master_uri
+from pyros1.net.master_client import MasterClient
+
+_CLASS = "rostest.runner.RosTest"
+_KEPT = ("/run_id", "/rosversion", "/rosdistro", "/roslaunch/")
+"""Parameters of the master itself and of launchers that run; no test has set them."""
+_UNSAFE = str.maketrans(dict.fromkeys(" \"'&$!`/\\", "_"))
+
+
+def results_folder(environ: Mapping[str, str], base: str | None = None) -> Path:
+    """Return where the results of all packages go.
+
+    Args:
+        environ: environment variables: ``ROS_TEST_RESULTS_DIR``, or else ``$ROS_HOME/test_results``.
+        base: what the user wants instead.
+    """
+    chosen = base or environ.get("ROS_TEST_RESULTS_DIR")
+    return Path(chosen) if chosen else ros_home(environ) / "test_results"
+
+
+def results_file(folder: Path, package: str, kind: str, name: str) -> Path:
+    """Return the file of results, in a folder that is there.
+
+    Args:
+        folder: of the results of all packages.
+        package: whose tests they are.
+        kind: ``rosunit`` for what a test writes, ``rostest`` for what became of a launch file's tests.
+        name: of the test.
+
+    Raises:
+        LaunchError: the folder cannot be made.
+    """
+    place = folder / package
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise LaunchError(f"cannot create test results directory [{place}]: {error.strerror}") from error
+    return place / f"{kind}-{name.translate(_UNSAFE)}.xml"
+
+
+def name_from_path(package: Path, file: Path) -> str:
+    """Return the name of a launch file's results: its path in the package with ``_`` between the folders."""
+    path = file.resolve()
+    inside = path.relative_to(package.resolve()) if package.resolve() in path.parents else path
+    return inside.with_suffix("").as_posix().replace("/", "_")
+
+
+@dataclass
+class TestRun:
+    """Runs tests one after the other.
+
+    Args:
+        plan: the launch file.
+        packages: finds executables.
+        environ: this process's environment.
+        package: name of the package that the results are filed under.
+        folder: of all results.
+        text: tests write to the screen instead of to files.
+        reuse_master: use the master that runs.
+        clear: delete all its parameters before each test.
+
+    Attributes:
+        runs: one case per test: whether it ran.
+        results: what the tests have found.
+        out: what was printed to stdout meanwhile.
+        err: and to stderr.
+        stopped: whether it was told to stop.
+    """
+
+    __test__ = False  # not one of pytest's
+
+    plan: Plan
+    packages: PackageFinder
+    environ: Mapping[str, str]
+    package: str
+    folder: Path
+    text: bool = False
+    reuse_master: bool = False
+    clear: bool = False
+    runs: Results = field(default_factory=Results)
+    results: Results = field(default_factory=Results)
+    out: io.StringIO = field(default_factory=io.StringIO)
+    err: io.StringIO = field(default_factory=io.StringIO)
+    stopped: bool = False
+    _session: Session | None = None
+
+    def stop(self, reason: str = "") -> None:
+        """End the test that runs, and run no other; callable from a signal handler."""
+        self.stopped = True
+        if self._session is not None:
+            self._session.stop(reason)
+
+    def hurry(self) -> None:
+        """Give what is to end no more time; callable from a signal handler."""
+        if self._session is not None:
+            self._session.hurry()
+
+    def run(self) -> None:
+        """Run all tests, in the order of their names."""
+        names = [test.test_name for test in self.plan.tests]
+        for _, test in sorted({test.test_name: test for test in self.plan.tests}.items()):
+            if self.stopped:
+                return
+            case = Case(f"test{test.test_name}", _CLASS)
+            began = time.monotonic()
+            try:
+                if names.count(test.test_name) > 1:
+                    raise _FailedError(f"Duplicate tests named [{test.test_name}] in rostest suite")
+                self._check(test)
+                self._attempts(test)
+            except _FailedError as error:
+                self._say(str(error), self.err)
+                case.failures.append(("AssertionError", str(error)))
+            except Error as error:
+                self._say(str(error), self.err)
+                case.errors.append((type(error).__name__, str(error)))
+            case.seconds = time.monotonic() - began
+            self.runs.cases.append(case)
+
+    def _check(self, test: TestPlan) -> None:
+        try:
+            locate(test.package, test.type, self.packages)
+        except LaunchError as error:
+            raise _FailedError(
+                f"Test node [{test.package}/{test.type}] does not exist or is not executable: {error}"
+            ) from error
+
+    def _attempts(self, test: TestPlan) -> None:
+        """Run a test until it succeeds or has been tried often enough."""
+        for left in range(test.retry, -1, -1):
+            path = results_file(self.folder, self.package, "rosunit", test.test_name)
+            path.unlink(missing_ok=True)
+            try:
+                found = self._attempt(test, path)
+            except LaunchError:
+                if not left or self.stopped:
+                    raise
+            else:
+                if self.text or not left or not (found.errors or found.failures):
+                    self.results.cases += found.cases
+                    return
+            self._say(f"test [{test.test_name}] failed, retrying. Retries left: {left - 1}", self.out)
+
+    def _attempt(self, test: TestPlan, path: Path) -> Results:
+        trial = Trial(self._with_results(test, path), test.time_limit)
+        port = None if self.reuse_master else _free_port()
+        if self.reuse_master:
+            self._prepare_master()
+        options = Options(port=port, show_title=False, title="rostest")
+        console = Console(self.out, self.err, title=False)
+        self._session = Session(replace(self.plan, tests=[]), options, self.packages, self.environ, console)
+        try:
+            if not self.stopped:
+                self._session.run(trial)
+        finally:
+            self._session = None
+        if self.stopped:
+            raise LaunchError(f"test [{test.test_name}] was interrupted")
+        if trial.timed_out:
+            kind = f"{test.package}/{test.type}"
+            raise LaunchError(f"max time [{test.time_limit}s] allotted for test [{test.test_name}] of type [{kind}]")
+        if self.text:
+            return Results()
+        if not path.is_file():
+            raise _FailedError(f"test [{test.test_name}] did not generate test results")
+        found = read_results(path, f"{self.package}.{path.stem}")
+        counts = f"{found.errors} errors, {found.failures} failures, {len(found.cases)} tests"
+        self._say(f"test [{test.test_name}] results summary: {counts}", self.out)
+        return found
+
+    def _with_results(self, test: TestPlan, path: Path) -> TestPlan:
+        arguments = [*test.args, f"--gtest_output=xml:{path}"]
+        if self.text:
+            return replace(test, args=[*arguments, "--text"], output="screen")
+        return replace(test, args=arguments)
+
+    def _prepare_master(self) -> None:
+        master = MasterClient("/rostest", master_uri(self.environ, {}))
+        try:
+            master.ping()
+            if self.clear:
+                names = [name for name in master.get_param_names() if not name.startswith(_KEPT)]
+                master.multicall([("deleteParam", (name,)) for name in names])
+        finally:
+            master.close()
+
+    def _say(self, text: str, stream: io.StringIO) -> None:
+        stream.write(f"[ROSTEST]{text}\n")
+
+
+class _FailedError(Error):
+    """A test could not be run, or has not done what tests do."""
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("", 0))
+        return int(probe.getsockname()[1])
