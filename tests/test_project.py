@@ -159,7 +159,9 @@ def behaviour_codes(text: str) -> set[str]:
 
 
 def test_codes_of_facts_are_explained() -> None:
-    known = {*re.findall(r"^\| ([A-Z]\d{2,3}) \|", (ROOT / "interop" / "behaviour.md").read_text("utf-8"), re.MULTILINE)}
+    known = {
+        *re.findall(r"^\| ([A-Z]\d{2,3}) \|", (ROOT / "interop" / "behaviour.md").read_text("utf-8"), re.MULTILINE)
+    }
     for path in sources():
         assert behaviour_codes(path.read_text("utf-8")) <= known, path
 

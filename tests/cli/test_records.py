@@ -35,8 +35,6 @@ def records() -> list[tuple[str, Verb]]:
 
 ALONE = {name for name in registry.commands() if registry.load_command(name).verb is not None}
 """Commands that run by a record of their own; those of them that have verbs help with all at once, as stock's tools."""
-UNLISTED = {"service node"}
-"""Left out of the list of verbs, as by stock's tool."""
 EXPLAINED_OTHERWISE = {"setup", "stack", "unsetup"}
 """Their help shows in its own way how they are used."""
 RECORDS = [pytest.param(line, verb, id=line) for line, verb in records()]
@@ -55,7 +53,7 @@ def test_the_table_is_current() -> None:
 
 def test_names_are_unique() -> None:
     known = registry.commands()
-    names = [word for name, each in known.items() for word in {name, each.stock, *each.aliases, *each.also} - {""}]
+    names = [word for name, each in known.items() for word in {name, each.stock, *each.aliases, *each.also} if word]
     assert [name for name, count in Counter(names).items() if count > 1] == []
     for command in known:
         verbs = registry.verbs(command)
@@ -75,7 +73,7 @@ def test_a_command_says_what_it_is(name: str) -> None:
 
 @pytest.mark.parametrize(("line", "verb"), RECORDS)
 def test_a_record_is_whole(line: str, verb: Verb) -> None:
-    assert verb.about or line.partition(" ")[0] in ALONE or line in UNLISTED
+    assert verb.about or line.partition(" ")[0] in ALONE
     assert all(option.help or option.hidden for option in verb.options)
     options = [name for option in verb.options for name in option.names]
     assert len(options) == len({*options}), "each option once"

@@ -29,7 +29,6 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the graph, again and again, or once in another form."""
     if args in (["-h"], ["--help"]):
         print(_usage(invocation))
-        print(_VERB.examples_text(invocation.program, as_stock=invocation.as_stock).lstrip(), end="")
         return 0
     drawing = len(args) == 2 and args[0] == "--svg"
     if args and not drawing and args not in (["--once"], ["--json"], ["--dot"]):
@@ -52,9 +51,9 @@ _VERB = Verb(
     Flag("--dot", help="print the graph in Graphviz's language", own=True),
     Option("--svg", metavar="FILE", help="draw the graph, where Graphviz is installed", own=True),
     examples=[
-        ("", "anew each second"),
-        ("--once", "at once, and end"),
-        ("--svg graph.svg", "as a picture"),
+        ("--once", "nodes, their connections and services"),
+        ("--svg graph.svg", "a picture of them"),
+        ("--json", "for programs"),
     ],
     parse=leave_words,
     run=run,
@@ -71,7 +70,7 @@ def _usage(invocation: Invocation) -> str:
     listed = "".join(f"\t{option:10}  {about}\n" for option, about in rows.items())
     return (
         f"{text}\nPrints nodes, their connections and services, each second until it is interrupted.\n\n"
-        f"Options:\n{listed}"
+        f"Options:\n{listed}{_VERB.examples_text(program, as_stock=False)}"
     )
 
 
