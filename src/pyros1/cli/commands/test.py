@@ -144,6 +144,10 @@ COMMAND = Command(
         Argument("<filename>", "package_launch_file|launch_arg"),
         Argument("arg_name:=value", "launch_arg", many=True, optional=True),
         usage="[options] [package] <filename>",
+        examples=[
+            ("my_robot all.test", "run the tests of a package's file"),
+            ("-t all.test", "let the tests write to the screen"),
+        ],
         parse=parse_all_words,
         run=run,
     ),
