@@ -144,3 +144,29 @@ def test_readme_features_are_backed_by_tests(feature: str, reference: str) -> No
         assert re.search(rf"def {re.escape(name)}\b", path.read_text(encoding="utf-8")), (
             f"{feature}: no {name} in {file}"
         )
+
+
+CODE = re.compile(r"\b([MSTNPCGLXBO])(\d{2,3})(?:-[MSTNPCGLXBO]?(\d{2,3}))?\b")
+
+
+def behaviour_codes(text: str) -> set[str]:
+    """Return the codes of facts about stock that comments name in parentheses: ``(T55)``, ``(M01, M04-M06)``."""
+    found = set()
+    for inside in re.findall(r"\(([^()\n]*)\)", text):
+        for letter, first, last in CODE.findall(inside):
+            found |= {f"{letter}{number:0{len(first)}}" for number in range(int(first), int(last or first) + 1)}
+    return found
+
+
+def test_codes_of_facts_are_explained() -> None:
+    known = {
+        *re.findall(r"^\| ([A-Z]\d{2,3}) \|", (ROOT / "interop" / "behaviour.md").read_text("utf-8"), re.MULTILINE)
+    }
+    for path in sources():
+        assert behaviour_codes(path.read_text("utf-8")) <= known, path
+
+
+def test_the_facts_name_tests_that_there_are() -> None:
+    text = (ROOT / "interop" / "behaviour.md").read_text(encoding="utf-8")
+    for file, name in re.findall(r"`((?:tests|interop)/\S+\.py)::(\w+)`", text):
+        assert re.search(rf"def {name}\b", (ROOT / file).read_text(encoding="utf-8")), f"no {name} in {file}"

@@ -43,7 +43,7 @@ def test_the_table_is_current() -> None:
 
 def test_names_are_unique() -> None:
     known = registry.commands()
-    names = [word for name, each in known.items() for word in (name, each.stock, *each.aliases, *each.also) if word]
+    names = [word for name, each in known.items() for word in {name, each.stock, *each.aliases, *each.also} if word]
     assert [name for name, count in Counter(names).items() if count > 1] == []
     for command in known:
         verbs = registry.verbs(command)

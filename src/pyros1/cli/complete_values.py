@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pyros1.cli.complete import Line
+    from pyros1.cli.complete_line import Line
     from pyros1.net.master_client import MasterClient
 
 _LISTEN = 0.25
@@ -19,7 +19,7 @@ _LISTEN = 0.25
 @contextmanager
 def _master() -> Iterator[MasterClient]:
     """The master, if it answers soon: name lookups cannot be given a deadline, so the process ends after a while."""
-    from pyros1.cli.complete import PATIENCE  # noqa: PLC0415
+    from pyros1.cli.complete_line import PATIENCE  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 

@@ -276,7 +276,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
             'find': ('service.find', 'find services by service type', 'find services by service type', False, 'msg-type', ('service_type',), ()),
             'info': ('service.info', 'print information about service', 'print information about service', False, '/service', ('service',), ()),
             'list': ('service.list', 'list active services', 'list active services', False, '[/namespace]', ('namespace',), ()),
-            'node': ('service.node', '', '', False, '/service', ('service',), ()),
+            'node': ('service.node', 'print name of node providing the service', '', False, '/service', ('service',), ()),
             'type': ('service.type', 'print service type', 'print service type', False, '/service', ('service',), ()),
             'uri': ('service.uri', 'print service ROSRPC uri', 'print service ROSRPC uri', False, '/service', ('service',), ()),
         },

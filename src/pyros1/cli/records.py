@@ -95,7 +95,7 @@ class Verb:
 
     Args:
         name: as it is typed; empty if the command has no verbs.
-        about: one line, for the list of verbs; empty: that leaves it out.
+        about: one line, for the list of verbs.
         parts: its options and its arguments, in order.
         run: does the work.
         usage: what usage shows behind the name; None: made of the parts.
@@ -104,7 +104,7 @@ class Verb:
             does.
         aliases: other names of it.
         own: stock's tool does not have it: the list of commands under that tool's name leaves it out.
-        stock_about: the line in that list, where it must be another.
+        stock_about: the line in that list under the stock tool's name, where it must be another; empty: there is none.
         stock_examples: help under the stock tool's name has the examples, too.
         parse: makes options and arguments of the words, see `pyros1.cli.parsing`; None: `parse_words`.
     """

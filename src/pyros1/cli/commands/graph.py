@@ -50,6 +50,11 @@ _VERB = Verb(
     Flag("--json", help="print one line of JSON", own=True),
     Flag("--dot", help="print the graph in Graphviz's language", own=True),
     Option("--svg", metavar="FILE", help="draw the graph, where Graphviz is installed", own=True),
+    examples=[
+        ("--once", "nodes, their connections and services"),
+        ("--svg graph.svg", "a picture of them"),
+        ("--json", "for programs"),
+    ],
     parse=leave_words,
     run=run,
 )
@@ -65,7 +70,7 @@ def _usage(invocation: Invocation) -> str:
     listed = "".join(f"\t{option:10}  {about}\n" for option, about in rows.items())
     return (
         f"{text}\nPrints nodes, their connections and services, each second until it is interrupted.\n\n"
-        f"Options:\n{listed}"
+        f"Options:\n{listed}{_VERB.examples_text(program, as_stock=False)}"
     )
 
 

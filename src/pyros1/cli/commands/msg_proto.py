@@ -72,6 +72,10 @@ COMMAND = Command(
         Argument("TYPE", "definition"),
         usage="msg|srv [options] TYPE",
         description="Prints a template of a message or a service request, to fill in; shells complete with it.",
+        examples=[
+            ("msg geometry_msgs/Twist", "a message, in quotation marks"),
+            ("srv -H std_srvs/SetBool", "a request, without them"),
+        ],
         run=run,
     ),
     group="develop",

@@ -20,4 +20,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     print(nodes[0])
 
 
-VERB = Verb("node", "", Argument("/service", "service"), examples=[("/flip", "who offers it")], run=run)
+VERB = Verb(
+    "node",
+    "print name of node providing the service",
+    Argument("/service", "service"),
+    examples=[("/flip", "who offers it")],
+    stock_about="",
+    run=run,
+)
