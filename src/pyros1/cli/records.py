@@ -152,16 +152,22 @@ class Verb:
         """
         if not self.examples or (as_stock and not self.stock_examples):
             return ""
-        called = f"{program} {self.name}".rstrip()
-        rows = [
-            (line if line.startswith("pyros1 ") else f"{called} {line}".rstrip(), about)
-            for line, about in self.examples
-        ]
-        width = max(len(line) for line, _ in rows)
-        return "\nExamples:\n" + "".join(f"  {line:{width}}  {about}".rstrip() + "\n" for line, about in rows)
+        return examples_block(f"{program} {self.name}".rstrip(), self.examples)
 
     def _words(self) -> list[str]:
         return [str(argument) for argument in self.arguments]
+
+
+def examples_block(called: str, examples: Sequence[tuple[str, str]]) -> str:
+    """Return examples as they end help; see `Verb` for these.
+
+    Args:
+        called: what is typed before each, if it is no whole line.
+        examples: at least one.
+    """
+    rows = [(line if line.startswith("pyros1 ") else f"{called} {line}".rstrip(), about) for line, about in examples]
+    width = max(len(line) for line, _ in rows)
+    return "\nExamples:\n" + "".join(f"  {line:{width}}  {about}".rstrip() + "\n" for line, about in rows)
 
 
 GROUPS = {
@@ -181,8 +187,7 @@ class Command:
         name: as it is typed.
         about: one line, for ``pyros1 help``.
         group: under which of `GROUPS` that lists it.
-        verb: what it does, of a command without verbs; or what finds and runs its verbs, where others than the first
-            word may be one.
+        verb: what it does, of a command without verbs.
         stock: the stock tool's name; empty if there is none.
         also: other names of the stock tool's family, each with the words behind this command that do the same.
         aliases: other names of the command.
@@ -195,11 +200,12 @@ class Command:
         failure: makes the text of an error, where it is not ``ERROR: `` and the error's own; None: that.
         stock_help: words at which the stock tool prints the list of verbs with exit code 0; an empty one: without any.
         names_unknown: the stock tool says which verb it does not know.
+        dispatch: finds and runs the verb, where that need not be the first word, and returns the exit code.
     """
 
     __slots__ = (
-        "about", "aliases", "also", "error_code", "failure", "footing", "group", "heading", "name", "names_unknown",
-        "order", "row", "stock", "stock_help", "usage_code", "verb",
+        "about", "aliases", "also", "dispatch", "error_code", "failure", "footing", "group", "heading", "name",
+        "names_unknown", "order", "row", "stock", "stock_help", "usage_code", "verb",
     )  # fmt: skip
 
     def __init__(
@@ -221,6 +227,7 @@ class Command:
         failure: Callable[[Exception], str | None] | None = None,
         stock_help: Collection[str] = (),
         names_unknown: bool = False,
+        dispatch: Callable[[Invocation], int | None] | None = None,
     ) -> None:
         self.name = name
         self.about = about
@@ -238,6 +245,7 @@ class Command:
         self.failure = failure
         self.stock_help = stock_help
         self.names_unknown = names_unknown
+        self.dispatch = dispatch
 
     def sorted(self, verbs: Iterable[str]) -> list[str]:
         """Return names of verbs in the order of their list."""

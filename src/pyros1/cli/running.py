@@ -33,15 +33,18 @@ def run_command(name: str, argv: list[str]) -> int:
     """
     command = registry.load_command(name)
     verb = command.verb
-    invocation = Invocation(name, command.stock, argv, with_verb=verb is None)
-    if verb is None:
+    invocation = Invocation(name, command.stock, argv, with_verb=verb is None and command.dispatch is None)
+    if verb is None and command.dispatch is None:
         found = registry.find_verb(name, invocation.verb)
         if found is None:
             about = _asked_about(command, invocation)
             return run_command(name, [about, "-h"]) if about else _no_such_verb(command, invocation)
         verb = registry.load_verb(name, found)
     try:
-        return run_verb(verb, invocation)
+        if verb is not None:
+            return run_verb(verb, invocation)
+        assert command.dispatch is not None
+        return command.dispatch(invocation) or 0
     except BrokenPipeError:
         return quiet_pipe()
     except MasterUnreachableError as error:

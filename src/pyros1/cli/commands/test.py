@@ -145,8 +145,8 @@ COMMAND = Command(
         Argument("arg_name:=value", "launch_arg", many=True, optional=True),
         usage="[options] [package] <filename>",
         examples=[
-            ("my_robot drive.test", "of a package"),
-            ("-t drive.test speed:=2", "see what the tests print"),
+            ("my_robot all.test", "run the tests of a package's file"),
+            ("-t all.test", "let the tests write to the screen"),
         ],
         parse=parse_all_words,
         run=run,

@@ -6,7 +6,7 @@ from typing import Any
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.shells import SHELL, chosen_shell, parse_shell
+from pyros1.cli.shared.shells import SHELL, chosen_shell, how_to_use, parse_shell
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -24,6 +24,7 @@ COMMAND = Command(
         "",
         SHELL,
         description="Takes back what `pyros1 setup` did to this shell.",
+        examples=how_to_use("unsetup"),
         parse=parse_shell,
         run=run,
     ),

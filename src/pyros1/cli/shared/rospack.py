@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from pyros1.cli import registry
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Flag
+from pyros1.cli.parsing import leave_words
+from pyros1.cli.records import Argument, Flag, Option, Run, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.errors import Error, PackageNotFoundError
 from pyros1.finding.crawl import Found, all_packages
@@ -18,7 +19,7 @@ from pyros1.finding.crawl import Found, all_packages
 if TYPE_CHECKING:
     from pyros1.finding.dependencies import Packages
 
-QUIET = Flag("-q", help="Quiets error reports.")
+_QUIET = Flag("-q", help="Quiets error reports.")
 _FLAGS = ("deps-only", "zombie-only", "json")
 _VALUES = ("target", "lang", "attrib", "top", "length")
 
@@ -47,6 +48,7 @@ class Request:
         words: what is behind it; the package, if one was given.
         options: ``--name=value`` by name; flags have an empty value.
         quiet: print no errors.
+        help: print help.
     """
 
     def __init__(self, stock: str) -> None:
@@ -55,6 +57,7 @@ class Request:
         self.words: list[str] = []
         self.options: dict[str, str] = {}
         self.quiet = False
+        self.help = False
 
     @property
     def unit(self) -> str:
@@ -85,6 +88,29 @@ class Request:
             print_json([*names])
         else:
             print("".join(f"{name}\n" for name in names), end="")
+
+
+def pack_verb(
+    name: str,
+    about: str,
+    *parts: Option | Argument,
+    run: Run,
+    examples: Sequence[tuple[str, str]],
+    aliases: Sequence[str] = (),
+    stock_about: str | None = None,
+) -> Verb:
+    """Return the record of a verb whose words `run_tool` reads, and which gets a `Request` as its options."""
+    return Verb(
+        name,
+        about,
+        *parts,
+        _QUIET,
+        run=run,
+        examples=examples,
+        aliases=aliases,
+        stock_about=stock_about,
+        parse=leave_words,
+    )
 
 
 def run_tool(invocation: Invocation, command: str) -> int:
@@ -120,7 +146,7 @@ def _parse(request: Request, argv: Sequence[str]) -> None:
         elif word == "-q":
             request.quiet = True
         elif word in ("-h", "--help"):
-            words.insert(0, "help")
+            request.help = True
         elif word.startswith("--") and name in _VALUES:
             request.options[name] = value if equals else next(waiting, "")
         elif word.startswith("--") and name in _FLAGS and not equals:
@@ -129,7 +155,7 @@ def _parse(request: Request, argv: Sequence[str]) -> None:
             raise PkgError(f"failed to parse command-line options: unrecognised option '{word}'")
     if words[:1] == ["help"]:
         words = words[:1]
-    if len(words) > 2:
+    if len(words) > 2 and not request.help:
         raise PkgError("failed to parse command-line options: too many positional options have been specified")
     if words:
         request.verb = words[0]
@@ -137,17 +163,29 @@ def _parse(request: Request, argv: Sequence[str]) -> None:
 
 
 def _act(request: Request, invocation: Invocation, command: str) -> None:
-    if not request.verb:
+    if not request.verb and not request.help:
         raise PkgError(f"no command given.  Try '{invocation.program} help'", 0)
+    known = {each: entry for each, entry in registry.verbs(command).items() if not entry.own}
     name = registry.find_verb(command, request.verb)
-    verb = registry.load_verb(command, name) if name else None
-    if verb is None or verb.parse is not None:  # those read their words themselves
-        known = [each for each, entry in registry.verbs(command).items() if not entry.own and each != "help"]
-        raise PkgError(f"command {request.verb} not implemented{did_you_mean(request.verb, known)}")
+    if request.help:
+        if name in known and not invocation.as_stock:
+            _print_help(registry.load_verb(command, name), invocation)
+            return
+        request.words, name = [], "help"  # rospack prints its list, whatever else is there
+    if name is None or name not in known:
+        hint = did_you_mean(request.verb, [each for each in known if each != "help"])
+        raise PkgError(f"command {request.verb} not implemented{hint}")
+    verb = registry.load_verb(command, name)
     if request.words and not verb.arguments:
         raise PkgError("invalid option(s) given")
     request.verb = verb.name
     verb.run(invocation, request, request.words)
+
+
+def _print_help(verb: Verb, invocation: Invocation) -> None:
+    from pyros1.cli.help import Parser  # noqa: PLC0415 - only who asks needs it
+
+    print(Parser(verb, invocation).format_help(), end="")
 
 
 def _package_here() -> str:

@@ -6,7 +6,7 @@ import os
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Flag, Option, Run, Verb
-from pyros1.cli.shared.rospack import QUIET, PkgError, Request, packages
+from pyros1.cli.shared.rospack import PkgError, Request, pack_verb, packages
 from pyros1.errors import PackageNotFoundError
 from pyros1.finding.crawl import places, profile
 from pyros1.finding.dependencies import Packages
@@ -108,36 +108,40 @@ def depends_verbs(unit: str, width: int) -> list[Verb]:
     """
     package = Argument(unit, "package", optional=True)
 
-    def verb(name: str, alias: str, run: Run, *options: Option) -> Verb:
-        note = f" (alias: {alias})" if "-on" not in name else ""
-        return Verb(name, f"{name:{width}} [{unit}]{note}", *options, QUIET, package, aliases=[alias], run=run)
+    def verb(name: str, run: Run, example: str, *options: Option, target: str = "", noted: bool = True) -> Verb:
+        alias = name.replace("depends", "deps")
+        about = f"{name}{target}" if target else f"{name:{width}}"
+        about += f" [{unit}]" + f" (alias: {alias})" * noted
+        examples = [(f"{'--target=std_msgs ' * bool(target)}roscpp", example)]
+        return pack_verb(name, about, *options, package, aliases=[alias], run=run, examples=examples)
 
     return [
-        verb("depends", "deps", _all_needs, JSON),
-        verb("depends-indent", "deps-indent", _tree),
-        verb("depends-manifests", "deps-manifests", _manifests),
-        verb("depends-on", "deps-on", _needed_by, JSON),
-        verb("depends-on1", "deps-on1", _needed_by, JSON),
-        verb("depends1", "deps1", _direct_needs, JSON),
-        Verb(
+        verb("depends", _all_needs, "all that it needs, what comes first first", JSON),
+        verb("depends-indent", _tree, "what it needs, as a tree"),
+        verb("depends-manifests", _manifests, "the files that say what is needed"),
+        verb("depends-on", _needed_by, "all that needs it", JSON, noted=False),
+        verb("depends-on1", _needed_by, "what needs it and says so", JSON, noted=False),
+        verb("depends1", _direct_needs, "what it says that it needs", JSON),
+        verb(
             "depends-why",
-            f"depends-why --target=<target> [{unit}] (alias: deps-why)",
+            _why,
+            "every chain from one to the other",
             Option("--target", metavar="TARGET", help="what is needed"),
-            QUIET,
-            package,
-            aliases=["deps-why"],
-            run=_why,
+            target=" --target=<target>",
         ),
     ]
 
 
 def profile_verb(about: str) -> Verb:
     """Return the record of ``profile``; `about`: its line in the list of verbs."""
-    return Verb(
+    return pack_verb(
         "profile",
         about,
         Option("--length", metavar="LENGTH", help="number of folders"),
         Flag("--zombie-only", help="print only folders without a manifest"),
-        QUIET,
         run=_profile,
+        examples=[
+            ("--length=5", "the folders that take longest to look through"),
+            ("--zombie-only", "folders without a package"),
+        ],
     )

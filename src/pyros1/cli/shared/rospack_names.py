@@ -8,7 +8,7 @@ from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.cli.shared.rospack import QUIET, PkgError, Request, known_to, listed
+from pyros1.cli.shared.rospack import PkgError, Request, known_to, listed, pack_verb
 from pyros1.finding.crawl import find_quickly
 from pyros1.finding.packages import OWN_PACKAGES
 
@@ -54,13 +54,22 @@ def _list_duplicates(invocation: Invocation, request: Request, args: list[str]) 
 
 def find_verb(unit: str) -> Verb:
     """Return the record of ``find``; `unit` is ``package`` or ``stack``."""
-    return Verb("find", f"find [{unit}]", QUIET, Argument(unit, "package", optional=True), run=_find)
+    package = Argument(unit, "package", optional=True)
+    return pack_verb("find", f"find [{unit}]", package, run=_find, examples=[("roscpp", "where it is")])
 
 
-LIST = Verb("list", "list", JSON, QUIET, run=_list_all)
-LIST_NAMES = Verb("list-names", "list-names", JSON, QUIET, run=_list_names)
-
-
-def list_duplicates_verb(*, own: bool) -> Verb:
-    """Return the record of ``list-duplicates``; `own`: the list of commands leaves it out."""
-    return Verb("list-duplicates", "list-duplicates", QUIET, own=own, run=_list_duplicates)
+def list_verbs(*, duplicates: bool) -> list[Verb]:
+    """Return the records of ``list`` and the verbs like it; `duplicates`: stock's list has ``list-duplicates``."""
+    return [
+        pack_verb(
+            "list", "list", JSON, run=_list_all, examples=[("", "names and folders"), ("--json", "for programs")]
+        ),
+        pack_verb("list-names", "list-names", JSON, run=_list_names, examples=[("", "names")]),
+        pack_verb(
+            "list-duplicates",
+            "list-duplicates",
+            run=_list_duplicates,
+            examples=[("", "names that are there more than once, with the folders")],
+            stock_about=None if duplicates else "",
+        ),
+    ]

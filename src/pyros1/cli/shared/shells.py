@@ -270,10 +270,15 @@ PLAIN = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
 SHELL = Option("--shell", choices=sorted(SHELLS), help="default: the shell that calls")
 
 
+def how_to_use(command: str) -> list[tuple[str, str]]:
+    """Return the examples of a command's record: how each shell reads what it prints."""
+    return [(shell.how.format(f"pyros1 {command}"), name) for name, shell in SHELLS.items()]
+
+
 def parse_shell(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     """Parse the words of ``setup`` and ``unsetup``."""
     parser = make_parser(invocation, verb)
-    examples = "\n".join(f"  {name:5} {shell.how.format(invocation.program)}" for name, shell in SHELLS.items())
+    examples = "\n".join(f"  {name:5} {line}" for line, name in verb.examples)
     parser.epilog = f"how to use it:\n{examples}"
     add_parts(parser, invocation, *verb.options)
     values, others = parser.parse_known_args(invocation.argv)

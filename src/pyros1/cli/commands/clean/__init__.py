@@ -2,45 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Any
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 
 from pyros1.cli import registry
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import leave_words
-from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.argparsing import add_parts, make_parser
+from pyros1.cli.records import Command, examples_block
+from pyros1.cli.shared.argparsing import add_parts
 
 
-def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
+def _dispatch(invocation: Invocation) -> int | None:
     """Run ``check`` or ``purge``."""
-    parser = make_parser(invocation, _VERB)
+    program, as_stock = invocation.program, invocation.as_stock
+    found = [registry.load_verb("clean", name) for name in registry.verbs("clean")]
+    examples = [(f"{verb.name} {line}".rstrip(), about) for verb in found for line, about in verb.examples]
+    parser = ArgumentParser(
+        prog=program,
+        formatter_class=RawDescriptionHelpFormatter,
+        epilog=None if as_stock else examples_block(program, examples).lstrip(),
+    )
     verbs = parser.add_subparsers(required=True, dest="{check,purge}")
-    for name in registry.verbs("clean"):
-        verb = registry.load_verb("clean", name)
-        parser_of_verb = verbs.add_parser(name, help=verb.about)
-        add_parts(parser_of_verb, invocation, *verb.options)
-        parser_of_verb.set_defaults(verb=verb)
-    values = parser.parse_args(invocation.argv)
-    code: int | None = values.verb.run(invocation, values, [])
+    for verb in found:
+        epilog = verb.examples_text(program, as_stock=as_stock).lstrip() or None
+        of_verb = verbs.add_parser(
+            verb.name, help=verb.about, epilog=epilog, formatter_class=RawDescriptionHelpFormatter
+        )
+        add_parts(of_verb, invocation, *verb.options)
+        of_verb.set_defaults(verb=verb)
+    options = parser.parse_args(invocation.argv)
+    code: int | None = options.verb.run(invocation, options, [])
     return code
 
 
-_VERB = Verb(
-    "",
-    "",
-    examples=[
-        ("check", "how much is there"),
-        ("purge", "remove all, after a question; what running programs write to is kept"),
-        ("purge -y --size 500", "remove the oldest, until 500 MB are left"),
-    ],
-    parse=leave_words,
-    run=run,
-)
-
-COMMAND = Command(
-    "clean",
-    "show and remove log files",
-    _VERB,
-    group="machine",
-    stock="rosclean",
-)
+COMMAND = Command("clean", "show and remove log files", group="machine", stock="rosclean", dispatch=_dispatch)

@@ -6,6 +6,7 @@ from typing import Any
 
 from pyros1.cli.commands.clean._folders import folders
 from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import JSON, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.doctor.disk import folder_size, human_size
@@ -21,4 +22,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         print(f"{human_size(size)} {label}")
 
 
-VERB = Verb("check", "Check usage of log files", JSON, run=run)
+VERB = Verb(
+    "check",
+    "Check usage of log files",
+    JSON,
+    examples=[("", "how much is there")],
+    parse=leave_words,  # the command parses
+    run=run,
+)

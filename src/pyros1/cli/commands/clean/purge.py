@@ -11,6 +11,7 @@ from typing import Any
 
 from pyros1.cli.commands.clean._folders import folders
 from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Flag, Option, Verb
 from pyros1.doctor.disk import files_in_use, folder_size
 
@@ -124,5 +125,10 @@ VERB = Verb(
     Flag("-y", dest="yes", help="remove without asking"),
     Option("--size", type=int, help="keep the newest, up to this many MB in all"),
     Flag("--running", help="also remove what running programs write to", own=True),
+    examples=[
+        ("", "remove all, after a question; what running programs write to is kept"),
+        ("-y --size 500", "remove the oldest, until 500 MB are left"),
+    ],
+    parse=leave_words,  # the command parses
     run=run,
 )

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from pyros1.cli import registry
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import leave_words
-from pyros1.cli.records import Command, Verb
+from pyros1.cli.records import Command
 from pyros1.cli.running import run_verb
-from pyros1.cli.shared.rospack import QUIET, run_tool
+from pyros1.cli.shared.rospack import run_tool
 
 
-def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+def _dispatch(invocation: Invocation) -> int:
     """Run a verb; options of rospack's may stand before it."""
     words = invocation.argv
     entry = registry.verbs("pkg").get(words[0]) if words else None
@@ -21,23 +18,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     return run_tool(invocation, "pkg")
 
 
-VERB = Verb(
-    "",
-    "",
-    QUIET,
-    examples=[
-        ("create my_robot std_msgs", "make a package with nodes, a message and a launch file"),
-        ("find my_robot", "where it is"),
-        ("depends-why --target=std_msgs roscpp", "why one package needs another"),
-    ],
-    parse=leave_words,
-    run=run,
-)
-
 COMMAND = Command(
     "pkg",
     "find and make packages",
-    VERB,
     group="develop",
     stock="rospack",
     also={
@@ -58,4 +41,5 @@ COMMAND = Command(
  If [package] is omitted, the current working directory
  is used (if it contains a package.xml or manifest.xml).
 """,
+    dispatch=_dispatch,
 )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Sequence
 
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
@@ -22,7 +21,14 @@ class FilesError(Error):
     """Ends the command with this text."""
 
 
-def files_verb(name: str, tool: str, work: Callable[[list[str]], int], *parts: Option | Argument, about: str) -> Verb:
+def files_verb(
+    name: str,
+    tool: str,
+    work: Callable[[list[str]], int],
+    *parts: Option | Argument,
+    about: str,
+    examples: Sequence[tuple[str, str]],
+) -> Verb:
     """Return the record of a verb that the stock tools have as a command of its own.
 
     Args:
@@ -31,16 +37,26 @@ def files_verb(name: str, tool: str, work: Callable[[list[str]], int], *parts: O
         work: does it: takes the words behind the verb, returns the exit code.
         parts: options and arguments.
         about: one line.
+        examples: of the record.
     """
-    return Verb(name, about, *parts, own=True, parse=leave_words, run=partial(_run, tool, work))
 
+    def run(invocation: Invocation, options: None, args: list[str]) -> int:
+        words = invocation.argv[1:]
+        called = os.path.basename(sys.argv[0]) if sys.argv else ""
+        as_stock = invocation.as_stock or called == tool
+        if words in (["-h"], ["--help"]) and not as_stock and name != "cd":  # a shell goes where cd says
+            from pyros1.cli.help import Parser  # noqa: PLC0415 - only who asks needs it
 
-def _run(tool: str, work: Callable[[list[str]], int], invocation: Invocation, options: None, args: list[str]) -> int:
-    try:
-        return work(invocation.argv[1:])
-    except (FilesError, OSError) as error:
-        print(f"{tool}: {error}", file=sys.stderr)
-        return 1
+            print(Parser(verb, invocation).format_help(), end="")
+            return 0
+        try:
+            return work(words)
+        except (FilesError, OSError) as error:
+            print(f"{tool}: {error}", file=sys.stderr)
+            return 1
+
+    verb = Verb(name, about, *parts, own=True, examples=examples, parse=leave_words, run=run)
+    return verb
 
 
 def special_places() -> dict[str, str]:

@@ -19,5 +19,10 @@ def _cd(words: list[str]) -> int:
 
 
 VERB = files_verb(
-    "cd", "roscd", _cd, Argument("package[/folder]", "package|place", optional=True), about="print a package's folder"
+    "cd",
+    "roscd",
+    _cd,
+    Argument("package[/folder]", "package|place", optional=True),
+    about="print a package's folder",
+    examples=[("roscpp", "what `roscd roscpp` goes to")],
 )

@@ -27,8 +27,24 @@ def _carry(program: str, words: list[str]) -> int:
 
 _WORDS = (Argument("package", "package"), Argument("file", "package_file"), Argument("target", "file"))
 VERBS = [
-    files_verb("cp", "roscp", _cp, *_WORDS, about="copy a file of a package"),
     files_verb(
-        "mv", "rosmv", _mv, Flag("-d", help="the target is package/folder"), *_WORDS, about="move a file of a package"
+        "cp",
+        "roscp",
+        _cp,
+        *_WORDS,
+        about="copy a file of a package",
+        examples=[("my_robot robot.launch .", "into this folder")],
+    ),
+    files_verb(
+        "mv",
+        "rosmv",
+        _mv,
+        Flag("-d", help="the target is package/folder"),
+        *_WORDS,
+        about="move a file of a package",
+        examples=[
+            ("my_robot robot.launch .", "into this folder"),
+            ("-d my_robot robot.launch my_robot/old", "into a folder of a package"),
+        ],
     ),
 ]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.rospack import QUIET, Request
+from pyros1.cli.records import Argument
+from pyros1.cli.shared.rospack import Request, pack_verb
 from pyros1.cli.shared.rospack_graph import depends_verbs, graph, must_be
 
 
@@ -27,12 +27,12 @@ def _generated(invocation: Invocation, request: Request, args: list[str]) -> Non
 
 VERBS = [
     *depends_verbs("package", 17),
-    Verb(
+    pack_verb(
         "depends-msgsrv",
         "depends-msgsrv    [package] (alias: deps-msgsrv)",
-        QUIET,
         Argument("package", "package", optional=True),
         aliases=["deps-msgsrv"],
         run=_generated,
+        examples=[("roscpp", "the files that rosbuild has made of messages")],
     ),
 ]

@@ -32,6 +32,20 @@ def _run_on(program: str, path: str) -> int:
 
 _FILE = (Argument("package", "package"), Argument("file", "package_file"))
 VERBS = [
-    files_verb("edit", "rosed", _edit, *_FILE, about="edit a file of a package"),
-    files_verb("cat", "roscat", _cat, *_FILE, about="print a file of a package"),
+    files_verb(
+        "edit",
+        "rosed",
+        _edit,
+        *_FILE,
+        about="edit a file of a package",
+        examples=[("my_robot robot.launch", "wherever it is in the package")],
+    ),
+    files_verb(
+        "cat",
+        "roscat",
+        _cat,
+        *_FILE,
+        about="print a file of a package",
+        examples=[("roscpp package.xml", "wherever it is in the package")],
+    ),
 ]

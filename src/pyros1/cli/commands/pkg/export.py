@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Argument, Option, Verb
-from pyros1.cli.shared.rospack import QUIET, Request
+from pyros1.cli.records import Argument, Option
+from pyros1.cli.shared.rospack import Request, pack_verb
 from pyros1.cli.shared.rospack_graph import DEPS_ONLY, chosen, graph, must_be
 
 
@@ -37,23 +37,23 @@ def _plugins(invocation: Invocation, request: Request, args: list[str]) -> None:
 _ATTRIBUTE = Option("--attrib", metavar="ATTRIB", help="name of what is exported")
 _PACKAGE = Argument("package", "package", optional=True)
 VERBS = [
-    Verb(
+    pack_verb(
         "export",
         "export [--deps-only] --lang=<lang> --attrib=<attrib> [package]",
         DEPS_ONLY,
         Option("--lang", metavar="LANG", help="the language that it is for"),
         _ATTRIBUTE,
-        QUIET,
         _PACKAGE,
         run=_export,
+        examples=[("--lang=cpp --attrib=cflags roscpp", "what its users give to the compiler")],
     ),
-    Verb(
+    pack_verb(
         "plugins",
         "plugins --attrib=<attrib> [--top=<toppkg>] [package]",
         _ATTRIBUTE,
         Option("--top", metavar="TOPPKG", help="only of this package and what it needs"),
-        QUIET,
         _PACKAGE,
         run=_plugins,
+        examples=[("--attrib=plugin nodelet", "files that describe plugins for it")],
     ),
 ]

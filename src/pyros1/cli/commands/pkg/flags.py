@@ -8,7 +8,7 @@ import subprocess
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.rospack import QUIET, PkgError, Request
+from pyros1.cli.shared.rospack import PkgError, Request, pack_verb
 from pyros1.cli.shared.rospack_graph import DEPS_ONLY, chosen, graph, must_be
 
 
@@ -52,15 +52,17 @@ def _pkg_config(verb: str, name: str) -> list[str]:
     return shlex.split(done.stdout)
 
 
-def _verb(name: str, width: int) -> Verb:
+def _verb(name: str, width: int, about: str) -> Verb:
     package = Argument("package", "package", optional=True)
-    return Verb(name, f"{name:{width}} [--deps-only] [package]", DEPS_ONLY, QUIET, package, run=_flags)
+    return pack_verb(
+        name, f"{name:{width}} [--deps-only] [package]", DEPS_ONLY, package, run=_flags, examples=[("roscpp", about)]
+    )
 
 
 VERBS = [
-    _verb("cflags-only-I", 17),
-    _verb("cflags-only-other", 17),
-    _verb("libs-only-L", 15),
-    _verb("libs-only-l", 15),
-    _verb("libs-only-other", 15),
+    _verb("cflags-only-I", 17, "folders of headers"),
+    _verb("cflags-only-other", 17, "other flags of the compiler"),
+    _verb("libs-only-L", 15, "folders of libraries"),
+    _verb("libs-only-l", 15, "libraries"),
+    _verb("libs-only-other", 15, "other flags of the linker"),
 ]

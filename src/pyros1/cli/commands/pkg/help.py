@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.cli.commands.pkg import COMMAND
-from pyros1.cli.commands.pkg import VERB as COMMAND_LINE
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Verb
 from pyros1.cli.running import verb_list
+from pyros1.cli.shared.rospack import pack_verb
 
 _MORE = """
   Also:
@@ -22,8 +21,17 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the list of verbs: stock's, and behind them, under our name, those that stock's tool does not have."""
     text = verb_list(COMMAND, invocation.program, as_stock=True)
     if not invocation.as_stock:
-        text += _MORE + COMMAND_LINE.examples_text(invocation.program, as_stock=False)
+        text += _MORE + VERB.examples_text(invocation.program, as_stock=False)
     print(text)
 
 
-VERB = Verb("help", "help", run=run)
+VERB = pack_verb(
+    "help",
+    "help",
+    run=run,
+    examples=[
+        ("pyros1 pkg create my_robot std_msgs", "make a package with nodes, a message and a launch file"),
+        ("pyros1 pkg find my_robot", "where it is"),
+        ("pyros1 pkg depends-why --target=std_msgs roscpp", "why one package needs another"),
+    ],
+)

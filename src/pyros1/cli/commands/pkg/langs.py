@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Verb
-from pyros1.cli.shared.rospack import QUIET, Request, packages
+from pyros1.cli.shared.rospack import Request, pack_verb, packages
 
 
 def run(invocation: Invocation, request: Request, args: list[str]) -> None:
@@ -16,4 +15,4 @@ def run(invocation: Invocation, request: Request, args: list[str]) -> None:
     print(" ".join(each for each in known.needed_by("roslang") if each not in disabled))
 
 
-VERB = Verb("langs", "langs", QUIET, run=run)
+VERB = pack_verb("langs", "langs", run=run, examples=[("", "client libraries")])

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from pyros1.cli.shared.rospack_names import LIST, LIST_NAMES, list_duplicates_verb
+from pyros1.cli.shared.rospack_names import list_verbs
 
-VERBS = [LIST, LIST_NAMES, list_duplicates_verb(own=False)]
+VERBS = list_verbs(duplicates=True)

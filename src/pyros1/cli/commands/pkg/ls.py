@@ -18,5 +18,10 @@ def _ls(words: list[str]) -> int:
 
 
 VERB = files_verb(
-    "ls", "rosls", _ls, Argument("package[/folder]", "package|place", optional=True), about="list a package's folder"
+    "ls",
+    "rosls",
+    _ls,
+    Argument("package[/folder]", "package|place", optional=True),
+    about="list a package's folder",
+    examples=[("roscpp", "its folder"), ("-l roscpp/srv", "a folder in it, with ls's options")],
 )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Verb
-from pyros1.cli.shared.rospack import QUIET, Request
+from pyros1.cli.records import JSON, Argument
+from pyros1.cli.shared.rospack import Request, pack_verb
 from pyros1.cli.shared.rospack_graph import graph, must_be
 
 
@@ -25,6 +25,22 @@ def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
 
 _PACKAGE = Argument("package", "package", optional=True)
 VERBS = [
-    Verb("rosdep", "rosdep  [package] (alias: rosdeps)", JSON, QUIET, _PACKAGE, aliases=["rosdeps"], run=_rosdep),
-    Verb("rosdep0", "rosdep0 [package] (alias: rosdeps0)", JSON, QUIET, _PACKAGE, aliases=["rosdeps0"], run=_rosdep),
+    pack_verb(
+        "rosdep",
+        "rosdep  [package] (alias: rosdeps)",
+        JSON,
+        _PACKAGE,
+        aliases=["rosdeps"],
+        run=_rosdep,
+        examples=[("roscpp", "system packages that it and what it needs need")],
+    ),
+    pack_verb(
+        "rosdep0",
+        "rosdep0 [package] (alias: rosdeps0)",
+        JSON,
+        _PACKAGE,
+        aliases=["rosdeps0"],
+        run=_rosdep,
+        examples=[("roscpp", "system packages that it needs itself")],
+    ),
 ]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.rospack import QUIET, Request
+from pyros1.cli.records import Argument
+from pyros1.cli.shared.rospack import Request, pack_verb
 from pyros1.cli.shared.rospack_graph import graph, must_be
 
 
@@ -19,6 +19,6 @@ def _vcs(invocation: Invocation, request: Request, args: list[str]) -> None:
 
 _PACKAGE = Argument("package", "package", optional=True)
 VERBS = [
-    Verb("vcs", "vcs  [package]", QUIET, _PACKAGE, run=_vcs),
-    Verb("vcs0", "vcs0 [package]", QUIET, _PACKAGE, run=_vcs),
+    pack_verb("vcs", "vcs  [package]", _PACKAGE, run=_vcs, examples=[("roscpp", "also of what it needs")]),
+    pack_verb("vcs0", "vcs0 [package]", _PACKAGE, run=_vcs, examples=[("roscpp", "only its own")]),
 ]

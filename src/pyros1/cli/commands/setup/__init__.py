@@ -13,7 +13,7 @@ from pyros1.cli import registry
 from pyros1.cli.commands.setup._programs import make_programs
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.shells import SHELL, Names, chosen_shell, parse_shell
+from pyros1.cli.shared.shells import SHELL, Names, chosen_shell, how_to_use, parse_shell
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -33,6 +33,7 @@ COMMAND = Command(
         "",
         SHELL,
         description="Prints what gives a shell the stock names (rostopic, roscd, ...) and completion, for it to read.",
+        examples=how_to_use("setup"),
         parse=parse_shell,
         run=run,
     ),

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import leave_words
-from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.rospack import QUIET, run_tool
+from pyros1.cli.records import Command
+from pyros1.cli.shared.rospack import run_tool
 
 
-def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+def _dispatch(invocation: Invocation) -> int:
     """Run a verb; options may stand before it."""
     return run_tool(invocation, "stack")
 
@@ -18,7 +15,6 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 COMMAND = Command(
     "stack",
     "find stacks",
-    Verb("", "", QUIET, parse=leave_words, run=run),
     group="develop",
     stock="rosstack",
     heading="USAGE: {program} [options] <command> [stack]\n  Allowed commands:",
@@ -28,4 +24,5 @@ COMMAND = Command(
     ],
     row="    {about}",
     footing="\n If [stack] is omitted, the current working directory\n is used (if it contains a stack.xml).\n",
+    dispatch=_dispatch,
 )  # fmt: skip

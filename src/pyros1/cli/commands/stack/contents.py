@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.rospack import QUIET, PkgError, Request
+from pyros1.cli.records import Argument
+from pyros1.cli.shared.rospack import PkgError, Request, pack_verb
 from pyros1.finding.crawl import all_packages
 
 
@@ -39,9 +39,25 @@ def _contains(invocation: Invocation, request: Request, args: list[str]) -> None
 
 
 VERBS = [
-    Verb("contents", "contents [stack]", QUIET, Argument("stack", "package", optional=True), run=_contents),
-    Verb("contains", "contains [package]", QUIET, Argument("package", "package", optional=True), run=_contains),
-    Verb(
-        "contains-path", "contains-path [package]", QUIET, Argument("package", "package", optional=True), run=_contains
+    pack_verb(
+        "contents",
+        "contents [stack]",
+        Argument("stack", "package", optional=True),
+        run=_contents,
+        examples=[("ros_comm", "its packages")],
+    ),
+    pack_verb(
+        "contains",
+        "contains [package]",
+        Argument("package", "package", optional=True),
+        run=_contains,
+        examples=[("roscpp", "the stack that it belongs to")],
+    ),
+    pack_verb(
+        "contains-path",
+        "contains-path [package]",
+        Argument("package", "package", optional=True),
+        run=_contains,
+        examples=[("roscpp", "that stack's folder")],
     ),
 ]

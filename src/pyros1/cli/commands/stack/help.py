@@ -6,8 +6,8 @@ from typing import Any
 
 from pyros1.cli.commands.stack import COMMAND
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Verb
 from pyros1.cli.running import verb_list
+from pyros1.cli.shared.rospack import pack_verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -15,4 +15,4 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     print(verb_list(COMMAND, invocation.program, as_stock=True))
 
 
-VERB = Verb("help", "help", run=run)
+VERB = pack_verb("help", "help", run=run, examples=[("", "the list of verbs")])
