@@ -60,7 +60,7 @@ def make_message_class(
         "__slots__": slots,
         "__module__": module,
         "__qualname__": short,
-        "__doc__": spec.text or f"Message type {spec.name}, without fields.",  # not a copy: texts may be long
+        "__doc__": _doc(spec.text) or f"Message type {spec.name}, without fields.",
         **constants,
         "_type": spec.name,
         "_md5sum": md5sum,
@@ -87,7 +87,7 @@ def make_service_class(
     short = spec.name.partition("/")[2]
     body: dict[str, Any] = {
         "__module__": module,
-        "__doc__": spec.text or f"Service type {spec.name}, without fields.",
+        "__doc__": _doc(spec.text) or f"Service type {spec.name}, without fields.",
         "_type": spec.name,
         "_md5sum": digests.md5(spec),
         "_full_text": digests.full_text(spec),
@@ -95,6 +95,11 @@ def make_service_class(
         "_response_class": make_message_class(spec.response, digests, lookup, module),
     }
     return type(short, (Service,), body)
+
+
+def _doc(text: str) -> str:
+    """Return a definition as a class can have it: the same text, which may be long, but for bytes that are no text."""
+    return text if text.isascii() else text.encode("utf-8", "replace").decode()
 
 
 def _measure(field: Field, classes: dict[str, type[Message]]) -> tuple[int, int, bool]:

@@ -7,12 +7,12 @@ bool, int, float, str, bytes, date, datetime, list, dict and set.
 
 from __future__ import annotations
 
+import math
 import re
 from functools import cache
 from typing import Any
 
 from pyros1.errors import Error
-from pyros1.values.angles import degrees, radians
 
 _DEEPEST = 200
 """Levels of nesting."""
@@ -115,6 +115,20 @@ def _reason(error: Exception) -> str:
     return reason or str(error).strip().split("\n")[0]
 
 
+def _degrees(text: str) -> float:
+    return float(_inside(text, "deg(")) * math.pi / 180.0  # not math.radians, which differs from stock's last digit
+
+
+def _radians(text: str) -> float:
+    from pyros1.values.angles import radians  # noqa: PLC0415 - rarely needed, and it loads Python's parser
+
+    return radians(_inside(text, "rad("))
+
+
+def _inside(text: str, begin: str) -> str:
+    return text[len(begin) : -1] if text.startswith(begin) and text.endswith(")") else text
+
+
 @cache
 def _loader_class() -> Any:
     """Return the loader's class: made when it is first needed, since PyYAML is slow to import."""
@@ -180,7 +194,7 @@ def _loader_class() -> Any:
     def of_scalar(function: Any) -> Any:
         return lambda loader, node: function(loader.construct_scalar(node))
 
-    for tag, function, word in (("!degrees", degrees, "deg"), ("!radians", radians, "rad")):
+    for tag, function, word in (("!degrees", _degrees, "deg"), ("!radians", _radians, "rad")):
         Loader.add_constructor(tag, of_scalar(function))
         Loader.add_implicit_resolver(tag, re.compile(rf"{word}\([^)]*\)\Z"), [word[0]])
     return Loader
