@@ -51,6 +51,12 @@ def test_the_table_is_current() -> None:
     assert make_index.TARGET.read_text(encoding="utf-8") == make_index.text()
 
 
+def test_the_table_in_readme_is_current() -> None:
+    """If not: python -m pyros1.cli.make_index"""
+    text = make_index.README.read_text(encoding="utf-8")
+    assert make_index.readme(text) == text
+
+
 def test_names_are_unique() -> None:
     known = registry.commands()
     names = [word for name, each in known.items() for word in {name, each.stock, *each.aliases, *each.also} if word]

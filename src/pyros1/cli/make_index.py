@@ -1,4 +1,4 @@
-"""``python -m pyros1.cli.make_index``: makes the table of commands and verbs from their records."""
+"""``python -m pyros1.cli.make_index``: makes the tables of commands from their records: `index`, and README's."""
 
 from __future__ import annotations
 
@@ -40,5 +40,32 @@ def text() -> str:
     return "".join([*lines, "}\n"])
 
 
+README = Path(__file__).parents[3] / "README.md"
+"""In a source tree; an installed pyros1 has none."""
+_BEGIN = "<!-- made by python -m pyros1.cli.make_index -->\n"
+_END = "<!-- end -->\n"
+
+
+def readme_table() -> str:
+    """Return README's table of commands."""
+    lines = ["| `pyros1 ...` | stock ROS 1 | what it does | verbs; those that stock lacks |\n", "|---|---|---|---|\n"]
+    for name, entry in registry.commands().items():
+        stock = ", ".join(f"`{each}`" for each in dict.fromkeys(filter(None, [entry.stock, *entry.also])))
+        known = registry.verbs(name)
+        as_stock = " ".join(verb for verb, told in known.items() if not told.own)
+        more = " ".join(verb for verb, told in known.items() if told.own)
+        verbs = f"{as_stock}; *{more}*" if more else as_stock
+        lines.append(f"| `{name}` | {stock} | {entry.about} | {verbs} |\n")
+    return "".join(lines)
+
+
+def readme(text: str) -> str:
+    """Return README's text with its table as the records have it."""
+    before, _, rest = text.partition(_BEGIN)
+    return before + _BEGIN + readme_table() + _END + rest.partition(_END)[2]
+
+
 if __name__ == "__main__":
     TARGET.write_text(text(), encoding="utf-8")
+    if README.exists():
+        README.write_text(readme(README.read_text(encoding="utf-8")), encoding="utf-8")
