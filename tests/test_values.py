@@ -4,9 +4,13 @@
 from __future__ import annotations
 
 import datetime
+import enum
 import math
+import re
+from collections import OrderedDict
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -112,3 +116,37 @@ def test_any_text_gives_a_value_or_the_documented_error(text: str) -> None:
         load_yaml(text)
     except YamlError as error:
         assert isinstance(error, Error)
+
+
+def test_texts_that_look_like_angles_stay_texts() -> None:
+    for text in ("deg(90)", "rad(pi)", "deg(", "rad (1)"):
+        assert load_yaml(dump_yaml(text)) == text
+        assert load_yaml(dump_yaml([text], block=False)) == [text]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("a: 1\nb: !!timestamp x", "2: invalid timestamp: x"),
+        ("!!timestamp 2001-1-1 1:1:1", "1: invalid timestamp"),
+        ("!!int '-'", "1: invalid int: -"),
+        ("!!int {=: '" + "1:" * 200_000 + "1'}", "expected a scalar node, but found mapping"),
+        ("[" * 60 + "]" * 60, "1: nested too deeply"),
+        ("\n".join(" " * level + "a:" for level in range(60)), "nested too deeply"),
+    ],
+    ids=range(6),
+)
+def test_what_is_wrong_is_said_with_its_line(text: str, reason: str) -> None:
+    with pytest.raises(YamlError, match=re.escape(reason)):
+        load_yaml(text)
+
+
+def test_kinds_of_values_are_written_as_what_they_are() -> None:
+    class Words(list[str]):
+        pass
+
+    class Level(enum.IntEnum):
+        HIGH = 2
+
+    value = {"a": OrderedDict(b=Words(["c"])), "d": Level.HIGH, "e": np.float64(0.5), "f": bytearray(b"g")}
+    assert load_yaml(dump_yaml(value)) == {"a": {"b": ["c"]}, "d": 2, "e": 0.5, "f": b"g"}

@@ -60,15 +60,31 @@ def finder() -> Any:
 
 
 class Hook:
-    """Finds modules of messages and services."""
+    """Finds modules of messages and services.
+
+    Python looks for modules with a lock that all threads need to import anything, so nothing is imported there. Until
+    `pyros1.finding.importing` is loaded, and takes over, any package is believed to be there; it is loaded when the
+    module is made.
+    """
 
     @staticmethod
     def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
         """Answer the import system; see `pyros1.finding.importing.MessageFinder.find_spec`."""
-        if not name.startswith(PREFIX + ".") or name.split(".")[2] in OWN_MODULES:
+        if not name.startswith(PREFIX + "."):
             return None
-        found: ModuleSpec | None = finder().find_spec(name, path, target)
-        return found
+        package, *kind = name[len(PREFIX) + 1 :].split(".")
+        if package in OWN_MODULES or kind not in ([], ["msg"], ["srv"]):
+            return None
+        return ModuleSpec(name, _Loader(), is_package=True)  # type: ignore[arg-type]  # has all that a loader needs
+
+
+class _Loader:
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Leave it to the import system."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        found = finder().find_spec(module.__name__)  # raises an error that says what may have been meant
+        found.loader.exec_module(module)
 
 
 def install() -> None:

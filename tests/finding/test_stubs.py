@@ -20,7 +20,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 WRONG = """
 import pyros1
+import numpy as np
 from pyros1.msgs.geometry_msgs.msg import Twist, Vector3
+from pyros1.msgs.sensor_msgs.msg import Image, JointState
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import SetBoolRequest
 
@@ -31,6 +33,7 @@ with pyros1.Node("node") as node:
     publisher = node.advertise("topic1", Float64)
     publisher.publish(Float64(1.0))
     publisher.publish(1.0)
+    publisher.publish(np.float32(1.0))
     publisher.publish(data=1.0)
     publisher.publish(String("x"))  # wrong
     node.subscribe("topic1", Float64, got)
@@ -40,6 +43,14 @@ with pyros1.Node("node") as node:
     twist.speed = 1.0  # wrong
     Vector3(x="fast")  # wrong
     SetBoolRequest(date=True)  # wrong
+    state = JointState(name=("a", "b"), position=np.zeros(3), velocity=[1, 2])
+    state.effort = np.zeros(3)
+    state.name.append("c")
+    state.position = 3.0  # wrong
+    image = Image(data=[1, 2], height=np.int32(3))
+    image.data = bytearray(4)
+    image.data = memoryview(b"x")
+    image.data.decode()
     from pyros1.msgs.std_msgs.msg import Flot64  # wrong
 """
 
@@ -122,6 +133,9 @@ def test_names_that_hide_others(tmp_path: Path) -> None:
         for each in names.body
         if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
     }
+    for each in names.body:
+        if isinstance(each, ast.FunctionDef) and each.returns is not None and ast.unparse(each.returns) != "None":
+            fields[each.name] = ast.unparse(each.returns)
     assert fields == {
         "str": "_b.str",
         "float": "_b.float",
@@ -141,7 +155,7 @@ def test_names_that_hide_others(tmp_path: Path) -> None:
         "points": "_b.list[_base.Point]",
     }
     assert "class True" not in text and "class GoActionGoal(_Base)" in text
-    assert "c: _b.list[_other_pkg.Point]" in (out / "base_" / "srv.pyi").read_text()
+    assert "def c(self) -> _b.list[_other_pkg.Point]" in (out / "base_" / "srv.pyi").read_text()
 
 
 def test_an_unknown_package(tmp_path: Path) -> None:

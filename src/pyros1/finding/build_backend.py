@@ -25,6 +25,8 @@ Settings = dict[str, Any] | None
 def make_stubs() -> None:
     """Write the stubs of the definitions that come along."""
     library = stubs.shipped()
+    for old in stubs.HOME.glob("*/*.pyi"):  # those of a user's own packages belong into no wheel
+        old.unlink()
     stubs.write(stubs.stubs(library, library.packages()), stubs.HOME)
 
 

@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from pyros1.errors import UnknownTypeError
+from pyros1.finding.library import Library
 from pyros1.generated import OWN_MODULES, PREFIX, module_name, ros_name
 from pyros1.msgs.base import Message, Service
 from pyros1.msgs.factory import make_message_class, make_service_class
@@ -37,8 +38,6 @@ class MessageFinder:
     def library(self) -> Any:
         """The :class:`pyros1.finding.library.Library` that definitions come from."""
         if self._library is None:
-            from pyros1.finding.library import Library  # noqa: PLC0415  a program without messages does not search for any
-
             self._library = Library(self._environ)
         return self._library
 

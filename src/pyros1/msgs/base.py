@@ -16,7 +16,7 @@ are first asked for, so that making a class costs little and an unused direction
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
@@ -47,6 +47,14 @@ _MAKERS = {
 def _module(name: str) -> Any:
     """Return the module of that name: it needs this one, and most messages are never encoded, checked or printed."""
     return import_module("pyros1.msgs." + name)
+
+
+class Array(Protocol):
+    """What a field of many numbers takes: a list, a tuple, bytes, an array of numpy or of the standard library."""
+
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[Any]: ...
+    def __getitem__(self, index: int, /) -> Any: ...
 
 
 class Writable(Protocol):

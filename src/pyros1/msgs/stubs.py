@@ -16,8 +16,11 @@ _HEAD = """# Made by pyros1 from the definitions of {package}; changes would be 
 import builtins as _b
 from collections.abc import Sequence as _Sequence
 from typing import ClassVar as _ClassVar
+from typing import SupportsFloat as _SupportsFloat
+from typing import SupportsIndex as _SupportsIndex
 
 from pyros1.msgs import {base} as _Base
+from pyros1.msgs.base import Array as _Array
 from pyros1.timing import Duration as _Duration
 from pyros1.timing import Time as _Time
 """
@@ -67,30 +70,38 @@ def _module(package: str, base: str, specs: Iterable[MessageSpec], module_name: 
 
 
 def _message(spec: MessageSpec, short: str, base: str = "_Base") -> str:
-    fields = [(python_name(field.name), _type(field)) for field in spec.fields]
+    fields = [(python_name(field.name), *_types(field)) for field in spec.fields]
     lines = [f"\nclass {short}({base}):"]
     for constant in spec.constants:
-        kind = type(constant.value).__name__
-        lines.append(f"    {python_name(constant.name)}: _ClassVar[_b.{kind}]")
-    lines += [f"    {name}: {kind}" for name, kind in fields]
-    arguments = "".join(f", {name}: {kind} = ..." for name, kind in fields)
+        lines.append(f"    {python_name(constant.name)}: _ClassVar[_b.{type(constant.value).__name__}]")
+    for field, (name, given, taken) in zip(spec.fields, fields, strict=True):
+        if field.length is None:
+            lines.append(f"    {name}: {given}")
+        else:
+            lines.append(f"    @_b.property\n    def {name}(self) -> {given}: ...")
+            lines.append(f"    @{name}.setter\n    def {name}(self, value: {taken}, /) -> None: ...")
+    arguments = "".join(f", {name}: {taken} = ..." for name, _, taken in fields)
     lines.append(f"    def __init__(self{arguments}) -> None: ...")
     return "\n".join(lines) + "\n"
 
 
-def _type(field: Field) -> str:
+def _types(field: Field) -> tuple[str, str]:
+    """Return the type that a field has, and that of what it takes."""
     package, _, short = field.base.partition("/")
-    if short:
-        one = f"_{package}.{short}"
-    else:
-        one = {"time": "_Time", "duration": "_Duration", "string": "_b.str", "bool": "_b.bool"}.get(field.base, "")
-        one = one or ("_b.float" if field.base.startswith("float") else "_b.int")
+    one, taken = {
+        "time": ("_Time", "_Time"),
+        "duration": ("_Duration", "_Duration"),
+        "string": ("_b.str", "_b.str"),
+        "bool": ("_b.bool", "_b.bool | _SupportsIndex"),
+        "float32": ("_b.float", "_SupportsFloat"),
+        "float64": ("_b.float", "_SupportsFloat"),
+    }.get(field.base, (f"_{package}.{short}",) * 2 if short else ("_b.int", "_SupportsIndex"))
     if field.length is None:
-        return one
+        return one, taken
     if field.base in ("uint8", "char"):
-        return "_b.bytes"
+        return "_b.bytes", "_Array"
     # Received arrays of numbers are tuples, others are lists.
-    return f"_Sequence[{one}]" if field.base in STRUCT_CODES else f"_b.list[{one}]"
+    return (f"_Sequence[{one}]", "_Array") if field.base in STRUCT_CODES else (f"_b.list[{one}]", f"_Sequence[{one}]")
 
 
 def _is_usable(name: str) -> bool:

@@ -14,8 +14,8 @@ from typing import Any
 
 from pyros1.errors import Error
 
-_DEEPEST = 200
-"""Levels of nesting."""
+_DEEPEST = 50
+"""Levels of nesting: each takes several calls of Python's, whose number is limited."""
 _MOST_COPIES = 50_000
 """Values that aliases and merge keys stand for, all together; long texts count more than once."""
 _TEXT_UNIT = 100
@@ -24,6 +24,13 @@ _LONGEST_INTEGER = 200
 """Characters of an integer: no field holds 2^64, and Python takes long for those of thousands of digits."""
 _SHOWN = 60
 """Characters of a wrong value in an error."""
+
+ANGLES = {"!degrees": (re.compile(r"deg\([^)]*\)\Z"), "d"), "!radians": (re.compile(r"rad\([^)]*\)\Z"), "r")}
+"""The tags of angles: what plain words of them look like, and begin with."""
+_SCALARS = frozenset(
+    [*ANGLES, *(f"tag:yaml.org,2002:{kind}" for kind in ("null", "bool", "int", "float", "str", "binary", "timestamp"))]
+)
+"""Tags of single values."""
 
 # The texts that need no YAML machinery: most parameters given on a command line are one of these.
 _SIMPLE_WORD = re.compile(r"[A-Za-z_/][\w/.-]*", re.ASCII)
@@ -181,10 +188,13 @@ def _loader_class() -> Any:
 
         def construct_object(self, node: Any, deep: bool = False) -> Any:
             try:
-                if node.id == "scalar" and node.tag.endswith(":int") and len(node.value) > _LONGEST_INTEGER:
+                if node.id != "scalar" and node.tag in _SCALARS:
+                    problem = f"expected a scalar node, but found {node.id}"
+                    raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
+                if node.tag.endswith(":int") and len(node.value) > _LONGEST_INTEGER:
                     raise ValueError("too long")
                 return super().construct_object(node, True)
-            except (ValueError, KeyError, OverflowError, ZeroDivisionError) as error:
+            except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
                 if node.id != "scalar":
                     raise
                 text = node.value if len(node.value) <= _SHOWN else f"{node.value[:_SHOWN]}..."
@@ -194,7 +204,8 @@ def _loader_class() -> Any:
     def of_scalar(function: Any) -> Any:
         return lambda loader, node: function(loader.construct_scalar(node))
 
-    for tag, function, word in (("!degrees", _degrees, "deg"), ("!radians", _radians, "rad")):
+    for tag, function in (("!degrees", _degrees), ("!radians", _radians)):
+        pattern, first = ANGLES[tag]
         Loader.add_constructor(tag, of_scalar(function))
-        Loader.add_implicit_resolver(tag, re.compile(rf"{word}\([^)]*\)\Z"), [word[0]])
+        Loader.add_implicit_resolver(tag, pattern, [first])
     return Loader

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
-from pyros1.values.reading import YamlError
+from pyros1.values.reading import ANGLES, YamlError
 
 
 def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) -> str:
@@ -53,4 +53,13 @@ def _dumper_class() -> Any:
         def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
             return super().represent_sequence(tag, sequence, flow_style=self._inline(sequence))
 
+    for tag, (pattern, first) in ANGLES.items():  # texts that look like angles get quotation marks
+        Dumper.add_implicit_resolver(tag, pattern, [first])
+    for kind in (dict, list, tuple, set, str, bytes, int, float):  # and what is made of them, as numpy's numbers
+        Dumper.add_multi_representer(kind, _represent_as(kind))
+    Dumper.add_multi_representer(bytearray, lambda dumper, data: dumper.represent_data(bytes(data)))
     return Dumper
+
+
+def _represent_as(kind: Any) -> Callable[[Any, Any], Any]:
+    return lambda dumper, data: dumper.yaml_representers[kind](dumper, kind(data))

@@ -5,12 +5,12 @@ https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, SupportsFloat, SupportsIndex, TypeVar, overload
 
 from pyros1.errors import NodeError, SerializationError
 from pyros1.msgs import AnyMsg, Message
-from pyros1.msgs.base import message_class
+from pyros1.msgs.base import Array, message_class
 from pyros1.node.context import wait_for_links
 from pyros1.timing import Duration, Time
 from pyros1.wire.handshake import ANY
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyros1.node.publishing.publication import Publication
 
 _M = TypeVar("_M")
-_Value = bool | int | float | str | bytes | bytearray | memoryview | Time | Duration | Sequence[Any]
+_Value = SupportsFloat | SupportsIndex | str | Time | Duration | Array
 
 
 class Publisher(Generic[_M]):
