@@ -88,10 +88,9 @@ def test_a_record_is_whole(line: str, verb: Verb) -> None:
     assert not any(argument.many for argument in verb.arguments[:-1])
 
 
-@pytest.mark.parametrize(("line", "verb"), SPOKEN)
+# The shell function roscd goes to the folder that `pkg cd` prints, so that this may print no help.
+@pytest.mark.parametrize(("line", "verb"), [each for each in SPOKEN if each.values[0] != "pkg cd"])
 def test_help_shows_options_and_examples(line: str, verb: Verb, call_main: Any) -> None:
-    if line == "pkg cd":
-        pytest.skip("the shell function roscd goes to the folder that it prints")
     code, out, err = call_main(entry, "pyros1", *line.split(), "-h")
     assert (code, err) == (0, "") and verb.examples
     assert [option.names for option in verb.options if not option.hidden and option.names[-1] not in out] == []
