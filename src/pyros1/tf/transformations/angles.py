@@ -51,9 +51,9 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: Axes = "sxyz") 
         z, w = sc * cb * ca - cc * sb * sa, cc * cb * ca + sc * sb * sa
     if odd:
         x, y, z = -x, -y, -z
-    result = np.empty(4)
-    result[[i, (i + 1 + odd) % 3, (i + 2 - odd) % 3, 3]] = x, y, z, w
-    return result
+    parts = [0.0, 0.0, 0.0, w]
+    parts[i], parts[(i + 1 + odd) % 3], parts[(i + 2 - odd) % 3] = x, y, z
+    return np.array(parts)
 
 
 def euler_from_quaternion(quaternion: ArrayLike, axes: Axes = "sxyz") -> tuple[float, float, float]:
