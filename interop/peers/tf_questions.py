@@ -37,8 +37,10 @@ def same(ours: Any, stock: Any) -> bool:
     """Equal, numbers to 1e-9."""
     if isinstance(ours, list) and isinstance(stock, list):
         return len(ours) == len(stock) and all(map(same, ours, stock))
+    if isinstance(ours, dict) and isinstance(stock, dict):
+        return same(sorted(ours), sorted(stock)) and all(same(ours[key], stock[key]) for key in ours)
     if isinstance(ours, float) and isinstance(stock, float):
-        return abs(ours - stock) <= CLOSE
+        return abs(ours - stock) <= CLOSE or ours == stock or (math.isnan(ours) and math.isnan(stock))
     return bool(ours == stock)
 
 

@@ -10,6 +10,7 @@ import rospy
 import tf2_py
 from geometry_msgs.msg import TransformStamped
 from tf import transformations
+from tf_values import described, made
 
 _MATHS = transformations.__name__
 
@@ -31,12 +32,6 @@ def stamped(parent, child, ns, numbers):
 def numbers(message):
     v, q = message.transform.translation, message.transform.rotation
     return [message.header.stamp.to_nsec(), [v.x, v.y, v.z, q.x, q.y, q.z, q.w]]
-
-
-def plain(answer):
-    if isinstance(answer, (tuple, list)):
-        return [plain(part) for part in answer]
-    return answer.tolist() if hasattr(answer, "tolist") else answer
 
 
 class Asked:
@@ -78,7 +73,7 @@ class Asked:
         return self.buffer.all_frames_as_string()
 
     def maths(self, name, *arguments):
-        return plain(getattr(transformations, name)(*arguments))
+        return described(getattr(transformations, name)(*map(made, arguments)))
 
     def maths_names(self):
         """The functions and classes of its own."""

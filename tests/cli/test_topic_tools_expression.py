@@ -36,7 +36,6 @@ def test_functions_and_comprehensions() -> None:
 
 
 def test_numpy() -> None:
-    pytest.importorskip("numpy")
     quaternion: Any = load_message("geometry_msgs/Quaternion")(0, 0, 3, 4)
     assert value("numpy.any(numpy.less(numpy.array([m.x, m.w]), 1))", quaternion) is True
     assert value("[numpy.argmax([m.z, m.w])]", quaternion) == [1]
@@ -45,7 +44,6 @@ def test_numpy() -> None:
 
 
 def test_whole_arrays() -> None:
-    pytest.importorskip("numpy")
     assert value("numpy.array([1, 5, 9])[numpy.array([1, 5, 9]) > 4].tolist()") == [5, 9]
     assert value("(True and numpy.array([1, 2]) == 2).tolist()") == [False, True]
     assert value("1 < 2 < 3 and not 3 < 2 < 9") is True

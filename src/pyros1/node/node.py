@@ -260,7 +260,6 @@ class Node:
         Raises:
             ValueError: a transport or size that there is not.
             NodeError: this node subscribes to the topic with another type already.
-            ImportError: "numpy" is asked for and not installed.
             TypeError: an argument is not what it should be.
         """
         checks.check_name(topic, _SUBSCRIBE)

@@ -10,7 +10,7 @@
         TransformListener(node, buffer)
         pose = buffer.lookup_transform("map", "base_link", timeout=5.0)
 
-tf2's rules, texts and exceptions, in Python alone. `pyros1.tf.transformations` has the calculations.
+tf2's rules, texts and exceptions, in Python alone. `pyros1.tf.transformations` has the calculations, on numpy.
 """
 
 from __future__ import annotations

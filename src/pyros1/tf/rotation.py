@@ -1,18 +1,46 @@
 """Quaternions and rigid transforms as tuples, in tf2's order of operations: results agree to the last bits.
 
 A quaternion is (x, y, z, w), a transform (x, y, z, qx, qy, qz, qw). Quaternions need not have unit length: tf2 admits
-deviations up to half a percent and calculates with what it got, and so do we.
+deviations up to half a percent and calculates with what it got, and so do we. Floats, as numpy takes longer for so few
+numbers, and a tenth of a second to load: `pyros1.tf.transformations` is on numpy.
 """
 
 from __future__ import annotations
 
-from math import acos, sin, sqrt
+from math import acos, atan2, cos, hypot, sin, sqrt
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Transform = tuple[float, float, float, float, float, float, float]
 
+EPS = 4 * 2.0**-52
+"""Below this a length is none."""
+
 IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+
+def from_angles(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Return the rotation about x, then y, then z, axes that stand still, in radians."""
+    cr, sr, cp, sp, cy, sy = (part for angle in (roll, pitch, yaw) for part in (cos(angle / 2.0), sin(angle / 2.0)))
+    return (
+        cy * cp * sr - sy * sp * cr,
+        cy * sp * cr + sy * cp * sr,
+        sy * cp * cr - cy * sp * sr,
+        cy * cp * cr + sy * sp * sr,
+    )
+
+
+def to_angles(rotation: Quaternion) -> Vector:
+    """Return roll, pitch and yaw in radians; where the pitch is 90 degrees up or down, the yaw is 0."""
+    x, y, z, w = rotation
+    square = x * x + y * y + z * z + w * w
+    # numbers of the rotation's matrix, square times as large
+    xx, yx, zx = w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
+    level = hypot(xx, yx)
+    pitch = atan2(-zx, level)
+    if level <= EPS * square:
+        return atan2(2.0 * (w * x - y * z), w * w - x * x + y * y - z * z), pitch, 0.0
+    return atan2(2.0 * (y * z + w * x), w * w - x * x - y * y + z * z), pitch, atan2(yx, xx)
 
 
 def chain(first: Transform, second: Transform) -> Transform:

@@ -28,7 +28,6 @@ def array_view(arrays: str | None) -> View | None:
 
     Raises:
         ValueError: it is something else.
-        ImportError: numpy is asked for and not installed.
     """
     if arrays is None:
         return None
@@ -37,7 +36,7 @@ def array_view(arrays: str | None) -> View | None:
     if arrays == "memoryview":
         return memoryview_view
     if arrays == "numpy":
-        import numpy  # noqa: PLC0415  an extra
+        import numpy  # noqa: PLC0415  not cheap
 
         return numpy_view(numpy)
     raise ValueError(f'arrays must be None, "memoryview" or "numpy", not {arrays!r}')

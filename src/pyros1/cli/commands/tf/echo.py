@@ -123,10 +123,10 @@ def _precision(node: Node, options: Any) -> int:
 
 
 def _show(transform: Any, options: Any, now: float) -> None:
-    from pyros1.tf.quaternions import euler_from_quaternion  # noqa: PLC0415
+    from pyros1.tf.rotation import to_angles  # noqa: PLC0415
 
     v, q = transform.transform.translation, transform.transform.rotation
-    angles = euler_from_quaternion([q.x, q.y, q.z, q.w])
+    angles = to_angles((q.x, q.y, q.z, q.w))
     stamp = transform.header.stamp.to_sec()
     if options.json:
         print_json(

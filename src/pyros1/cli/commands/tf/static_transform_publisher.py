@@ -117,9 +117,9 @@ def _check_frames(parent: str, child: str) -> None:
 
 
 def _from_angles(yaw: float, pitch: float, roll: float) -> list[float]:
-    from pyros1.tf.quaternions import quaternion_from_euler  # noqa: PLC0415 - quaternions need no calculation
+    from pyros1.tf.rotation import from_angles  # noqa: PLC0415 - quaternions need no calculation
 
-    return quaternion_from_euler(roll, pitch, yaw)
+    return list(from_angles(roll, pitch, yaw))
 
 
 def _publish(

@@ -78,23 +78,18 @@ class ModuleError(Error):
 
 
 def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any]:
-    """Return modules by name; math is always among them, and numpy if it is installed.
+    """Return modules by name; math and numpy are always among them.
 
     Args:
-        names: what users ask for: math, numpy, rospy (times), tf (transformations), or a package of messages.
+        names: what users ask for: rospy (times), tf (transformations), or a package of messages.
         now: what rospy.Time.now returns.
 
     Raises:
         ModuleError: there is no such module.
     """
-    modules: dict[str, Any] = {"math": Module("math", {k: v for k, v in vars(math).items() if k in _MATH.split()})}
-    wanted = {name.partition(".")[0] for name in names}
-    try:
-        modules["numpy"] = _numpy()
-    except ImportError:
-        if "numpy" in wanted:
-            raise ModuleError("numpy is not installed: pip install numpy") from None
-    for name in wanted - modules.keys():
+    maths = Module("math", {k: v for k, v in vars(math).items() if k in _MATH.split()})
+    modules: dict[str, Any] = {"math": maths, "numpy": _numpy()}
+    for name in {name.partition(".")[0] for name in names} - modules.keys():
         if name == "rospy":
             modules[name] = _rospy(now)
         elif name == "tf":
@@ -132,11 +127,10 @@ def _messages(package: str) -> Module:
 def _tf() -> Module:
     from pyros1.tf import transformations  # noqa: PLC0415 - few expressions turn anything
 
-    members = {name: getattr(transformations, name) for name in transformations.__all__ if name not in _NO_CALCULATION}
+    members = {name: getattr(transformations, name) for name in transformations.__all__ if name != "random_vector"}
     return Module("tf", {"transformations": Module("tf.transformations", members)})
 
 
-_NO_CALCULATION = frozenset({"Arcball", "random_vector"})
 _MATH = """
 acos acosh asin asinh atan atan2 atanh ceil copysign cos cosh degrees e exp expm1 fabs floor fmod fsum hypot inf
 isclose isfinite isinf isnan log log10 log1p log2 nan pi radians sin sinh sqrt tan tanh tau trunc

@@ -1,7 +1,8 @@
-"""Rotations and homogeneous matrices: the functions of ``tf.transformations``, on lists of floats.
+"""Rotations and homogeneous matrices, on numpy: the functions of ``tf.transformations`` (https://wiki.ros.org/tf).
 
-A quaternion is [x, y, z, w], a matrix a list of four rows. Results are new lists; arguments may be any sequences, numpy
-arrays included. Angles are radians.
+Results are arrays of float64; arguments may be arrays or sequences. A quaternion is [x, y, z, w] (4,), a matrix (4, 4),
+a point or direction (3,), of which more numbers are not looked at. Angles are radians. What cannot be calculated, such
+as the unit vector of one of length 0, is nan, and numpy warns.
 
 Euler angles are named by four letters: ``s`` (about the axes that stand still) or ``r`` (about the axes that turn with
 it), and three axes in the order of rotation. ``sxyz`` is ROS's roll, pitch, yaw; ``rzyx`` the same from yaw to roll.
@@ -9,20 +10,17 @@ it), and three axes in the order of rotation. ``sxyz`` is ROS's roll, pitch, yaw
 
 from __future__ import annotations
 
-from pyros1.tf.arcball import Arcball, arcball_constrain_to_axis, arcball_map_to_sphere, arcball_nearest_axis
-from pyros1.tf.decomposition import (
-    decompose_matrix,
-    projection_from_matrix,
-    reflection_from_matrix,
-    rotation_from_matrix,
-    scale_from_matrix,
-    shear_from_matrix,
-    superimposition_matrix,
+from pyros1.tf.transformations.angles import (
+    euler_from_matrix,
+    euler_from_quaternion,
+    euler_matrix,
+    quaternion_from_euler,
 )
-from pyros1.tf.matrices import (
+from pyros1.tf.transformations.matrices import (
     clip_matrix,
     compose_matrix,
     concatenate_matrices,
+    identity_matrix,
     inverse_matrix,
     is_same_transform,
     orthogonalization_matrix,
@@ -32,33 +30,31 @@ from pyros1.tf.matrices import (
     rotation_matrix,
     scale_matrix,
     shear_matrix,
-    translation_from_matrix,
+    superimposition_matrix,
     translation_matrix,
 )
-from pyros1.tf.quaternions import (
-    euler_from_matrix,
-    euler_from_quaternion,
-    euler_matrix,
-    identity_matrix,
+from pyros1.tf.transformations.meanings import (
+    decompose_matrix,
+    projection_from_matrix,
+    reflection_from_matrix,
+    rotation_from_matrix,
+    scale_from_matrix,
+    shear_from_matrix,
+    translation_from_matrix,
+)
+from pyros1.tf.transformations.quaternions import (
     quaternion_about_axis,
     quaternion_conjugate,
-    quaternion_from_euler,
     quaternion_from_matrix,
     quaternion_inverse,
     quaternion_matrix,
     quaternion_multiply,
     quaternion_slerp,
     random_quaternion,
-    random_vector,
-    unit_vector,
-    vector_norm,
 )
+from pyros1.tf.transformations.vectors import random_vector, unit_vector, vector_norm
 
 __all__ = [
-    "Arcball",
-    "arcball_constrain_to_axis",
-    "arcball_map_to_sphere",
-    "arcball_nearest_axis",
     "clip_matrix",
     "compose_matrix",
     "concatenate_matrices",

@@ -1,0 +1,92 @@
+"""Euler angles, of each of the 24 kinds: see `pyros1.tf.transformations`."""
+
+from __future__ import annotations
+
+from itertools import product
+from math import atan2, cos, hypot, sin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pyros1.tf.rotation import EPS
+from pyros1.tf.transformations.quaternions import quaternion_matrix
+from pyros1.tf.transformations.vectors import Array
+
+Axes = str | tuple[int, int, int, int]
+
+
+def _name(first: int, odd: int, twice: int, turning: int) -> str:
+    """The letters that a code of four integers stands for: those of axes that turn are in it in the opposite order."""
+    j = (first + 1 + odd) % 3
+    letters = "".join("xyz"[axis] for axis in (first, j, first if twice else 3 - first - j))
+    return "r" + letters[::-1] if turning else "s" + letters
+
+
+_CODES = {key: code for code in product(range(3), range(2), range(2), range(2)) for key in (_name(*code), code)}
+
+
+def _code(axes: Axes) -> tuple[int, int, int, int]:
+    key = axes.lower() if isinstance(axes, str) else axes
+    if key not in _CODES:
+        raise KeyError(f"axes must be s or r and three of x, y, z, no two alike in a row, not {axes!r}")
+    return _CODES[key]
+
+
+def quaternion_from_euler(ai: float, aj: float, ak: float, axes: Axes = "sxyz") -> Array:
+    """Return the quaternion (4,) of three rotations, by default roll, pitch and yaw.
+
+    Raises:
+        KeyError: there are no such axes.
+    """
+    i, odd, twice, turning = _code(axes)
+    if turning:  # about axes that turn is about axes that stand still, in the opposite order
+        ai, ak = ak, ai
+    sign = -0.5 if odd else 0.5  # left-handed axes turn the other way
+    a, b, c = sign * ai, sign * aj, sign * ak
+    if twice:
+        x, y, z, w = cos(b) * sin(c + a), sin(b) * cos(c - a), sin(b) * sin(c - a), cos(b) * cos(c + a)
+    else:
+        ca, sa, cb, sb, cc, sc = cos(a), sin(a), cos(b), sin(b), cos(c), sin(c)
+        x, y = cc * cb * sa - sc * sb * ca, cc * sb * ca + sc * cb * sa
+        z, w = sc * cb * ca - cc * sb * sa, cc * cb * ca + sc * sb * sa
+    if odd:
+        x, y, z = -x, -y, -z
+    parts = [0.0, 0.0, 0.0, w]
+    parts[i], parts[(i + 1 + odd) % 3], parts[(i + 2 - odd) % 3] = x, y, z
+    return np.array(parts)
+
+
+def euler_from_quaternion(quaternion: ArrayLike, axes: Axes = "sxyz") -> tuple[float, float, float]:
+    """Return the angles of a rotation (4,), by default (roll, pitch, yaw); see `euler_from_matrix`."""
+    return euler_from_matrix(quaternion_matrix(quaternion), axes)
+
+
+def euler_matrix(ai: float, aj: float, ak: float, axes: Axes = "sxyz") -> Array:
+    """Return the matrix (4, 4) of three rotations, by default roll, pitch and yaw; see `quaternion_from_euler`."""
+    return quaternion_matrix(quaternion_from_euler(ai, aj, ak, axes))
+
+
+def euler_from_matrix(matrix: ArrayLike, axes: Axes = "sxyz") -> tuple[float, float, float]:
+    """Return the angles of the rotation in a matrix (3, 3) or (4, 4), by default (roll, pitch, yaw).
+
+    Where only the sum or the difference of two angles is determined (pitch of 90 degrees), one of them is 0.
+
+    Raises:
+        KeyError: there are no such axes.
+    """
+    i, odd, twice, turning = _code(axes)
+    j, k = (i + 1 + odd) % 3, (i + 2 - odd) % 3
+    m = np.asarray(matrix, np.float64).tolist()
+    if twice:
+        size = hypot(m[i][j], m[i][k])
+        middle = atan2(size, m[i][i])
+        first, last = atan2(m[i][j], m[i][k]), atan2(m[j][i], -m[k][i])
+    else:
+        size = hypot(m[i][i], m[j][i])
+        middle = atan2(-m[k][i], size)
+        first, last = atan2(m[k][j], m[k][k]), atan2(m[j][i], m[i][i])
+    if not size > EPS:  # or nan
+        first, last = atan2(-m[j][k], m[j][j]), 0.0
+    if turning:
+        first, last = last, first
+    return (-first, -middle, -last) if odd else (first, middle, last)

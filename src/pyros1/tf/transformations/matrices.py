@@ -1,0 +1,240 @@
+"""Homogeneous matrices, made and multiplied: see `pyros1.tf.transformations`."""
+
+from __future__ import annotations
+
+from functools import reduce
+from math import sqrt, tan
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pyros1.tf.rotation import EPS
+from pyros1.tf.transformations.angles import euler_matrix
+from pyros1.tf.transformations.quaternions import quaternion_about_axis, quaternion_matrix, random_quaternion
+from pyros1.tf.transformations.vectors import Array, numbers, unit_vector
+
+_PERPENDICULAR = 1e-6
+
+
+def identity_matrix() -> Array:
+    """Return the matrix (4, 4) that changes nothing."""
+    return np.identity(4)
+
+
+def translation_matrix(direction: ArrayLike) -> Array:
+    """Return the matrix (4, 4) that moves by a vector (3,)."""
+    matrix = np.identity(4)
+    matrix[:3, 3] = numbers(direction, 3)
+    return matrix
+
+
+def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None = None) -> Array:
+    """Return the matrix (4, 4) that rotates about an axis in a direction (3,), through a point (3,) or the origin."""
+    return _about(quaternion_matrix(quaternion_about_axis(angle, _unit(direction)))[:3, :3], point)
+
+
+def random_rotation_matrix(rand: ArrayLike | None = None) -> Array:
+    """Return the matrix (4, 4) of `random_quaternion`."""
+    return quaternion_matrix(random_quaternion(rand))
+
+
+def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: ArrayLike | None = None) -> Array:
+    """Return the matrix (4, 4) that scales about a point (3,) or the origin, in a direction (3,) or everywhere."""
+    if direction is None:
+        return _about(factor * np.identity(3), origin)
+    u = _unit(direction)
+    return _about(np.identity(3) + (factor - 1.0) * np.outer(u, u), origin)
+
+
+def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
+    """Return the matrix (4, 4) that mirrors at the plane through a point (3,), perpendicular to ``normal`` (3,)."""
+    return scale_matrix(-1.0, point, normal)
+
+
+def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: ArrayLike) -> Array:
+    """Return the matrix (4, 4) that shears by an angle, in a direction, along the plane through a point.
+
+    Args:
+        angle: by which what is perpendicular to the plane leans, in radians.
+        direction: in the plane (3,).
+        point: of the plane (3,).
+        normal: of the plane (3,).
+
+    Raises:
+        ValueError: direction and normal are not perpendicular.
+    """
+    d, n = _unit(direction), _unit(normal)
+    if abs(d @ n) > _PERPENDICULAR:
+        raise ValueError("the direction must lie in the plane: perpendicular to its normal")
+    return _about(np.identity(3) + tan(angle) * np.outer(d, n), point)
+
+
+def projection_matrix(
+    point: ArrayLike,
+    normal: ArrayLike,
+    direction: ArrayLike | None = None,
+    perspective: ArrayLike | None = None,
+    pseudo: bool = False,
+) -> Array:
+    """Return the matrix (4, 4) that projects onto the plane through a point.
+
+    Args:
+        point: of the plane (3,).
+        normal: of the plane (3,).
+        direction: along which to project (3,); None and no ``perspective`` means along the normal.
+        perspective: the point (3,) through which all rays go.
+        pseudo: keep the depth behind the plane, so that projecting along the normal afterwards is what is left to do.
+    """
+    n = _unit(normal)
+    if perspective is None:
+        d = n if direction is None else numbers(direction, 3)
+        return _about(np.identity(3) - np.outer(d, n) / (d @ n), point)
+    p, height = numbers(perspective, 3), numbers(point, 3) @ n
+    # Of a point x: (distance x - p n.x + height p) / (p.n - x.n); pseudo adds what is not in the plane, along n.
+    q = p + n if pseudo else p
+    matrix = np.empty((4, 4))
+    matrix[:3, :3] = (p @ n - height) * np.identity(3) - np.outer(q, n)
+    matrix[:3, 3] = height * q
+    matrix[3] = *-n, p @ n
+    return matrix
+
+
+def clip_matrix(
+    left: float, right: float, bottom: float, top: float, near: float, far: float, perspective: bool = False
+) -> Array:
+    """Return the matrix (4, 4) that takes a box, or a frustum seen from the origin, to the cube from -1 to 1.
+
+    Raises:
+        ValueError: the box has no volume, or the frustum begins behind the eye.
+    """
+    if left >= right or bottom >= top or near >= far:
+        raise ValueError("the bounds must be: left < right, bottom < top, near < far")
+    if perspective and near <= EPS:
+        raise ValueError("a frustum begins in front of the eye: near must be positive")
+    low, high = np.array((left, bottom, near)), np.array((right, top, far))
+    size, middle = high - low, (low + high) / (high - low)
+    matrix = np.diag((*2.0 / size, 1.0))
+    matrix[:3, 3] = -middle
+    if perspective:
+        matrix = np.diag((*-2.0 * near / size, 0.0))
+        matrix[:3, 2] = middle * (1.0, 1.0, -1.0)
+        matrix[2:, 2:] = (-middle[2], 2.0 * near * far / size[2]), (-1.0, 0.0)
+    return matrix
+
+
+def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
+    """Return the matrix (4, 4) from a crystal cell's coordinates to perpendicular ones.
+
+    Args:
+        lengths: of the cell's edges a, b, c (3,).
+        angles: in degrees (3,), between b and c, a and c, a and b.
+
+    Raises:
+        ValueError: there is no cell with such angles.
+    """
+    a, b, c = numbers(lengths)
+    alpha, beta, _ = radians = np.radians(angles)
+    cos_alpha, cos_beta, cos_gamma = np.cos(radians)
+    # c along z, b in the plane of y and z; the parts of a follow from its angles with them
+    y = (cos_gamma - cos_alpha * cos_beta) / np.sin(alpha)
+    matrix = np.identity(4)
+    matrix[:3, 0] = a * sqrt(np.sin(beta) ** 2 - y * y), a * y, a * cos_beta
+    matrix[1:3, 1] = b * np.sin(alpha), b * cos_alpha
+    matrix[2, 2] = c
+    return matrix
+
+
+def compose_matrix(
+    scale: ArrayLike | None = None,
+    shear: ArrayLike | None = None,
+    angles: ArrayLike | None = None,
+    translate: ArrayLike | None = None,
+    perspective: ArrayLike | None = None,
+) -> Array:
+    """Return the matrix (4, 4) that scales, shears, rotates, moves and projects, in this order.
+
+    `decompose_matrix` undoes it.
+
+    Args:
+        scale: factors of x, y, z (3,).
+        shear: of x by y, x by z, y by z (3,).
+        angles: roll, pitch and yaw (3,).
+        translate: where to move (3,).
+        perspective: the matrix's last row (4,).
+    """
+    matrix = np.identity(4)
+    if perspective is not None:
+        matrix[3] = numbers(perspective, 4)
+    if translate is not None:
+        matrix = matrix @ translation_matrix(translate)
+    if angles is not None:
+        matrix = matrix @ euler_matrix(*numbers(angles, 3).tolist())
+    if shear is not None:
+        leaning = np.identity(4)
+        leaning[[0, 0, 1], [1, 2, 2]] = numbers(shear, 3)
+        matrix = matrix @ leaning
+    if scale is not None:
+        x, y, z = numbers(scale, 3)
+        matrix = matrix * (x, y, z, 1.0)
+    return np.asarray(matrix / matrix[3, 3])
+
+
+def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, usesvd: bool = True) -> Array:
+    """Return the matrix (4, 4) that brings points as near as possible to others: by rotating and moving, and scaling.
+
+    Args:
+        v0: the points' x, y and z, as three rows (3, n), n at least 3; more rows are not looked at.
+        v1: where they should be (3, n).
+        scaling: whether a common factor is found, too.
+        usesvd: no matter here; both of stock's ways have the same result.
+
+    Raises:
+        ValueError: the rows are not alike, or too few.
+    """
+    start, end = numbers(v0, 3), numbers(v1, 3)
+    if start.shape != end.shape or min(start.shape) < 3:
+        raise ValueError("the points must be three rows each, of equal lengths of at least 3")
+    middle0, middle1 = start.mean(1), end.mean(1)
+    start, end = start - middle0[:, None], end - middle1[:, None]
+    left, _, right = np.linalg.svd(end @ start.T)  # W. Kabsch, 1976
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))  # a rotation, no reflection
+    linear = left @ right
+    if scaling:
+        linear *= np.linalg.norm(end) / np.linalg.norm(start)
+    matrix = _about(linear, None)
+    matrix[:3, 3] = middle1 - linear @ middle0
+    return matrix
+
+
+def concatenate_matrices(*matrices: ArrayLike) -> Array:
+    """Return the product (4, 4) of matrices (4, 4): the last is applied first."""
+    return reduce(np.dot, matrices, np.identity(4))
+
+
+def inverse_matrix(matrix: ArrayLike) -> Array:
+    """Return the matrix (n, n) that undoes what this one (n, n) does.
+
+    Raises:
+        numpy.linalg.LinAlgError: there is none.
+    """
+    return np.linalg.inv(np.asarray(matrix, np.float64))
+
+
+def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
+    """Tell whether two matrices (4, 4) do the same; a common factor does not matter."""
+    one, other = np.asarray(matrix0, np.float64), np.asarray(matrix1, np.float64)
+    return np.allclose(one / one[3, 3], other / other[3, 3])
+
+
+def _unit(direction: ArrayLike) -> Array:
+    return unit_vector(numbers(direction, 3))
+
+
+def _about(linear: Array, point: ArrayLike | None) -> Array:
+    """The matrix (4, 4) that does about a point (3,) what ``linear`` (3, 3) does about the origin."""
+    matrix = np.identity(4)
+    matrix[:3, :3] = linear
+    if point is not None:
+        p = numbers(point, 3)
+        matrix[:3, 3] = p - linear @ p
+    return matrix

@@ -1,0 +1,61 @@
+"""Lengths and directions of vectors: see `pyros1.tf.transformations`."""
+
+from __future__ import annotations
+
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def numbers(values: ArrayLike, most: int | None = None) -> Array:
+    """Return values as floats, shape (n,), those after the first ``most`` left out; an array may be a view."""
+    return np.asarray(values, np.float64)[:most]
+
+
+def vector_norm(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | None = None) -> Any:
+    """Return the length of a vector, or of each vector along an axis.
+
+    Args:
+        data: numbers, of any shape.
+        axis: that of the vectors; None takes all numbers as one.
+        out: the array for the result; None for a new one.
+
+    Returns:
+        A float for data of shape (n,), else an array of data's shape without the axis, (1,) without any; None with out.
+    """
+    data = np.asarray(data, np.float64)
+    if out is not None:
+        np.sqrt(np.sum(data * data, axis, out=out), out)
+        return None
+    if data.ndim == 1:
+        return float(np.sqrt(data @ data))
+    return np.atleast_1d(np.sqrt(np.sum(data * data, axis)))
+
+
+@overload
+def unit_vector(data: ArrayLike, axis: int | None = None, out: None = None) -> Array: ...
+@overload
+def unit_vector(data: ArrayLike, axis: int | None = None, *, out: NDArray[Any]) -> None: ...
+def unit_vector(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | None = None) -> Array | None:
+    """Return the vector of length 1 in the same direction, or that of each vector along an axis.
+
+    Args:
+        data: numbers, of any shape.
+        axis: that of the vectors; None takes all numbers as one.
+        out: the array for the result, of data's shape; None for a new one.
+
+    Returns:
+        An array of data's shape; None with out.
+    """
+    data = np.asarray(data, np.float64)
+    length = np.sqrt(data @ data) if data.ndim == 1 else np.sqrt(np.sum(data * data, axis, keepdims=True))
+    result: Array = np.divide(data, length, out)
+    return result if out is None else None
+
+
+def random_vector(size: int | tuple[int, ...]) -> Array:
+    """Return random numbers from 0 to 1, in an array of a size or shape; `numpy.random.seed` makes them repeat."""
+    return np.random.random(size)
