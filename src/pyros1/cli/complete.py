@@ -51,8 +51,8 @@ def main(argv: list[str]) -> int:
     Returns:
         The exit code, 0.
     """
-    shell, breaks, index, *words = argv
     try:
+        shell, breaks, index, *words = argv
         words = words[: int(index) + 1] + [""] * (int(index) + 1 - len(words))
         if ":" in breaks:
             words = join_parts(words)

@@ -16,6 +16,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from importlib import import_module
 from typing import IO, Any
 
 _SILENCE = 30.0  # seconds without a word from the launcher that mean that the connection is dead
@@ -140,6 +141,13 @@ class _Agent:
         return [label for label, node in self._nodes.items() if node.poll() is None or group_exists(node.pid)]
 
 
+_PLACES = (
+    ("pyros1.finding.packages", "pyros1.launch.running.command_line"),
+    ("pyros1.msgs.packages", "pyros1.launch.command_line"),
+)
+"""Where pyros1 has what finds packages and makes command lines; version 0.1.0 had it elsewhere."""
+
+
 def group_exists(pid: int) -> bool:
     """Whether any process of the group is left."""
     try:
@@ -151,13 +159,14 @@ def group_exists(pid: int) -> bool:
 
 def finder() -> Callable[[str, str], list[str]]:
     """Return what finds the words that start a node: with pyros1 if that is here, or else with stock ROS."""
-    try:
-        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
-        from pyros1.launch.running.command_line import executable_words, locate  # noqa: PLC0415
-    except ImportError:
-        return _ask_rosrun
-    packages = PackageIndex(os.environ)
-    return lambda package, kind: executable_words(locate(package, kind, packages))
+    for index, command_line in _PLACES:
+        try:
+            found, lines = import_module(index), import_module(command_line)
+        except ImportError:
+            continue
+        packages = found.PackageIndex(os.environ)
+        return lambda package, kind: lines.executable_words(lines.locate(package, kind, packages))
+    return _ask_rosrun
 
 
 def _ask_rosrun(package: str, kind: str) -> list[str]:

@@ -8,6 +8,7 @@ from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 from pyros1.cli.shared.definitions import library
+from pyros1.errors import MessageError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -15,15 +16,23 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     from pyros1.finding import stubs  # noqa: PLC0415 - help needs none of it
 
     packages = args or library().packages()
+    written, errors = [], []
     try:
-        written = stubs.write(stubs.stubs(library(), packages), stubs.HOME)
+        for package in packages:
+            try:
+                written += stubs.write(stubs.stubs(library(), [package]), stubs.HOME)
+            except MessageError as error:
+                errors.append(str(error))
     except OSError as error:
         raise CommandError(
             f"cannot write {error.filename}: {error.strerror}. Stubs are part of the installed pyros1: install it where"
             " you may write, for example in a virtual environment"
         ) from None
     done = {path.parent.name for path in written}
-    print(f"{len(packages)} package{'s' * (len(packages) != 1)}, {len(done)} new or changed, in {stubs.HOME}")
+    count = len(packages) - len(errors)
+    print(f"{count} package{'s' * (count != 1)}, {len(done)} new or changed, in {stubs.HOME}", flush=True)
+    if errors:
+        raise CommandError("\nERROR: ".join(errors))
 
 
 VERB = Verb(

@@ -60,7 +60,8 @@ def _must_be_ours(folder: Path) -> None:
 
 def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package: str) -> None:
     for old in {path.name for path in folder.iterdir()} - names.keys():
-        (folder / old).unlink()
+        if not old.startswith("."):  # another process is just writing that
+            (folder / old).unlink(missing_ok=True)
     for name, words in names.items():
         file = folder / name
         text = _program(words, package)

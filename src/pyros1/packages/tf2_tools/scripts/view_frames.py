@@ -5,4 +5,4 @@ import sys
 
 from pyros1.cli.main import entry
 
-sys.exit(entry(["pyros1", "tf", "view_frames", *sys.argv[1:]]))
+sys.exit(entry(["pyros1", "tf", "view_frames", *sys.argv[1:]], alone=True))
