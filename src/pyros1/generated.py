@@ -31,7 +31,7 @@ OWN_MODULES = frozenset(
         "fill",
         "json_form",
         "large",
-        "source",
+        "generator",
         "spec",
         "stubs",
         "text",

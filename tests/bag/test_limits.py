@@ -15,7 +15,7 @@ import pytest
 import pyros1.bag
 from pyros1.bag.errors import BagError
 from pyros1.bag.export import mcap
-from pyros1.bag.format.codecs import compress
+from pyros1.bag.format.compression import compress
 from pyros1.bag.format.contents import read_content
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import (

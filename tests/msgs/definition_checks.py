@@ -30,9 +30,9 @@ from random_definitions import (
 from pyros1.errors import DeserializationError, SerializationError
 from pyros1.msgs import Message, from_definition
 from pyros1.msgs.array_views import memoryview_view, numpy_view
+from pyros1.msgs.generator import split_type
 from pyros1.msgs.json_form import from_json, to_json
 from pyros1.msgs.large import SplitBody, decode_split, layout, split_frame
-from pyros1.msgs.source import split_type
 from pyros1.msgs.spec import STRUCT_CODES
 from pyros1.timing import TVal
 

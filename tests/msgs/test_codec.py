@@ -15,7 +15,7 @@ from message_strategies import messages
 
 from pyros1.errors import DeserializationError, MessageError, SerializationError
 from pyros1.msgs import Message, from_definition
-from pyros1.msgs.source import MAX_INLINE
+from pyros1.msgs.generator import MAX_INLINE
 from pyros1.timing import Duration, Time
 
 SEPARATOR = "=" * 80

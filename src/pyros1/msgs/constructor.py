@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pyros1.msgs.base import Message
-from pyros1.msgs.source import Fields, Source, fields_of, parts_of, split_type
+from pyros1.msgs.generator import Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 _FEW = 50

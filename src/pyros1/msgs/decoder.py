@@ -21,7 +21,7 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.check import explain
 from pyros1.msgs.factory import MAX_EMPTY
-from pyros1.msgs.source import TIME_CLASSES, TIME_CODES, Fields, Source, fields_of, parts_of, split_type
+from pyros1.msgs.generator import TIME_CLASSES, TIME_CODES, Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 _WRONG = (struct.error, DeserializationError, ValueError, OverflowError, TypeError)

@@ -14,7 +14,7 @@ from pyros1.errors import SerializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.check import refusal
-from pyros1.msgs.source import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
+from pyros1.msgs.generator import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 LARGE = 16384

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from pyros1.errors import DeserializationError
 from pyros1.msgs.base import AnyMsg, Message, View, message_class
-from pyros1.msgs.source import split_type
+from pyros1.msgs.generator import split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 _EMPTY = bytes(4)

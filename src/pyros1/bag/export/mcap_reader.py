@@ -37,7 +37,7 @@ from pyros1.bag.export.mcap import (
     parse_schema,
     walk,
 )
-from pyros1.bag.format.codecs import check_size
+from pyros1.bag.format.compression import check_size
 from pyros1.bag.format.records import U32, U64, RecordError
 from pyros1.bag.limits import chunk_limit
 

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import NamedTuple
 
 from pyros1.bag.errors import BagError, UnindexedError
-from pyros1.bag.format.codecs import check_size, decompress
+from pyros1.bag.format.compression import check_size, decompress
 from pyros1.bag.format.contents import Messages, read_content
 from pyros1.bag.format.files import BagFile, Chunk, ChunkHeader
 from pyros1.bag.format.index import ENTRY, check_old, entry_places, read_index

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from pyros1.bag.format.codecs import check_size, decompress
+from pyros1.bag.format.compression import check_size, decompress
 from pyros1.bag.format.contents import Messages, read_content
 from pyros1.bag.format.files import BagFile, Chunk, ChunkHeader
 from pyros1.bag.format.records import (

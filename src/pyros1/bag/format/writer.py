@@ -14,7 +14,7 @@ from io import FileIO
 from types import TracebackType
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.format.codecs import COMPRESSIONS, MAX_CHUNK, Buffer, compress
+from pyros1.bag.format.compression import COMPRESSIONS, MAX_CHUNK, Buffer, compress
 from pyros1.bag.format.contents import Messages
 from pyros1.bag.format.encryption import Cipher
 from pyros1.bag.format.records import (

@@ -16,7 +16,7 @@ from io import FileIO
 from typing import IO, Generic, TypeVar
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.format.codecs import Buffer
+from pyros1.bag.format.compression import Buffer
 from pyros1.bag.format.writer import EMPTY_SIZE, BagWriter, Entries, entry_count
 
 _K = TypeVar("_K")
