@@ -18,6 +18,12 @@ MAX_WEIGHT = 1 << 28
 MAX_EMPTY = 16
 """Most elements of an array whose elements take no bytes: nothing in the received bytes backs their number."""
 
+MAX_EMPTY_FIXED = 32
+"""Most messages in a field that takes no bytes, those in others included: each byte received may bring so many."""
+
+MESSAGE_WEIGHT = 64
+"""Bytes of memory, roughly, that a message needs without its values."""
+
 
 def python_name(name: str) -> str:
     """Return the attribute name of a field or constant: Python's reserved words get an underscore (G10)."""
@@ -47,14 +53,15 @@ def make_message_class(
     if len({*slots}) < len(slots):  # both would be one attribute
         twice = next(name for name in slots if slots.count(name) > 1)
         raise DefinitionError(f"two fields have the name [{twice}] in Python", spec.name)
-    minimum, weight, fixed = 0, 64, True
+    minimum, weight, fixed = 0, MESSAGE_WEIGHT, True
     for field in spec.fields:
         size, cost, same = _measure(field, classes)
         minimum, weight, fixed = minimum + size, weight + cost, fixed and same
         if weight > MAX_WEIGHT:
             raise DefinitionError(f"field [{field.name}] makes the type too large", spec.name)
-        if size == 0 and cost > 128 * MAX_EMPTY:
-            raise DefinitionError(f"field [{field.name}] holds more than {MAX_EMPTY} empty values", spec.name)
+        if size == 0 and cost > MESSAGE_WEIGHT * MAX_EMPTY_FIXED:
+            many = f"{cost // MESSAGE_WEIGHT} messages without content, at most {MAX_EMPTY_FIXED} are accepted"
+            raise DefinitionError(f"field [{field.name}] holds {many}", spec.name)
     short = spec.name.partition("/")[2]
     body: dict[str, Any] = {
         "__slots__": slots,
