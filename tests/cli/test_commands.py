@@ -124,9 +124,9 @@ def test_an_unreachable_master_is_said_in_the_stock_words(run: Any, monkeypatch:
 
 def test_words_that_look_like_options_and_remappings_get_a_hint(run: Any) -> None:
     code, _, err = run("topic", "echo", "/x", "_rate=5")
-    assert code == 2 and err.endswith("\n'_rate=5' sets and renames nothing: write _rate:=5\n")
+    assert code == 2 and err.endswith("\n'_rate=5' is neither a remapping nor a parameter: write _rate:=5\n")
     code, _, err = run("topic", "pub", "\u2013r", "10", "/x", "std_msgs/String", "a=b")
-    assert code == 1 and err.endswith("begins with a dash that is no '-', as texts have it: write -r\n")
+    assert code == 1 and err.endswith("begins with a typographic dash, not with '-': write -r\n")
     assert "a:=b" not in err, "it is a message"
     assert "write" not in run("service", "call", "/nope", "a: 5")[2]
 

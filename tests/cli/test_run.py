@@ -79,7 +79,7 @@ def test_words_that_only_look_like_remappings_are_passed_on_with_a_hint(package:
         "rate:=10",
         "-r",
     ]
-    assert hints[0].startswith("[rosrun] '_rate=10' sets and renames nothing: write _rate:=10")
+    assert hints[0].startswith("[rosrun] '_rate=10' is neither a remapping nor a parameter: write _rate:=10")
 
 
 def test_a_script_that_names_no_interpreter(package: Path, capsys: pytest.CaptureFixture[str]) -> None:

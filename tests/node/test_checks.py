@@ -192,7 +192,7 @@ def test_publishing_after_the_end_is_passed_over_as_in_rospy(make_node: Any) -> 
 def test_an_argument_that_is_no_parameter_is_warned_of(make_node: Any, capfd: pytest.CaptureFixture[str]) -> None:
     make_node("n", rosout=False, argv=["_rate=10", "_fine:=1", "a=b", "_x"])
     lines = [line for line in capfd.readouterr().err.splitlines() if "WARN" in line]
-    assert len(lines) == 1 and "'_rate=10' sets and renames nothing: write _rate:=10" in lines[0]
+    assert len(lines) == 1 and "'_rate=10' is neither a remapping nor a parameter: write _rate:=10" in lines[0]
 
 
 def test_what_behaves_as_wanted_is_taken(make_node: Any, capfd: pytest.CaptureFixture[str]) -> None:

@@ -283,7 +283,7 @@ class Bag:
         return self.reader.ids([topics] if isinstance(topics, str) else topics)
 
     def _class_of(self, topic: str) -> type[Message]:
-        """The class of a topic's messages; raises BagError if the topic, or its definition, is not there."""
+        """Return the class of a topic's messages; raises BagError if the topic, or its definition, is not there."""
         ids = self.reader.ids([topic])
         if not ids:
             known = self.topics
@@ -360,7 +360,7 @@ def _value(message: Any, path: str) -> Any:
 
 
 def _type_of(cls: type[Message], path: str) -> str:
-    """A field's type, for example ``float32[]``; empty if it is none of the message."""
+    """Return a field's type, for example ``float32[]``; empty if it is none of the message."""
     kind = ""
     for name in path.split("."):
         if kind in ("time", "duration"):

@@ -123,7 +123,7 @@ class Packages:
                 yield each
 
     def _known(self, name: str) -> Iterable[str]:
-        """What a package needs, as far as that can be read: somebody else's broken manifest stops nobody."""
+        """Return what a package needs, as far as that can be read: somebody else's broken manifest stops nobody."""
         try:
             return self.manifest(name).runs_with()
         except ManifestError:

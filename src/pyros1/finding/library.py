@@ -75,7 +75,7 @@ class Library:
         return spec
 
     def has_package(self, package: str) -> bool:
-        """Tell whether there are definitions of that package."""
+        """Return whether there are definitions of that package."""
         return any(map(_has_definitions, self.folders(package)))
 
     def messages(self, package: str) -> list[str]:

@@ -69,7 +69,7 @@ def _plain(folders: Iterable[str]) -> _Names:
 
 
 def _python_folders() -> _Names:
-    """Where Python's installers put packages, and the data files that belong to them."""
+    """Return where Python's installers put packages, and the data files that belong to them."""
     libraries = [part for part in sys.path if os.path.basename(part) in ("site-packages", "dist-packages")]
     return [os.path.join(sys.prefix, "share"), *libraries]
 
@@ -260,7 +260,7 @@ class PackageIndex:
 
 
 def is_direct(root: str, name: str) -> bool:
-    """Tell whether a folder of ``ROS_PACKAGE_PATH`` has the package of that name directly in it, under its name."""
+    """Return whether a folder of ``ROS_PACKAGE_PATH`` has the package of that name directly in it, under its name."""
     folder = os.path.join(root, name)
     if _package_name(folder) != name or os.path.exists(os.path.join(folder, "CATKIN_IGNORE")):
         return False
@@ -367,7 +367,7 @@ def files_below(folder: str) -> Iterator[tuple[str, _Names]]:
 
 
 def is_folder(entry: os.DirEntry[str]) -> bool:
-    """Tell whether an entry of a folder is a folder, or a link to one. Of a link to itself is_dir() raises OSError."""
+    """Return whether an entry of a folder is a folder or a link to one (is_dir() raises OSError for a link to itself)."""
     try:
         return entry.is_dir()
     except OSError:

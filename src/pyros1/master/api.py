@@ -56,7 +56,7 @@ class MasterApi:
         self._state: tuple[int, PreparedList] = (-1, PreparedList())  # tools ask for it all the time
 
     def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
-        """Answers one call.
+        """Answer one call.
 
         Raises:
             XmlRpcFault: there is no such method (M05).

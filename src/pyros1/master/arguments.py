@@ -32,7 +32,7 @@ class Refused(Error):
 
 
 def resolve(name: str, caller_id: str) -> str:
-    """The global name for a name in a node; accepts any characters (M08)."""
+    """Return the global name for a name in a node; accepts any characters (M08)."""
     if not name:
         return namespace(caller_id)
     if name[0] == SEP:  # nearly always as it should be
@@ -51,12 +51,12 @@ def _name(parameter: str, value: Any, caller_id: str) -> str:
 
 
 def node_name(value: Any, caller_id: str) -> str:
-    """A node's name."""
+    """Return a node's name."""
     return _name("node", value, caller_id)
 
 
 def name_of(parameter: str) -> Validator:
-    """A topic's or service's name: not the root."""
+    """Return a topic's or service's name: not the root."""
 
     def check(value: Any, caller_id: str) -> str:
         name = _name(parameter, value, caller_id)
@@ -77,7 +77,7 @@ def topic_type(value: Any, caller_id: str) -> str:
 
 
 def api_of(parameter: str) -> Validator:
-    """An ``http://`` or ``rosrpc://`` URI."""
+    """Return an ``http://`` or ``rosrpc://`` URI."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(value, str) or not value:
@@ -90,7 +90,7 @@ def api_of(parameter: str) -> Validator:
 
 
 def raw_key(value: Any, caller_id: str) -> str:
-    """A parameter's key as it was written."""
+    """Return a parameter's key as it was written."""
     if not value:
         raise Refused("ERROR: parameter [key] must be specified and non-empty")
     if not isinstance(value, str):
@@ -99,7 +99,7 @@ def raw_key(value: Any, caller_id: str) -> str:
 
 
 def key(value: Any, caller_id: str) -> str:
-    """A parameter's key, resolved (M51)."""
+    """Return a parameter's key, resolved (M51)."""
     return resolve(raw_key(value, caller_id), caller_id)
 
 
@@ -111,7 +111,7 @@ def parameter_value(value: Any, caller_id: str) -> Any:
 
 
 def subgraph(value: Any, caller_id: str) -> str:
-    """A namespace; empty means everything."""
+    """Return a namespace; empty means everything."""
     if not isinstance(value, str):
         raise Refused("ERROR: parameter [subgraph] must be a string")
     return resolve(value, caller_id) if value else ""

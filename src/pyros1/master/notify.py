@@ -36,7 +36,7 @@ class Notifier:
         self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> notices; an entry means one is in flight
 
     def send(self, notices: Sequence[Notice]) -> None:
-        """Queues notices, in order."""
+        """Queue notices, in order."""
         for notice in notices:
             waiting = self._waiting.get(notice.api)
             if waiting is None:

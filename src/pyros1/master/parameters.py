@@ -26,7 +26,7 @@ _MAX_INT: Final = 2**31
 
 
 def _check(value: Any, depth: int) -> None:
-    """Refuses what could be stored but never be sent to anyone again.
+    """Refuse what could be stored but never be sent to anyone again.
 
     Raises:
         ValueError: says what is wrong.
@@ -46,7 +46,7 @@ def _check(value: Any, depth: int) -> None:
 
 
 def _stored(value: Any, depth: int) -> Any:
-    """The value as it lies in the tree: with branches for the dicts, those in lists excepted.
+    """Return the value as it lies in the tree: with branches for the dicts, those in lists excepted.
 
     Raises:
         ValueError: it cannot be stored.
@@ -75,7 +75,7 @@ class Parameters:
         self._root = PreparedDict()
 
     def set(self, key: str, value: Any) -> None:
-        """Sets a value; a dict replaces the whole branch (M46), a scalar on the way becomes a branch (M47).
+        """Set a value; a dict replaces the whole branch (M46), a scalar on the way becomes a branch (M47).
 
         Raises:
             ValueError: the value cannot be stored: ``/`` must be a dict, there is no null, ints have 32 bits, depth is
@@ -101,7 +101,7 @@ class Parameters:
         branch[path[-1]] = stored
 
     def get(self, key: str) -> Any:
-        """The value or branch at a key (M48).
+        """Return the value or branch at a key (M48).
 
         Raises:
             KeyError: nothing is set there.
@@ -122,7 +122,7 @@ class Parameters:
         return True
 
     def delete(self, key: str) -> None:
-        """Removes a value or branch.
+        """Remove a value or branch.
 
         Raises:
             KeyError: nothing is set there; also for ``/``, which cannot be removed (M27).
@@ -138,7 +138,7 @@ class Parameters:
         del branch[path[-1]]
 
     def search(self, namespace: str, key: str) -> str | None:
-        """Finds a key from a namespace upwards; only its first part has to exist (M52).
+        """Find a key from a namespace upwards; only its first part has to exist (M52).
 
         Returns:
             The full key, None if it was not found.
@@ -161,7 +161,7 @@ class Parameters:
         return None
 
     def names(self) -> list[str]:
-        """The keys of all values; empty branches have none (M31)."""
+        """Return the keys of all values; empty branches have none (M31)."""
         found: list[str] = []
         _collect(self._root, SEP, found)
         return found

@@ -76,12 +76,12 @@ class Registry:
     # ---- questions
 
     def node_api(self, node: str) -> str | None:
-        """A node's API URI, None if it is not known (M20)."""
+        """Return a node's API URI, None if it is not known (M20)."""
         entry = self._nodes.get(node)
         return entry.api if entry is not None else None
 
     def service_uri(self, service: str) -> str | None:
-        """The URI of a service's provider, None if there is none (M19)."""
+        """Return the URI of a service's provider, None if there is none (M19)."""
         provider = self._services.get(service)
         return provider[1] if provider is not None else None
 
@@ -103,17 +103,17 @@ class Registry:
         ]
 
     def publisher_apis(self, topic: str) -> list[str]:
-        """The API URIs of a topic's publishers."""
+        """Return the API URIs of a topic's publishers."""
         return list(self._publishers.get(topic, {}).values())
 
     def subscriber_apis(self, topic: str) -> list[str]:
-        """The API URIs of a topic's subscribers."""
+        """Return the API URIs of a topic's subscribers."""
         return list(self._subscribers.get(topic, {}).values())
 
     # ---- changes
 
     def register_publisher(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
-        """Adds a publisher. A real type overwrites what was known, ``*`` does not (M32)."""
+        """Add a publisher. A real type overwrites what was known, ``*`` does not (M32)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].publications.add(topic)
@@ -123,7 +123,7 @@ class Registry:
         return notices + self._publisher_updates(topic)
 
     def register_subscriber(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
-        """Adds a subscriber. Its type counts only where none is known (M32)."""
+        """Add a subscriber. Its type counts only where none is known (M32)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].subscriptions.add(topic)
@@ -133,7 +133,7 @@ class Registry:
         return notices
 
     def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
-        """Makes a node the one provider of a service, in place of any other (M17)."""
+        """Make a node the one provider of a service, in place of any other (M17)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].services.add(service)
@@ -141,7 +141,7 @@ class Registry:
         return notices
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
-        """Notes that a node wants to hear of changes at, above and below a key (M29)."""
+        """Note that a node wants to hear of changes at, above and below a key (M29)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].parameters.add(key)
@@ -149,7 +149,7 @@ class Registry:
         return notices
 
     def unregister_publisher(self, node: str, topic: str, api: str) -> list[Notice] | None:
-        """Removes a publisher; None if it was not registered with that API (M16)."""
+        """Remove a publisher; None if it was not registered with that API (M16)."""
         if self._publishers.get(topic, {}).get(node) != api:
             return None
         self.version += 1
@@ -159,7 +159,7 @@ class Registry:
         return self._publisher_updates(topic)
 
     def unregister_subscriber(self, node: str, topic: str, api: str) -> bool:
-        """Removes a subscriber; False if it was not registered with that API (M16)."""
+        """Remove a subscriber; False if it was not registered with that API (M16)."""
         if self._subscribers.get(topic, {}).get(node) != api:
             return False
         self.version += 1
@@ -169,7 +169,7 @@ class Registry:
         return True
 
     def unregister_service(self, node: str, service: str, uri: str) -> bool:
-        """Removes a service; False if the node is not its present provider with that URI (M18)."""
+        """Remove a service; False if the node is not its present provider with that URI (M18)."""
         current = self._services.get(service) == (node, uri)
         if current:
             self.version += 1
@@ -182,7 +182,7 @@ class Registry:
         return current
 
     def unsubscribe_param(self, node: str, key: str, api: str) -> None:
-        """Ends a parameter subscription; nothing happens if there is none with that API (M30)."""
+        """End a parameter subscription; nothing happens if there is none with that API (M30)."""
         if self.param_subscribers.get(key, {}).get(node) != api:
             return
         _remove(self.param_subscribers, key, node)
@@ -192,7 +192,7 @@ class Registry:
     # ---- inside
 
     def _publisher_updates(self, topic: str) -> list[Notice]:
-        """One full list of publishers to each subscriber (M38)."""
+        """Return one full list of publishers to each subscriber (M38)."""
         subscribers = self._subscribers.get(topic)
         if not subscribers:
             return []
@@ -200,7 +200,7 @@ class Registry:
         return [Notice(api, node, "publisherUpdate", topic, (publishers,)) for node, api in subscribers.items()]
 
     def _settle(self, node: str, api: str) -> list[Notice]:
-        """Makes sure that the node is known under this API; takes an older namesake's place."""
+        """Make sure that the node is known under this API; take an older namesake's place."""
         entry = self._nodes.get(node)
         if entry is not None and entry.api == api:
             return []
@@ -212,7 +212,7 @@ class Registry:
         return notices
 
     def _purge(self, node: str, entry: _Node) -> list[Notice]:
-        """Forgets everything a node had.
+        """Forget everything a node had.
 
         Stock tells nobody (M35), so that subscribers keep trying to reach the dead publisher; they are told here.
         """

@@ -75,7 +75,7 @@ class Master:
         self._shutdown_reason: str | None = None
 
     def start(self) -> None:
-        """Starts to listen and to serve.
+        """Start to listen and to serve.
 
         Raises:
             OSError: the port cannot be listened on; ``errno.EADDRINUSE`` if somebody else does.
@@ -93,7 +93,7 @@ class Master:
         self._log("info", f"Master initialized: port[{self._server.port}], uri[{self._server.uri}]")
 
     def stop(self, timeout: float = 5.0) -> None:
-        """Closes the port and all connections and ends the thread; harmless if done before.
+        """Close the port and all connections and end the thread; harmless if done before.
 
         Args:
             timeout: longest wait in seconds.
@@ -119,7 +119,7 @@ class Master:
         return self._shutdown_reason
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Waits until a client has asked for the end or ``stop`` was called; True if so.
+        """Wait until a client has asked for the end or ``stop`` was called; True if so.
 
         Args:
             timeout: seconds, None for ever.

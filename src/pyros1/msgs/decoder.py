@@ -84,7 +84,7 @@ class Decoder(Source):
         return begin
 
     def reserve(self, count: str, size: int) -> str:
-        """The same for ``count`` values of ``size`` bytes each, which must be there."""
+        """Return the same for ``count`` values of ``size`` bytes each, which must be there."""
         begin = self.step(f"{count} * {size}" if size != 1 else count)
         self.emit(f"if {self.at} > {self.arguments.end}: raise ValueError('count')")
         return begin
@@ -294,7 +294,7 @@ class Decoder(Source):
 
 
 def _is_plain(cls: type[Message]) -> bool:
-    """Tell whether a class has no arrays of messages, however deep."""
+    """Return whether a class has no arrays of messages, however deep."""
     for slot_type in cls._slot_types:
         base, length = split_type(slot_type)
         nested = cls._classes.get(base)

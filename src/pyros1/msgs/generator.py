@@ -149,11 +149,11 @@ class Source:
         return self.ref(struct.Struct("<" + fmt).unpack_from, "unpack", ("unpack", fmt))
 
     def fits(self, cls: type[Message]) -> bool:
-        """Tell whether a nested message of this class may be inlined."""
+        """Return whether a nested message of this class may be inlined."""
         return inline_size(cls) <= self.scope.budget
 
     def inlines(self, cls: type[Message]) -> bool:
-        """Tell whether a nested message of this class is inlined, and count it."""
+        """Return whether a nested message of this class is inlined, and count it."""
         size = inline_size(cls)
         if size > self.scope.budget:
             return False

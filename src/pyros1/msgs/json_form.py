@@ -124,7 +124,7 @@ def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Messag
 
 
 def _plain(cls: type[Message], value: Any, prefix: str) -> Any:
-    """The value with all texts that stand for bytes and numbers replaced."""
+    """Return the value with all texts that stand for bytes and numbers replaced."""
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))

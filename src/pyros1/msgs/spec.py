@@ -97,7 +97,7 @@ class ServiceSpec(NamedTuple):
 
 
 def is_type_name(name: str) -> bool:
-    """Tell whether ``name`` is a full type name, ``package/Type``."""
+    """Return whether ``name`` is a full type name, ``package/Type``."""
     return _FULL_NAME.match(name) is not None
 
 

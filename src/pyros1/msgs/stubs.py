@@ -105,5 +105,5 @@ def _types(field: Field) -> tuple[str, str]:
 
 
 def _is_usable(name: str) -> bool:
-    """Whether a class statement can have the name of a type."""
+    """Return whether a class statement can have the name of a type."""
     return not keyword.iskeyword(name.partition("/")[2])

@@ -61,7 +61,7 @@ class ConnectHandle:
         self._try_next(0)
 
     def _try_next(self, last_error: int) -> None:
-        """Tries the remaining addresses in order."""
+        """Try the remaining addresses in order."""
         while self._addresses:
             address = self._addresses.pop(0)
             family = socket.AF_INET6 if ":" in address else socket.AF_INET
@@ -145,7 +145,7 @@ class ConnectHandle:
 
 
 def connect(loop: Loop, host: str, port: int, timeout_s: float, on_done: OnConnected) -> ConnectHandle:
-    """Connects to a TCP port; may be called from any thread.
+    """Connect to a TCP port; may be called from any thread.
 
     Args:
         host: name or address; names are looked up without blocking the loop, all their addresses are tried.

@@ -38,7 +38,7 @@ class LocalAddress(NamedTuple):
 
 
 def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str, str]) -> LocalAddress:
-    """Finds the address to advertise and to listen on (N18-N23, N26).
+    """Find the address to advertise and to listen on (N18-N23, N26).
 
     Args:
         environ: ROS_HOSTNAME, ROS_IP and ROS_IPV6 are looked at.
@@ -94,7 +94,7 @@ def _own_host(ipv6: bool) -> str:
 
 
 def interface_addresses(ipv6: bool = False) -> list[str]:
-    """The addresses of this machine's network interfaces, as far as the system tells them."""
+    """Return the addresses of this machine's network interfaces, as far as the system tells them."""
     addresses: list[str] = []
     try:
         import fcntl  # noqa: PLC0415 - not on Windows
@@ -118,12 +118,12 @@ def interface_addresses(ipv6: bool = False) -> list[str]:
 
 
 def master_uri(environ: Mapping[str, str], special_args: Mapping[str, str]) -> str:
-    """The master's URI (N25): ``__master:=``, else ROS_MASTER_URI, else ``http://localhost:11311``."""
+    """Return the master's URI (N25): ``__master:=``, else ROS_MASTER_URI, else ``http://localhost:11311``."""
     return special_args.get("__master") or environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
 
 
 def parse_uri(uri: str, scheme: str = "http") -> tuple[str, int]:
-    """Splits ``scheme://host:port/`` into host (without brackets) and port.
+    """Split ``scheme://host:port/`` into host (without brackets) and port.
 
     Raises:
         ProtocolError: it is not such a URI; http without a port means port 80, other schemes need one.
@@ -139,7 +139,7 @@ def parse_uri(uri: str, scheme: str = "http") -> tuple[str, int]:
 
 
 def is_local(host: str) -> bool:
-    """Whether a host name or address means this machine; looks the name up."""
+    """Return whether a host name or address means this machine; looks the name up."""
     if host in ("localhost", "::1") or host.startswith("127.") or host == socket.gethostname():
         return True
     try:

@@ -165,11 +165,11 @@ class Loop:
     # ---- from any thread
 
     def start(self) -> None:
-        """Starts the thread. Calls made before wait for this."""
+        """Start the thread. Calls made before wait for this."""
         self.thread.start()
 
     def stop(self, timeout: float = 5.0) -> None:
-        """Ends the thread after the callback that is running, and waits for that (not when called on the loop).
+        """End the thread after the callback that is running, and wait for that (not when called on the loop).
 
         What is still queued is dropped. Sockets that are still registered are forgotten, not closed.
 
@@ -191,17 +191,17 @@ class Loop:
         return self.thread.is_alive() and not self._stopping
 
     def in_loop(self) -> bool:
-        """Whether the caller runs on the loop's thread."""
+        """Return whether the caller runs on the loop's thread."""
         return threading.get_ident() == self.thread.ident
 
     def call_soon(self, fn: Callable[..., object], *args: Any) -> None:
-        """Calls ``fn(*args)`` on the loop, in order; nothing happens if the loop has stopped."""
+        """Call ``fn(*args)`` on the loop, in order; nothing happens if the loop has stopped."""
         self._calls.append((fn, args))
         if not self._awake and not self.in_loop():
             self._wake()
 
     def call_later(self, delay_s: float, fn: Callable[..., object], *args: Any) -> TimerHandle:
-        """Calls ``fn(*args)`` on the loop after ``delay_s`` seconds."""
+        """Call ``fn(*args)`` on the loop after ``delay_s`` seconds."""
         handle = TimerHandle(monotonic() + delay_s, fn, args)
         if self.in_loop():
             self._add_timer(handle)
@@ -210,7 +210,7 @@ class Loop:
         return handle
 
     def run(self, fn: Callable[..., ResultT], *args: Any, timeout: float = 5.0) -> ResultT:
-        """Calls ``fn(*args)`` on the loop and returns its result; directly if on the loop, or if it is not running.
+        """Call ``fn(*args)`` on the loop and return its result; directly if on the loop, or if it is not running.
 
         Raises:
             DeadlineError: the loop did not come to it within ``timeout`` seconds.
@@ -241,7 +241,7 @@ class Loop:
         return result[0]
 
     def report(self, error: BaseException) -> None:
-        """Hands an unexpected error to ``on_error``; what that raises ends nothing."""
+        """Hand an unexpected error to ``on_error``; what that raises ends nothing."""
         try:
             self._on_error(error)
         except Exception as other:  # noqa: BLE001 - the loop must go on
@@ -273,7 +273,7 @@ class Loop:
         return self._resolver
 
     def register(self, sock: socket.socket | int, events: int, callback: Callable[[int], object]) -> None:
-        """Calls ``callback(ready_events)`` whenever the socket is ready.
+        """Call ``callback(ready_events)`` whenever the socket is ready.
 
         Args:
             sock: a non-blocking socket (or a file descriptor).
@@ -284,13 +284,13 @@ class Loop:
         self._callbacks[fd] = callback
 
     def modify(self, sock: socket.socket | int, events: int, callback: Callable[[int], object]) -> None:
-        """Changes what a registered socket waits for, or what is called."""
+        """Change what a registered socket waits for, or what is called."""
         fd = sock if isinstance(sock, int) else sock.fileno()
         self._selector.modify(fd, events)
         self._callbacks[fd] = callback
 
     def unregister(self, sock: socket.socket | int) -> None:
-        """Forgets the socket; to be called before it is closed. Harmless if it is not registered."""
+        """Forget the socket; to be called before it is closed. Harmless if it is not registered."""
         fd = sock if isinstance(sock, int) else sock.fileno()
         if self._callbacks.pop(fd, None) is not None:
             self._selector.unregister(fd)

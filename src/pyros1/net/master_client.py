@@ -30,7 +30,7 @@ SystemState = list[list[list[Any]]]
 
 
 def unpack(reply: Any, what: str) -> Any:
-    """The value of a ``[code, message, value]`` triple.
+    """Return the value of a ``[code, message, value]`` triple.
 
     Args:
         what: who answered, for the error's text.
@@ -86,16 +86,16 @@ class MasterClient:
         self._one_by_one = False  # the master has no system.multicall
 
     def close(self) -> None:
-        """Closes the connection; a call pending in another thread fails at once."""
+        """Close the connection; a call pending in another thread fails at once."""
         self._closed = True
         self._client.close()
 
     def call(self, method: str, *args: Any, timeout: float | None = None) -> Any:
-        """Calls any method with the caller id before ``args``, and returns the value of the triple."""
+        """Call any method with the caller id before ``args``, and return the value of the triple."""
         return unpack(self._raw(method, self.caller_id, *args, timeout=timeout), self._who(method))
 
     def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]]) -> list[Any]:
-        """Makes many calls, in one round trip if the master can; the caller id is put before each one's arguments.
+        """Make many calls, in one round trip if the master can; the caller id is put before each one's arguments.
 
         Returns:
             For each call its value, or, not raised, the MasterError or ProtocolError that it got.
@@ -157,7 +157,7 @@ class MasterClient:
     # ---- master
 
     def ping(self, timeout: float | None = None) -> None:
-        """Returns if the master answers, whatever it is: some have no getPid.
+        """Return if the master answers, whatever it is: some have no getPid.
 
         Args:
             timeout: seconds; None: the client's.
@@ -173,47 +173,47 @@ class MasterClient:
             pass
 
     def get_pid(self) -> int:
-        """The master's process id."""
+        """Return the master's process id."""
         return int(self.call("getPid"))
 
     def get_uri(self) -> str:
-        """The master's own idea of its URI."""
+        """Return the master's own idea of its URI."""
         return cast(str, self.call("getUri"))
 
     def shutdown(self, reason: str = "") -> None:
-        """Ends the master."""
+        """End the master."""
         self.call("shutdown", reason)
 
     def register_publisher(self, topic: str, topic_type: str, api: str) -> list[str]:
-        """Registers a publisher; returns the API URIs of the topic's subscribers."""
+        """Register a publisher; return the API URIs of the topic's subscribers."""
         return cast("list[str]", self.call("registerPublisher", topic, topic_type, api))
 
     def unregister_publisher(self, topic: str, api: str) -> int:
-        """Returns 1, or 0 if it was not registered with that API."""
+        """Return 1, or 0 if it was not registered with that API."""
         return int(self.call("unregisterPublisher", topic, api))
 
     def register_subscriber(self, topic: str, topic_type: str, api: str) -> list[str]:
-        """Registers a subscriber (type ``*``: any); returns the API URIs of the topic's publishers."""
+        """Register a subscriber (type ``*``: any); return the API URIs of the topic's publishers."""
         return cast("list[str]", self.call("registerSubscriber", topic, topic_type, api))
 
     def unregister_subscriber(self, topic: str, api: str) -> int:
-        """Returns 1, or 0 if it was not registered with that API."""
+        """Return 1, or 0 if it was not registered with that API."""
         return int(self.call("unregisterSubscriber", topic, api))
 
     def register_service(self, service: str, service_api: str, api: str) -> None:
-        """Registers the provider of a service, in place of any former one."""
+        """Register the provider of a service, in place of any former one."""
         self.call("registerService", service, service_api, api)
 
     def unregister_service(self, service: str, service_api: str) -> int:
-        """Returns 1, or 0 if this provider was not registered."""
+        """Return 1, or 0 if this provider was not registered."""
         return int(self.call("unregisterService", service, service_api))
 
     def lookup_service(self, service: str) -> str:
-        """The ``rosrpc://`` URI of a service's provider."""
+        """Return the ``rosrpc://`` URI of a service's provider."""
         return cast(str, self.call("lookupService", service))
 
     def lookup_node(self, name: str) -> str:
-        """The API URI of a node."""
+        """Return the API URI of a node."""
         return cast(str, self.call("lookupNode", name))
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
@@ -239,7 +239,7 @@ class MasterClient:
     # ---- parameters
 
     def get_param(self, key: str) -> Any:
-        """A parameter's value, or the tree of a namespace.
+        """Return a parameter's value, or the tree of a namespace.
 
         Raises:
             ParameterNotSetError: it is not set.
@@ -254,7 +254,7 @@ class MasterClient:
             return self._get_tree(key, error)
 
     def _get_tree(self, key: str, refusal: MasterError) -> Any:
-        """A value put together from the parameters below a key, for a master that knows no namespaces.
+        """Return a value put together from the parameters below a key, for a master that knows no namespaces.
 
         Raises:
             ParameterNotSetError: there is nothing, neither below the key nor under it.
@@ -282,11 +282,11 @@ class MasterClient:
         return tree
 
     def set_param(self, key: str, value: Any) -> None:
-        """Sets a parameter; a dict replaces the whole tree below the key."""
+        """Set a parameter; a dict replaces the whole tree below the key."""
         self.call("setParam", key, value)
 
     def has_param(self, key: str) -> bool:
-        """Whether a parameter or namespace of that name exists."""
+        """Return whether a parameter or namespace of that name exists."""
         try:
             return bool(self.call("hasParam", key))
         except MasterMethodError:
@@ -297,7 +297,7 @@ class MasterClient:
             return True
 
     def delete_param(self, key: str) -> None:
-        """Removes a parameter or a whole namespace.
+        """Remove a parameter or a whole namespace.
 
         Raises:
             ParameterNotSetError: it is not set.
@@ -312,7 +312,7 @@ class MasterClient:
             raise
 
     def search_param(self, key: str) -> str | None:
-        """The full name of the nearest such parameter, looking from the caller's namespace upwards; None if none."""
+        """Return the full name of the nearest such parameter, from the caller's namespace upwards; None if not found."""
         try:
             found = self.call("searchParam", key)
         except MasterUnreachableError:
@@ -337,16 +337,16 @@ class MasterClient:
         return f"{namespace}/{key}"
 
     def get_param_names(self) -> list[str]:
-        """The full names of all parameters."""
+        """Return the full names of all parameters."""
         try:
             return cast("list[str]", self.call("getParamNames"))
         except MasterMethodError:
             return list(_leaves("", self.call("getParam", "/")))
 
     def subscribe_param(self, api: str, key: str) -> Any:
-        """Asks for ``paramUpdate`` calls to ``api``; returns the present value, ``{}`` if not set."""
+        """Ask for ``paramUpdate`` calls to ``api``; return the present value, ``{}`` if not set."""
         return self.call("subscribeParam", api, key)
 
     def unsubscribe_param(self, api: str, key: str) -> int:
-        """Ends ``subscribe_param``."""
+        """End ``subscribe_param``."""
         return int(self.call("unsubscribeParam", api, key))

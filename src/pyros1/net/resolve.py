@@ -24,7 +24,7 @@ OnResolved = Callable[[list[str], "OSError | None"], object]
 
 
 def direct_addresses(host: str) -> list[str] | None:
-    """The addresses of a numeric host or of localhost, None if the name must be looked up."""
+    """Return the addresses of a numeric host or of localhost, None if the name must be looked up."""
     if host == "localhost":
         return ["127.0.0.1", "::1"]
     for family in (socket.AF_INET, socket.AF_INET6):
@@ -37,7 +37,7 @@ def direct_addresses(host: str) -> list[str] | None:
 
 
 def look_up(host: str) -> list[str]:
-    """The addresses of a host, by the system's look-up; may block.
+    """Return the addresses of a host, by the system's look-up; may block.
 
     Raises:
         OSError: there is no such host, or it could not be found out.
@@ -69,7 +69,7 @@ class Resolver:
         self._closed = False
 
     def resolve(self, host: str, on_done: OnResolved) -> None:
-        """Calls ``on_done(addresses, error)``: at once if the answer is known, else later, on the loop."""
+        """Call ``on_done(addresses, error)``: at once if the answer is known, else later, on the loop."""
         direct = direct_addresses(host)
         if direct is not None:
             on_done(direct, None)

@@ -252,7 +252,7 @@ class RpcCaller:
         self._closed = False
 
     def call(self, uri: str, method: str, params: Sequence[Any], on_done: OnDone, timeout: float | None = None) -> None:
-        """Queues a call; from any thread.
+        """Queue a call; from any thread.
 
         Args:
             uri: ``http://host:port/``.
@@ -270,7 +270,7 @@ class RpcCaller:
             self.loop.call_soon(self._call, uri, job)
 
     def close(self) -> None:
-        """Gives up all calls (their ``on_done`` gets an UnreachableError) and closes all connections; any thread."""
+        """Give up all calls (their ``on_done`` gets an UnreachableError) and close all connections; any thread."""
         self.loop.run(self._close)
 
     def forget(self, peer: _Peer) -> None:

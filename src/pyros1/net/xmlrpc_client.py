@@ -47,7 +47,7 @@ class XmlRpcClient:
         self._closed = False
 
     def call(self, method: str, *params: Any, timeout: float | None = None) -> Any:
-        """Calls a method and waits for its answer.
+        """Call a method and wait for its answer.
 
         Args:
             timeout: seconds for this call; None: the client's.
@@ -104,7 +104,7 @@ class XmlRpcClient:
             self._lock.release()
 
     def close(self) -> None:
-        """Closes the connection; a call that is pending in another thread fails at once."""
+        """Close the connection; a call that is pending in another thread fails at once."""
         self._closed = True
         sock = self._sock
         if sock is not None:
@@ -129,7 +129,7 @@ class XmlRpcClient:
             sock.close()
 
     def _exchange(self, request: bytes, deadline: float) -> Response:
-        """Sends a request and reads the answer, on a fresh connection if the kept one turns out to be closed."""
+        """Send a request and read the answer, on a fresh connection if the kept one turns out to be closed."""
         if self._sock is not None:
             if not _readable_now(self._sock):
                 try:

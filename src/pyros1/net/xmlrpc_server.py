@@ -50,7 +50,7 @@ class ServerLimits(NamedTuple):
 
 
 def unknown_method(method: str) -> XmlRpcFault:
-    """The fault for a method that does not exist (M05)."""
+    """Return the fault for a method that does not exist (M05)."""
     return XmlRpcFault(1, f'method "{method}" is not supported')
 
 
@@ -129,7 +129,7 @@ class _Connection:
         self._serve()
 
     def _serve(self) -> None:
-        """Answers every whole request that has arrived, as long as the answers can be written."""
+        """Answer every whole request that has arrived, as long as the answers can be written."""
         try:
             while self.parser.in_message and not self.out and not self.closing:
                 request = self.parser.next_message()
@@ -235,7 +235,7 @@ class XmlRpcServer:
         return len(self._connections)
 
     def close(self) -> None:
-        """Closes the port and all connections; from any thread."""
+        """Close the port and all connections; from any thread."""
         self.loop.run(self._close)
 
     def _close(self) -> None:
@@ -250,7 +250,7 @@ class XmlRpcServer:
     # ---- on the loop, for the connections
 
     def answer(self, request: Request) -> bytes:
-        """The whole HTTP answer to a request."""
+        """Return the whole HTTP answer to a request."""
         if request.method != "POST":
             return self.refusal(501, f"Unsupported method ({request.method!r})", keep_alive=request.keep_alive)
         if request.path not in _PATHS:
@@ -258,7 +258,7 @@ class XmlRpcServer:
         return build_response(200, self._call(request.body), keep_alive=request.keep_alive, date=self._date())
 
     def refusal(self, status: int, text: str, *, keep_alive: bool) -> bytes:
-        """The whole HTTP answer to what is not a call."""
+        """Return the whole HTTP answer to what is not a call."""
         return build_response(status, text.encode(), keep_alive=keep_alive, content_type=_TEXT, date=self._date())
 
     def _date(self) -> bytes:
@@ -295,7 +295,7 @@ class XmlRpcServer:
         connection.buffered = 0
 
     def account(self, connection: _Connection, buffered: int) -> bool:
-        """Notes what a connection's incomplete request occupies; False if it is too much for all together."""
+        """Note what a connection's incomplete request occupies; False if it is too much for all together."""
         if buffered != connection.buffered and connection in self._connections:
             self._buffered += buffered - connection.buffered
             connection.buffered = buffered
@@ -326,7 +326,7 @@ class XmlRpcServer:
                 self._schedule_sweep()
 
     def _evict(self) -> None:
-        """Closes a connection to make room: an idle one if there is one, else the one with the oldest request."""
+        """Close a connection to make room: an idle one if there is one, else the one with the oldest request."""
         if not self._connections:
             return
         idle = [peer for peer in self._connections if not peer.parser.in_message and not peer.out]

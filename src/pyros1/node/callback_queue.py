@@ -30,7 +30,7 @@ class CallbackQueue:
         self._changed.ring()
 
     def runs_here(self) -> bool:
-        """Tell whether the calling thread is the one that runs callbacks: the one that spun last, else the main one."""
+        """Return whether the calling thread runs the callbacks: it is the one that spun last, else the main one."""
         if self._runner is None:
             return threading.current_thread() is threading.main_thread()
         return self._runner == threading.get_ident()

@@ -223,7 +223,7 @@ class Timer:
                 return
 
     def _sleep_simulated(self, rate: Rate) -> bool:
-        """The same in simulated time: `shutdown` is seen at the next tick, or soon if the clock stands."""
+        """Return the same in simulated time: `shutdown` is seen at the next tick, or soon if the clock stands."""
         while 0 < rate.remaining() <= 2 * self._period:  # more: time has jumped back, which the rate looks after
             if self._stopped.is_set() or not self._clock.await_tick():
                 return False

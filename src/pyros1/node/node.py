@@ -373,7 +373,7 @@ class Node:
     # Life -------------------------------------------------------------------------------------------------------------
 
     def ok(self) -> bool:
-        """Tell whether the node runs, that is, nobody has asked it to end."""
+        """Return whether the node runs, that is, nobody has asked it to end."""
         return not self._context.stopping.is_set()
 
     def spin(self) -> None:

@@ -61,7 +61,7 @@ class Copies:
         return self._versions.copy()
 
     def knows(self, key: str) -> bool:
-        """Tell whether a change of that name concerns a copy, or one that is being fetched."""
+        """Return whether a change of that name concerns a copy, or one that is being fetched."""
         return any(_related(name, key) for name in self.names() + [fetch.key for fetch in list(self._fetches)])
 
     # In the lane, but for `begin` -------------------------------------------------------------------------------------
@@ -159,7 +159,7 @@ def _path(key: str) -> list[str]:
 
 
 def _related(name: str, key: str) -> bool:
-    """Tell whether one name is the other, or above it."""
+    """Return whether one name is the other, or above it."""
     return all(a == b for a, b in zip(_path(name), _path(key), strict=False))
 
 

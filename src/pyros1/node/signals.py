@@ -75,7 +75,7 @@ class SignalHandlers:
             self._interrupt(number)
 
     def _is_default(self, handler: Any) -> bool:
-        """Tell whether ours takes the place of that handler, which nobody has installed on purpose."""
+        """Return whether ours takes the place of that handler, which nobody has installed on purpose."""
         return is_usual(handler)
 
     def _interrupt(self, number: int) -> None:

@@ -186,7 +186,7 @@ class Buffer:
         return self._message(target_frame, source_frame, stamp, transform)
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
-        """Tell whether `lookup_transform` would succeed, now or within ``timeout`` seconds.
+        """Return whether `lookup_transform` would succeed, now or within ``timeout`` seconds.
 
         Raises:
             NodeShutdownError: the node ended during the wait.
@@ -203,7 +203,7 @@ class Buffer:
         fixed_frame: str,
         timeout: Span = None,
     ) -> bool:
-        """Tell whether `lookup_transform_full` would succeed, now or within ``timeout`` seconds."""
+        """Return whether `lookup_transform_full` would succeed, now or within ``timeout`` seconds."""
         arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
         return self._await_none(lambda: self._tree.can_transform_full(*arguments), timeout) is None
 
@@ -262,7 +262,7 @@ class Buffer:
             ]
 
     def has_frame(self, name: str) -> bool:
-        """Tell whether a frame of that name is known."""
+        """Return whether a frame of that name is known."""
         return name in self._tree.frames
 
     def all_frames_as_yaml(self, now: float | None = None) -> str:

@@ -120,7 +120,7 @@ class BufferClient:
         return self._ask(goal, _seconds(timeout))
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
-        """Tell whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
+        """Return whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
 
         Raises:
             NodeShutdownError: the node ended during the wait.
@@ -140,7 +140,7 @@ class BufferClient:
         fixed_frame: str,
         timeout: Span = None,
     ) -> bool:
-        """Tell whether `lookup_transform_full` succeeds, now or within ``timeout`` seconds."""
+        """Return whether `lookup_transform_full` succeeds, now or within ``timeout`` seconds."""
         try:
             self.lookup_transform_full(target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
         except TransformException:

@@ -109,11 +109,11 @@ class _Parser(Generic[MessageT]):
         return bool(self._buffer) or self._state is not _State.HEAD
 
     def feed(self, data: bytes | bytearray | memoryview) -> None:
-        """Takes bytes as they arrived; ask ``next_message`` afterwards."""
+        """Take bytes as they arrived; ask ``next_message`` afterwards."""
         self._buffer += data
 
     def next_message(self) -> MessageT | None:
-        """The next whole message, None if more bytes are needed.
+        """Return the next whole message, None if more bytes are needed.
 
         Raises:
             HttpError: the bytes are not HTTP, or exceed a limit; the parser cannot be used any more.
@@ -138,11 +138,11 @@ class _Parser(Generic[MessageT]):
         raise NotImplementedError
 
     def _like(self, model: MessageT) -> MessageT:
-        """A message with the same head, without a body."""
+        """Return a message with the same head, without a body."""
         raise NotImplementedError
 
     def _length_unknown(self) -> _State | None:
-        """The state for a message with neither length nor chunks; None if it has no body."""
+        """Return the state for a message with neither length nor chunks; None if it has no body."""
         raise NotImplementedError
 
     def _step(self) -> MessageT | None:  # noqa: PLR0911 - one return per state
@@ -167,7 +167,7 @@ class _Parser(Generic[MessageT]):
         raise HttpError("bytes after a broken HTTP message")
 
     def _trailer(self) -> MessageT | None:
-        """Skips the fields after the last chunk."""
+        """Skip the fields after the last chunk."""
         while True:
             line = self._line(self._wanted)
             if line is None:
@@ -223,7 +223,7 @@ class _Parser(Generic[MessageT]):
         return self._choose_body(headers, shape if alone else b"")
 
     def _head_size(self) -> int | None:
-        """Where the line feed before the empty line is that ends the head, None if it has not come yet."""
+        """Return where the line feed before the empty line is that ends the head, None if it has not come yet."""
         buffer = self._buffer
         start = max(0, self._searched - 3)
         end = buffer.find(b"\n\r\n", start)
@@ -233,7 +233,7 @@ class _Parser(Generic[MessageT]):
         return end if end >= 0 else None
 
     def _choose_body(self, headers: dict[str, str], shape: bytes) -> MessageT | None:
-        """Decides how the body ends, and remembers the head's shape if all heads of that shape have a length."""
+        """Decide how the body ends, and remember the head's shape if all heads of that shape have a length."""
         coding = headers.get("transfer-encoding")
         length = headers.get("content-length")
         if coding is not None:
@@ -263,7 +263,7 @@ class _Parser(Generic[MessageT]):
         return None
 
     def _line(self, limit: int) -> bytes | None:
-        """Takes a line without its end, None if it is not complete."""
+        """Take a line without its end, None if it is not complete."""
         end = self._buffer.find(b"\n")
         if (end if end >= 0 else len(self._buffer)) > limit:
             raise HttpError("an HTTP line that is too long")
@@ -374,7 +374,7 @@ _REASONS: Final = {
 
 
 def build_request(host: str, path: str, body: bytes) -> bytes:
-    """A POST of XML.
+    """Return a POST of XML.
 
     Args:
         host: for the Host field: ``name:port``.
@@ -395,7 +395,7 @@ _USUAL: Final = (
 def build_response(
     status: int, body: bytes, *, keep_alive: bool = True, content_type: str = "text/xml", date: bytes = b""
 ) -> bytes:
-    """An answer, saying whether the connection stays open; ``date`` is the line of `date_field`, or nothing."""
+    """Return an answer, saying whether the connection stays open; ``date`` is the line of `date_field`, or nothing."""
     # Whether it stays open is said in both cases: HTTP/1.0 and 1.1 clients assume different things when it is not.
     if status == 200 and keep_alive and content_type == "text/xml":
         return _USUAL % (len(body), date) + body

@@ -28,7 +28,7 @@ class HttpError(ProtocolError):
 
 
 def split_head(text: str) -> tuple[str, dict[str, str], bool]:
-    """The first line, the fields by lower-case name, and whether Content-Length stands there only once.
+    """Return the first line, the fields by lower-case name, and whether Content-Length stands there only once.
 
     Raises:
         HttpError: a line is not a field, or there are two different lengths.
@@ -47,7 +47,7 @@ def split_head(text: str) -> tuple[str, dict[str, str], bool]:
 
 
 def keep_alive(minor: str, headers: dict[str, str]) -> bool:
-    """Whether the connection stays open after a message of HTTP/1.``minor``."""
+    """Return whether the connection stays open after a message of HTTP/1.``minor``."""
     connection = headers.get("connection", "").lower()
     if minor == "1":
         return "close" not in connection
@@ -55,7 +55,7 @@ def keep_alive(minor: str, headers: dict[str, str]) -> bool:
 
 
 def date_field(when: Sequence[int]) -> bytes:
-    """The line of a head that says when a message was made (RFC 9110, 5.6.7 and 6.6.1).
+    """Return the line of a head that says when a message was made (RFC 9110, 5.6.7 and 6.6.1).
 
     Args:
         when: in UTC, as `time.gmtime` gives it: year, month, day, hour, minute, second, weekday.

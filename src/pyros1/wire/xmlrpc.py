@@ -81,7 +81,7 @@ def _escape(text: str) -> str:
 
 
 def _write(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
-    """The ``<value>`` element for a value."""
+    """Return the ``<value>`` element for a value."""
     kind = value.__class__
     if kind is str:
         return f"<value><string>{_escape(value)}</string></value>"
@@ -167,7 +167,7 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one retur
 
 
 def dumps_call(method: str, params: Sequence[Any]) -> bytes:
-    """The body of a call.
+    """Return the body of a call.
 
     Raises:
         SerializationError: a parameter is not of one of the types above, or an int is beyond 32 bits.
@@ -178,7 +178,7 @@ def dumps_call(method: str, params: Sequence[Any]) -> bytes:
 
 
 def dumps_response(value: Any) -> bytes:
-    """The body of a successful answer.
+    """Return the body of a successful answer.
 
     Raises:
         SerializationError: the value is not of one of the types above, or an int is beyond 32 bits.
@@ -187,7 +187,7 @@ def dumps_response(value: Any) -> bytes:
 
 
 def dumps_fault(code: int, text: str) -> bytes:
-    """The body of a fault; characters that XML cannot carry are replaced, so this never fails."""
+    """Return the body of a fault; characters that XML cannot carry are replaced, so this never fails."""
     fault = _write({"faultCode": code, "faultString": _NOT_XML.sub("?", text)}, 0)
     return f"{_HEAD}<methodResponse><fault>{fault}</fault></methodResponse>".encode()
 
@@ -361,7 +361,7 @@ class _Reader:
 
 
 def loads_call(body: bytes) -> tuple[str, list[Any]]:
-    """Reads the body of a call.
+    """Read the body of a call.
 
     Returns:
         The method's name and its parameters.
@@ -380,7 +380,7 @@ def loads_call(body: bytes) -> tuple[str, list[Any]]:
 
 
 def loads_response(body: bytes) -> Any:
-    """Reads the body of an answer.
+    """Read the body of an answer.
 
     Returns:
         The one value that it carries.

@@ -178,7 +178,7 @@ class Migrator:
 
 
 def _alike(old: Class, new: Class) -> bool:
-    """Tell whether two classes differ in nothing but constants, and the definitions of the types they use."""
+    """Return whether two classes differ in nothing but constants, and the definitions of the types they use."""
     fields = [
         [(name, kind if "/" not in kind else kind.partition("[")[1:]) for name, kind in zip(*parts, strict=True)]
         for parts in ((old.__slots__, old._slot_types), (new.__slots__, new._slot_types))

@@ -64,7 +64,7 @@ def reindex(
 
 
 def _end_connections(file: BagFile) -> list[Connection]:
-    """The connections of the end section, if there is one: old recorders did not write all of them into chunks."""
+    """Return the connections in the end section, if it exists: old recorders did not write all of them into chunks."""
     found: list[Connection] = []
     position = file.index_pos
     while 0 < position < file.size and len(found) < MAX_CONNECTIONS:

@@ -85,7 +85,7 @@ def _kind(encoding: str) -> tuple[str, int, str]:
 
 
 def _rows(message: Any, kind: str, channels: int) -> Pixels:
-    """The pixels without what the rows have behind them."""
+    """Return the pixels without what the rows have behind them."""
     height, width, step = int(message.height), int(message.width), int(message.step)
     dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{kind}")
     needed = width * channels * dtype.itemsize
@@ -137,7 +137,7 @@ def _demosaiced(raw: Pixels, pattern: str) -> Pixels:
 
 
 def _spread(values: Pixels) -> Pixels:
-    """Each number with half of its neighbours and a quarter of those at the corners."""
+    """Return each number with half of its neighbours and a quarter of those at the corners."""
     wide = np.pad(values, 1)
     rows = wide[1:-1] + (wide[:-2] + wide[2:]) / 2
     total: Pixels = rows[:, 1:-1] + (rows[:, :-2] + rows[:, 2:]) / 2

@@ -72,7 +72,7 @@ class LegalNames:
         )
 
     def _field(self, form: Any) -> Any:
-        """A field's type, which may be a list of others."""
+        """Return a field's type, which may be a list of others."""
         node, inside = form
         if node == Nodetype.NAME:
             return node, self.type(inside)
@@ -89,7 +89,7 @@ class LegalNames:
     def _name(
         self, names: dict[str, str], name: str, rule: re.Pattern[str], make: Callable[[str], str], what: str
     ) -> str:
-        """The name in `names`, or a new one that is put there."""
+        """Return the name in `names`, or a new one that is put there."""
         if name not in names:
             taken = set(names.values())
             first = legal = name if rule.fullmatch(name) else make(name)

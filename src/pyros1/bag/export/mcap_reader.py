@@ -163,7 +163,7 @@ class McapReader:
             raise BagError(self.path, str(error), len(MAGIC)) from None
 
     def _next(self) -> tuple[int, memoryview]:
-        """The next record; without its content if nobody asks for that."""
+        """Return the next record; without its content if nobody asks for that."""
         offset = self.position
         head = self._file.read(HEAD.size)
         if len(head) < HEAD.size:
@@ -206,7 +206,7 @@ class McapReader:
         return None
 
     def _unpacked(self, content: memoryview) -> memoryview:
-        """A chunk's content."""
+        """Return a chunk's content."""
         cursor = Cursor(content)
         cursor.take(16)  # when its messages begin and end
         size, checksum = cursor.number(U64), cursor.number(U32)
@@ -245,7 +245,7 @@ class McapReader:
 
 
 def _module(path: str, compression: str, *names: str) -> Any:
-    """The first of some modules that is there; the last is what one can install."""
+    """Return the first of some modules that is there; the last is what one can install."""
     for name in names:
         try:
             return import_module(name)

@@ -134,7 +134,7 @@ class Ros1McapWriter:
         self._file.close()
 
     def _add(self, connection: Connection) -> int:
-        """A connection's channel; connections that nothing distinguishes have one."""
+        """Return a connection's channel; connections that nothing distinguishes have one."""
         definition = connection.header["message_definition"]
         known = (connection.type, definition)
         key = (connection.topic, tuple(connection.header.items()))
@@ -186,7 +186,7 @@ class Ros1McapWriter:
         )
 
     def _summary(self) -> bytes:
-        """What the file ends with."""
+        """Return what the file ends with."""
         counts = _COUNTS.pack(
             self._times.count,
             len(self._schemas),

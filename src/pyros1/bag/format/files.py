@@ -292,7 +292,7 @@ class BagFile:
         return self.plain(self.read(start, size)), start + size
 
     def _version(self) -> tuple[int, int]:
-        """The version, and the offset behind the first line, which says it."""
+        """Return the version, and the offset behind the first line, which says it."""
         if self.size == 0:
             raise NotABagError(self.path, "the file is empty; nothing was recorded into it")
         line = self.read(0, 64)

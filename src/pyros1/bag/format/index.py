@@ -88,7 +88,7 @@ def entry_places(file: BagFile, chunk: Chunk, header: ChunkHeader) -> list[tuple
 
 
 def _read_chunk_info(file: BagFile, position: int) -> tuple[Chunk, int]:
-    """The chunk that a record names, and the offset behind the record."""
+    """Return the chunk that a record names, and the offset behind the record."""
     fields, begin, length = file.record(position)
     if op_of(fields) != OP_CHUNK_INFO:
         raise RecordError("another record was expected")

@@ -204,7 +204,7 @@ class Scanner:
         return Found(chunk, header, content, messages, defined), following
 
     def _unfinished(self, position: int, header: ChunkHeader) -> tuple[Found | None, int]:
-        """A chunk that the recorder had open: its header still says that it is empty."""
+        """Return a chunk that the recorder had open: its header still says that it is empty."""
         self.damages.append(Damage(position, "the last chunk was not finished"))
         if header.compression == "none":
             return None, header.data  # its messages follow as if they were outside of chunks
@@ -215,7 +215,7 @@ class Scanner:
         return Found(chunk, header, content, messages, defined), self._search(header.data)
 
     def _save(self, header: ChunkHeader, stored: bytes, size: int) -> tuple[bytes, Messages, dict[int, Connection]]:
-        """What can be read of a damaged chunk."""
+        """Return what can be read of a damaged chunk."""
         file = self._file
         try:
             content = decompress(header.compression, file.plain(stored, partial=True), size, file.limit, partial=True)
@@ -224,7 +224,7 @@ class Scanner:
         return content, *read_content(content, partial=True)
 
     def _sane_end(self, position: int, end: int, *, cut: bool) -> int:
-        """Where to go on behind a damaged chunk: at its end if a record is there, else at the next chunk."""
+        """Return where to go on behind a damaged chunk: at its end if a record is there, else at the next chunk."""
         if not cut:
             try:
                 self._file.record(end)

@@ -112,7 +112,7 @@ class Publisher(Generic[_M]):
             raise SerializationError(f"{self.name} carries {wanted.name}, {reason}")
 
     def _is_only_field(self, md5sum: str) -> bool:
-        """Whether the type has but one field, which is a message with that sum."""
+        """Return whether the type has but one field, which is a message with that sum."""
         cls: Any = message_class(self.type)
         nested = cls._classes.get(cls._slot_types[0]) if len(cls._slot_types) == 1 else None
         return nested is not None and bool(nested._md5sum == md5sum)

@@ -239,7 +239,7 @@ class Delivery:
             self._threads.rearm(link.fd)
 
     def _is_begun(self, link: TcpSource) -> bool:
-        """Whether a link still has to deliver what it has received: until then, it receives nothing."""
+        """Return whether a link still has to deliver what it has received: until then, it receives nothing."""
         return any(rest.link is link for rest in self._begun)
 
     def _go_on(self, rest: Rest) -> None:

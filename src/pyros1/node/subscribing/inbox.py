@@ -56,7 +56,7 @@ class Inbox(Generic[S, T]):
         return self.lost + max(0, self._put - self._taken - len(self))
 
     def full(self, limit: int) -> bool:
-        """Tell whether the next message will cost an older one."""
+        """Return whether the next message will cost an older one."""
         return len(self._newest) >= limit
 
     def put(self, item: T, limit: int | None) -> None:

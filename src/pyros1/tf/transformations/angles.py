@@ -16,7 +16,7 @@ Axes = str | tuple[int, int, int, int]
 
 
 def _name(first: int, odd: int, twice: int, turning: int) -> str:
-    """The letters that a code of four integers stands for: those of axes that turn are in it in the opposite order."""
+    """Return the name of an axis sequence, such as ``sxyz``, for its code of four integers."""
     j = (first + 1 + odd) % 3
     letters = "".join("xyz"[axis] for axis in (first, j, first if twice else 3 - first - j))
     return "r" + letters[::-1] if turning else "s" + letters

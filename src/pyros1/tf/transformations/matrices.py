@@ -221,7 +221,7 @@ def inverse_matrix(matrix: ArrayLike) -> Array:
 
 
 def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
-    """Tell whether two matrices (4, 4) do the same; a common factor does not matter."""
+    """Return whether two matrices (4, 4) do the same; a common factor does not matter."""
     one, other = np.asarray(matrix0, np.float64), np.asarray(matrix1, np.float64)
     return np.allclose(one / one[3, 3], other / other[3, 3])
 
@@ -231,7 +231,7 @@ def _unit(direction: ArrayLike) -> Array:
 
 
 def _about(linear: Array, point: ArrayLike | None) -> Array:
-    """The matrix (4, 4) that does about a point (3,) what ``linear`` (3, 3) does about the origin."""
+    """Return the matrix (4, 4) that does about a point (3,) what ``linear`` (3, 3) does about the origin."""
     matrix = np.identity(4)
     matrix[:3, :3] = linear
     if point is not None:

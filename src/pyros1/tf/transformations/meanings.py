@@ -133,7 +133,7 @@ def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float]
 
 
 def _eigenvector(matrix: Array, value: float) -> Array:
-    """The unit vector (3,) that a matrix (3, 3) makes ``value`` times as long; of several the last.
+    """Return the unit vector (3,) that a matrix (3, 3) makes ``value`` times as long; of several the last.
 
     Raises:
         ValueError: there is none.
@@ -147,7 +147,7 @@ def _eigenvector(matrix: Array, value: float) -> Array:
 
 
 def _fixed_point(matrix: Array) -> Array:
-    """The point (x, y, z, 1) nearest to the origin of those that a matrix (4, 4) moves least.
+    """Return the point (x, y, z, 1) nearest to the origin of those that a matrix (4, 4) moves least.
 
     Raises:
         ValueError: its last row is not 0, 0, 0, 1.
