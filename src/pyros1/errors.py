@@ -152,8 +152,7 @@ class MasterError(Error):
 
 
 class MasterMethodError(MasterError):
-    """The master answered, but cannot serve the call: it does not have the method (masters other than stock's have
-    fewer), or the method failed."""
+    """The master answered, but does not have the method (masters other than stock's have fewer), or failed in it."""
 
 
 class MasterUnreachableError(MasterError):
@@ -180,9 +179,7 @@ class WaitTimeoutError(Error, TimeoutError):
 
 
 class NodeError(Error):
-    """A node, publisher, subscriber or service cannot do what was asked: it is closed, or was declared twice, for
-    example.
-    """
+    """A node, publisher, subscriber or service cannot do what was asked, for example because it is closed."""
 
 
 class NodeShutdownError(NodeError):

@@ -86,8 +86,7 @@ def die_quietly() -> None:
 
 @contextmanager
 def raised() -> Iterator[None]:
-    """Let SIGINT raise KeyboardInterrupt within a ``with`` block, so that everything is cleaned up, after
-    `die_quietly`.
+    """Let SIGINT raise KeyboardInterrupt in a ``with`` block after `die_quietly`, so that everything is cleaned up.
 
     Where an exception cannot propagate, such as in the callback of a weak reference during an import, the interpreter
     prints and drops it; another one is then raised in its place.

@@ -37,9 +37,7 @@ def _hook(kind: type[BaseException], error: BaseException, trace: TracebackType 
 
 
 def _is_starting(trace: TracebackType | None) -> bool:
-    """Return whether a traceback comes from an import, or from the creation of a node, which then handles signals
-    itself.
-    """
+    """Return whether a traceback comes from an import, or from the creation of a node."""
     while trace is not None:
         code = trace.tb_frame.f_code
         if code.co_filename.startswith("<frozen importlib"):

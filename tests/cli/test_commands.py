@@ -136,7 +136,9 @@ def test_a_ros_master_uri_that_is_none_is_said_to_be_that(run: Any, monkeypatch:
     monkeypatch.setenv("ROS_MASTER_URI", uri)
     code, _, err = run("topic", "list")
     assert code == 1 and repr(uri) in err
-    assert "Is ROS_MASTER_URI right? For a master on this machine: export ROS_MASTER_URI=http://localhost:11311" in err
+    assert (
+        "Is ROS_MASTER_URI correct? For a master on this machine: export ROS_MASTER_URI=http://localhost:11311" in err
+    )
 
 
 def test_an_unknown_host_in_ros_master_uri_is_said_to_be_that(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:

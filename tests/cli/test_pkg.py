@@ -60,9 +60,9 @@ def test_created_package_is_found_and_run_from_its_folder(clean: Path, capfd: py
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
-        (["create", "Bad"], 1, "lower case"),
+        (["create", "Bad"], 1, "lower-case"),
         (["create", "ok_name", "-V", "1"], 1, "three numbers"),
-        (["create", "there"], 1, "already there"),
+        (["create", "there"], 1, "already exists"),
         (["create", "ok_name", "std_msg"], 0, "did you mean 'std_msgs'"),
         (["create", "minimal_nodes"], 0, "another package 'minimal_nodes' in"),
         (["find", "minimal_node"], 1, "did you mean 'minimal_nodes'"),

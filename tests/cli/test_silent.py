@@ -71,7 +71,7 @@ def test_what_waits_for_a_master_says_that_it_does_not_answer(
     monkeypatch.setattr("pyros1.node.registrar.PING_TIMEOUT", 0.1)
     monkeypatch.setattr("pyros1.node.context.Context.pause", _give_up)
     entry(["pyros1", *words.split()])
-    assert "it takes connections, but did not answer within 0.1 s (was it stopped?)" in capfd.readouterr().err
+    assert "it accepts connections, but did not answer within 0.1 s (was it stopped?)" in capfd.readouterr().err
 
 
 def _give_up(*_: object) -> None:

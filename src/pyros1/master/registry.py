@@ -1,4 +1,4 @@
-"""Who publishes, subscribes and serves what: the master's memory of nodes (https://wiki.ros.org/ROS/Master_API).
+"""The master's registry: publishers, subscribers and services of all nodes (https://wiki.ros.org/ROS/Master_API).
 
 A node is known by its name and its one API URI for as long as it has a publication, subscription, service or parameter
 subscription (M37). The same name with another URI is a new node that takes the old one's place: the old one is told to
@@ -71,7 +71,7 @@ class Registry:
         self._types: dict[str, str] = {}
         self.param_subscribers: Members = {}
         self.version = 0
-        """Grows with every change of what ``system_state`` answers."""
+        """Grows with every change of the result of ``system_state``."""
 
     # ---- questions
 
@@ -86,16 +86,16 @@ class Registry:
         return provider[1] if provider is not None else None
 
     def published_topics(self, subgraph: str) -> list[list[str]]:
-        """``[[topic, type], ...]`` of the topics with a publisher below a namespace; empty: everywhere (M21)."""
+        """Return ``[[topic, type], ...]`` of topics with a publisher below a namespace; empty: everywhere (M21)."""
         prefix = subgraph if not subgraph or subgraph.endswith(SEP) else subgraph + SEP
         return [[topic, self._types.get(topic, ANY_TYPE)] for topic in self._publishers if topic.startswith(prefix)]
 
     def topic_types(self) -> list[list[str]]:
-        """``[[topic, type], ...]`` of all topics that ever had one (M22)."""
+        """Return ``[[topic, type], ...]`` of all topics that ever had a type (M22)."""
         return [[topic, kind] for topic, kind in self._types.items()]
 
     def system_state(self) -> list[list[list[Any]]]:
-        """``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]`` (M23)."""
+        """Return ``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]`` (M23)."""
         return [
             [[topic, list(nodes)] for topic, nodes in self._publishers.items()],
             [[topic, list(nodes)] for topic, nodes in self._subscribers.items()],
@@ -133,7 +133,7 @@ class Registry:
         return notices
 
     def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
-        """Make a node the one provider of a service, in place of any other (M17)."""
+        """Make a node the only provider of a service, in place of any other (M17)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].services.add(service)
@@ -141,7 +141,7 @@ class Registry:
         return notices
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
-        """Note that a node wants to hear of changes at, above and below a key (M29)."""
+        """Subscribe a node to changes at, above and below a key (M29)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].parameters.add(key)
@@ -176,13 +176,13 @@ class Registry:
             del self._services[service]
         entry = self._nodes.get(node)
         if entry is not None and (current or self._services.get(service, ("", ""))[0] != node):
-            # Also when another node has taken the service over: this one has stopped providing it.
+            # Also if another node has taken over the service: this one has stopped providing it.
             entry.services.discard(service)
             self._drop_if_idle(node)
         return current
 
     def unsubscribe_param(self, node: str, key: str, api: str) -> None:
-        """End a parameter subscription; nothing happens if there is none with that API (M30)."""
+        """End a parameter subscription; do nothing if none has that API (M30)."""
         if self.param_subscribers.get(key, {}).get(node) != api:
             return
         _remove(self.param_subscribers, key, node)
@@ -192,7 +192,7 @@ class Registry:
     # ---- inside
 
     def _publisher_updates(self, topic: str) -> list[Notice]:
-        """Return one full list of publishers to each subscriber (M38)."""
+        """Return a notice with all publishers of a topic for each subscriber (M38)."""
         subscribers = self._subscribers.get(topic)
         if not subscribers:
             return []
@@ -212,9 +212,9 @@ class Registry:
         return notices
 
     def _purge(self, node: str, entry: _Node) -> list[Notice]:
-        """Forget everything a node had.
+        """Remove everything that a node has registered.
 
-        Stock tells nobody (M35), so that subscribers keep trying to reach the dead publisher; they are told here.
+        Stock does not notify subscribers (M35), which then keep trying to reach the dead publisher; here they are told.
         """
         for topic in entry.subscriptions:
             _remove(self._subscribers, topic, node)

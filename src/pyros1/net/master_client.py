@@ -1,8 +1,8 @@
-"""The ROS Master and Parameter Server API, as a node or a tool calls it
+"""Client of the ROS Master and Parameter Server API
 (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
 
-There are masters with fewer methods than stock's, and with other words for what they refuse. What such a master lacks
-is done with what it has, where that is possible.
+Some masters have fewer methods than stock's, and other texts for refusals. Where possible, a missing method is replaced
+by others.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def unpack(reply: Any, what: str) -> Any:
     """Return the value of a ``[code, message, value]`` triple.
 
     Args:
-        what: who answered, for the error's text.
+        what: who answered, for error messages.
 
     Raises:
         MasterError: the code is not 1; its text is the message.
@@ -61,11 +61,11 @@ def _leaves(namespace: str, tree: Any) -> Iterator[str]:
 
 
 class MasterClient:
-    """One caller's view of the master; may be used from several threads.
+    """Client of a master; may be used from several threads.
 
     Args:
         caller_id: full name of the calling node; the master resolves relative and private names against it.
-        uri: the master's.
+        uri: the master's URI.
         timeout: seconds that a call may take.
 
     All methods raise MasterError (the master refused), MasterMethodError (it does not have the method),
@@ -79,7 +79,7 @@ class MasterClient:
             self._client = XmlRpcClient(uri, timeout=timeout)
         except ProtocolError as error:
             raise ProtocolError(
-                f"the master's address is wrong: {error}. Is ROS_MASTER_URI right? For a master on this machine: "
+                f"the master's address is wrong: {error}. Is ROS_MASTER_URI correct? For a master on this machine: "
                 f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}"
             ) from None
         self._closed = False
@@ -91,14 +91,14 @@ class MasterClient:
         self._client.close()
 
     def call(self, method: str, *args: Any, timeout: float | None = None) -> Any:
-        """Call any method with the caller id before ``args``, and return the value of the triple."""
+        """Call any method with the caller id and ``args``, and return the value of the answer."""
         return unpack(self._raw(method, self.caller_id, *args, timeout=timeout), self._who(method))
 
     def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]]) -> list[Any]:
-        """Make many calls, in one round trip if the master can; the caller id is put before each one's arguments.
+        """Make many calls, in one round trip if the master can; each call gets the caller id as its first argument.
 
         Returns:
-            For each call its value, or, not raised, the MasterError or ProtocolError that it got.
+            For each call its value, or the MasterError or ProtocolError of that call, which is not raised.
         """
         replies = None
         if not self._one_by_one and len(calls) > 1:
@@ -115,14 +115,14 @@ class MasterClient:
                 if isinstance(reply, dict):
                     raise self._lacks(method, str(reply.get("faultString", "")))
                 if not isinstance(reply, list) or len(reply) != 1:
-                    raise ProtocolError(f"{self._who(method)}, inside a multicall, with something else than one value")
+                    raise ProtocolError(f"{self._who(method)}, inside a multicall, with something other than one value")
                 results.append(unpack(reply[0], self._who(method)))
             except Error as error:
                 results.append(error)
         return results
 
     def _attempt(self, method: str, args: Sequence[Any]) -> Any:
-        """The value of a call, or the error that only this call has got."""
+        """Return the value of one call of a multicall, or its error."""
         try:
             return self.call(method, *args)
         except MasterUnreachableError:
@@ -131,10 +131,10 @@ class MasterClient:
             return error
 
     def _lacks(self, method: str, why: object) -> MasterMethodError:
-        return MasterMethodError(f"the master at {self.uri} does not do {method}: {why}")
+        return MasterMethodError(f"the master at {self.uri} cannot serve {method}: {why}")
 
     def _who(self, method: str) -> str:
-        return f"the master at {self.uri}, asked for {method},"
+        return f"the master at {self.uri}, called with {method},"
 
     def _raw(self, method: str, *params: Any, timeout: float | None = None) -> Any:
         try:
@@ -143,13 +143,13 @@ class MasterClient:
             cure = "Is it running? Start one with: pyros1 core. Is it elsewhere? Set ROS_MASTER_URI."
             if isinstance(error, UnknownHostError):
                 cure = (
-                    "Is the name right? Then use the master's IP address in ROS_MASTER_URI, "
+                    "Is the name correct? Then use the master's IP address in ROS_MASTER_URI, "
                     f"or add a line 'ADDRESS {error.host}' to /etc/hosts."
                 )
             if isinstance(error, DeadlineError):
-                cure = "Something is there: was it stopped (kill -CONT), or does a network lose packets?"
+                cure = "Is it stopped (then: kill -CONT PID), or does the network lose packets?"
             if self._closed:
-                cure = "It was not asked: the node that asks has shut down."
+                cure = "The call was not made: the calling node has shut down."
             raise MasterUnreachableError(f"no answer from the master at {self.uri} ({error}).\n{cure}", 0) from error
         except (XmlRpcFault, ProtocolError) as error:
             raise self._lacks(method, error) from error
@@ -157,13 +157,13 @@ class MasterClient:
     # ---- master
 
     def ping(self, timeout: float | None = None) -> None:
-        """Return if the master answers, whatever it is: some have no getPid.
+        """Return when the master answers, with any answer: some masters have no getPid.
 
         Args:
-            timeout: seconds; None: the client's.
+            timeout: seconds; None: the client's timeout.
 
         Raises:
-            MasterUnreachableError: it does not.
+            MasterUnreachableError: it does not answer.
         """
         try:
             self.call("getPid", timeout=timeout)
@@ -177,7 +177,7 @@ class MasterClient:
         return int(self.call("getPid"))
 
     def get_uri(self) -> str:
-        """Return the master's own idea of its URI."""
+        """Return the URI that the master gives as its own."""
         return cast(str, self.call("getUri"))
 
     def shutdown(self, reason: str = "") -> None:
@@ -217,7 +217,7 @@ class MasterClient:
         return cast(str, self.call("lookupNode", name))
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
-        """``[[topic, type], ...]`` of topics with a publisher, in a namespace or (empty) everywhere."""
+        """Return ``[[topic, type], ...]`` of topics with a publisher, in a namespace or (empty) everywhere."""
         try:
             return cast("list[list[str]]", self.call("getPublishedTopics", subgraph))
         except MasterMethodError:
@@ -226,14 +226,14 @@ class MasterClient:
             return [[name, types.get(name, "*")] for name, _ in self.get_system_state()[0] if name.startswith(below)]
 
     def get_topic_types(self) -> list[list[str]]:
-        """``[[topic, type], ...]`` of all topics that ever had a type."""
+        """Return ``[[topic, type], ...]`` of all topics that ever had a type."""
         try:
             return cast("list[list[str]]", self.call("getTopicTypes"))
         except MasterMethodError:
             return self.get_published_topics()
 
     def get_system_state(self) -> SystemState:
-        """``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]``."""
+        """Return ``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]``."""
         return cast(SystemState, self.call("getSystemState"))
 
     # ---- parameters
@@ -254,10 +254,10 @@ class MasterClient:
             return self._get_tree(key, error)
 
     def _get_tree(self, key: str, refusal: MasterError) -> Any:
-        """Return a value put together from the parameters below a key, for a master that knows no namespaces.
+        """Return a dict of the parameters below a key, for a master that does not support namespaces.
 
         Raises:
-            ParameterNotSetError: there is nothing, neither below the key nor under it.
+            ParameterNotSetError: neither the key nor anything below it is set.
             MasterError: the refusal, since the parameter is there.
         """
         if isinstance(refusal, MasterMethodError):
@@ -312,7 +312,7 @@ class MasterClient:
             raise
 
     def search_param(self, key: str) -> str | None:
-        """Return the full name of the nearest such parameter, from the caller's namespace upwards; None if not found."""
+        """Return the full name of the nearest such parameter, from the caller's namespace upwards, or None."""
         try:
             found = self.call("searchParam", key)
         except MasterUnreachableError:
@@ -325,7 +325,7 @@ class MasterClient:
             found = None
         if isinstance(found, str) and found.endswith(key):
             return found
-        # It does not search, or answers something else than a name.
+        # It cannot search, or answers something other than a name.
         if key.startswith("/"):
             return key if self.has_param(key) else None
         first = key.partition("/")[0]

@@ -19,7 +19,7 @@ FOUND_S: Final = 30.0
 NOT_FOUND_S: Final = 2.0
 
 Address = tuple[int, tuple[str, int]]
-"""Address family, and host and port as the socket calls want them."""
+"""Address family, and host and port in the form of the socket calls."""
 OnResolved = Callable[[list[str], "OSError | None"], object]
 
 
@@ -40,7 +40,7 @@ def look_up(host: str) -> list[str]:
     """Return the addresses of a host, by the system's look-up; may block.
 
     Raises:
-        OSError: there is no such host, or it could not be found out.
+        OSError: there is no such host, or the look-up failed.
     """
     try:
         found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)
@@ -50,7 +50,7 @@ def look_up(host: str) -> list[str]:
 
 
 class Answered(Protocol):
-    """Who is answered: a loop."""
+    """The part of a loop that is needed here."""
 
     name: str
 
@@ -58,7 +58,7 @@ class Answered(Protocol):
 
 
 class Resolver:
-    """Looks up names for one loop. All methods on the loop."""
+    """Resolver of host names for one loop. All methods run on the loop."""
 
     def __init__(self, loop: Answered) -> None:
         self._loop = loop
@@ -89,7 +89,7 @@ class Resolver:
             threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def close(self) -> None:
-        """No look-up is begun any more."""
+        """Begin no further look-up."""
         self._closed = True
         self._queue.clear()
 

@@ -20,7 +20,7 @@ def dump_yaml(value: Any, *, block: bool = True) -> str:
         The text, keys sorted, ASCII only, ending in a newline; a bare plain scalar is followed by a line ``...``.
 
     Raises:
-        YamlError: the value holds something that YAML cannot say, or contains itself.
+        YamlError: the value holds something that YAML cannot express, or contains itself.
     """
     from pyros1.values.writing import dump  # noqa: PLC0415 - most programs only read
 
