@@ -1,4 +1,4 @@
-"""The callback queue of a node made for `spin` and `spin_once`: callbacks wait here for the user's thread."""
+"""The callback queue of a node that spins: callbacks wait here for `spin` or `spin_once`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.net.bell import Bell
 
 
 class CallbackQueue:
-    """Callables in order of arrival (https://wiki.ros.org/roscpp/Overview/Callbacks%20and%20Spinning)."""
+    """Queue of callables in order of arrival (https://wiki.ros.org/roscpp/Overview/Callbacks%20and%20Spinning)."""
 
     def __init__(self) -> None:
         self._ready: deque[Callable[[], object]] = deque()
@@ -36,11 +36,11 @@ class CallbackQueue:
         return self._runner == threading.get_ident()
 
     def wait(self, timeout: float) -> bool:
-        """Wait until there is a callback, at most ``timeout`` seconds; tell whether there is one."""
+        """Wait for a callback, at most ``timeout`` seconds; return whether one waits."""
         return self._changed.wait(lambda: self._ready, timeout)
 
     def run_available(self) -> int:
-        """Run what is queued now, not what these callbacks add; return how many were run."""
+        """Run the callbacks that are queued now, not those that they add; return how many were run."""
         self._runner = threading.get_ident()
         count = len(self._ready)
         for done in range(count):

@@ -1,9 +1,9 @@
 """A node's log: to the terminal in rosconsole's format, to its log file and to /rosout.
 
 What the program logs is written before the call returns, and so is on the screen if the program crashes in the next
-line. What pyros1 itself says in a node is written by threads of their own: a terminal that is held, a full pipe or a
-disk must not keep it from registering, receiving and serving. All but the loop wait a moment until it is written, so
-that in everyday life one order is seen.
+line. Log messages of pyros1 itself are written by separate threads: a terminal that is held, a full pipe or a
+disk must not keep the node from registering, receiving and serving. All threads but the loop wait a moment until
+they are written, so that the lines are normally in order.
 
 Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT).
 Not built on the `logging` module: importing that costs as much as the rest of a small node, and has other levels.
@@ -47,7 +47,7 @@ class Record(NamedTuple):
 
     Attributes:
         level: 1, 2, 4, 8 or 16, as rosgraph_msgs/Log.
-        text: the message, arguments filled in.
+        text: the message, with its arguments filled in.
         logger: name of the logger, ``rosout`` or below it.
         file, line, function: where it was logged.
         wall: seconds since the epoch.
@@ -65,13 +65,13 @@ class Record(NamedTuple):
 
 
 def level_from_name(name: str) -> int:
-    """Return the level called ``name``, in any case; ``warning`` and ``critical`` are understood too.
+    """Return the level called ``name``, in upper or lower case; ``warning`` and ``critical`` are accepted, too.
 
     Raises:
         ValueError: there is no such level.
     """
     if not isinstance(name, str):
-        raise TypeError(f"a log level is a text such as 'info', not {name!r:.80}")
+        raise TypeError(f"a log level must be a str such as 'info', not {name!r:.80}")
     upper = name.upper()
     upper = {"WARNING": "WARN", "CRITICAL": "FATAL"}.get(upper, upper)
     if upper not in LEVELS:
@@ -80,10 +80,10 @@ def level_from_name(name: str) -> int:
 
 
 class _Inside(threading.local):
-    """What a thread is doing in a sink.
+    """State of a thread that is in a sink.
 
     Attributes:
-        writing: it writes a record.
+        writing: whether it is writing a record.
         waiting: records to write.
     """
 
@@ -93,15 +93,16 @@ class _Inside(threading.local):
 
 
 class LogSink:
-    """Where a node's log messages go; shared by all its loggers.
+    """Sink of a node's log messages: terminal, file and /rosout; shared by all its loggers.
 
     Args:
         node_name: full name.
-        environ: for ROSCONSOLE_FORMAT.
-        file_path: the log file; made, with its folder, at the first line; None for none.
+        environ: environment variables; ROSCONSOLE_FORMAT is used.
+        file_path: the log file, created with its folder at the first line; None for no file.
         now: returns (time, whether it is simulated).
-        later: ``later(seconds, function, argument)`` calls a function some time later; None: what is counted is told at
-            the end.
+        later: ``later(seconds, function, argument)`` calls a function some seconds later; None: counts of repeated
+            messages are
+            written at the end.
     """
 
     def __init__(
@@ -121,7 +122,7 @@ class LogSink:
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
         self._file = LogFile(file_path, MAX_FILE_SIZE, 1) if file_path else None
         self._inside = _Inside()
-        self._left: LogFile | None = None  # that of the process that has forked this one
+        self._left: LogFile | None = None  # of the process that created it
         self._make_locks()
 
     def _make_locks(self) -> None:
@@ -132,45 +133,45 @@ class LogSink:
         self._pid = os.getpid()
 
     def settle(self) -> None:
-        """Log on in a process that was forked, whose locks may be held by threads that it does not have."""
+        """Prepare for a forked process, in which locks may be held by threads that do not exist there."""
         if os.getpid() != self._pid:
             if self._file is not None:
                 self._left, self._file = (
                     self._file,
                     self._file.again(),
-                )  # it has a lock, too, which closing would wait for
+                )  # it has a lock, too, for which closing would wait
             self._make_locks()
 
     def emit(self, record: Record, simulated: bool, to_terminal: bool = True, by_program: bool = True) -> None:
-        """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node.
+        """Write a record to all places. An error of one of them (a full disk, a closed pipe) does not stop the node.
 
         Args:
             record: what was logged.
             simulated: whether its stamp is simulated time.
-            to_terminal: False leaves the terminal out.
-            by_program: the program says it, not pyros1: it waits until it is written.
+            to_terminal: whether to write it to the terminal, too.
+            by_program: whether the program logs it, not pyros1: then the call waits until it is written.
 
-        A signal handler may log while its thread is in here: that record is written when this goes on.
+        A signal handler may log on top of this function: its record is written when the function goes on.
         """
         self.settle()
         inside = self._inside
         inside.waiting.append((record, simulated, to_terminal, by_program))
         if inside.writing:
             return
-        for _ in range(_MOST_WAITING):  # no more: writing must not go on for ever because writing makes records
+        for _ in range(_MOST_WAITING):  # a limit: writing may cause new records, and must not go on for ever
             if not inside.waiting:
                 return
             try:
                 inside.writing = True
                 self._write(*inside.waiting.popleft())
             finally:
-                inside.writing = False  # and then is looked again: a handler may have seen it still true
+                inside.writing = False  # then check again: a handler may have seen it still true
 
     def _write(self, record: Record, simulated: bool, to_terminal: bool, by_program: bool) -> None:
         on_loop = isinstance(threading.current_thread(), LoopThread)
         may_wait = by_program and not on_loop
         if may_wait:
-            self._flush()  # what pyros1 has said before comes first
+            self._flush()  # earlier messages of pyros1 come first
         if to_terminal:
             self._write_to_terminal(record, simulated, may_wait)
         if self._file is not None:
@@ -184,7 +185,7 @@ class LogSink:
                 self.publish(record)
             except Exception as error:  # noqa: BLE001 - such as that no more files can be opened
                 self._terminal_thread.write(
-                    "stderr", shown.lines(f"WARNING: cannot publish what was logged: {error}\n")
+                    "stderr", shown.lines(f"WARNING: cannot publish a log message on /rosout: {error}\n")
                 )
         if not on_loop:
             self._flush()
@@ -207,7 +208,7 @@ class LogSink:
                 self._terminal_thread.write(where, text)
 
     def format(self, record: Record, simulated: bool) -> str:
-        """Return the record as ROSCONSOLE_FORMAT says (N31)."""
+        """Return the record formatted by ROSCONSOLE_FORMAT (N31)."""
         wall = f"{record.wall:.6f}"
 
         def replace(token: re.Match[str]) -> str:
@@ -249,9 +250,9 @@ class LogSink:
         self.repeats.close()
         self._terminal_thread.close()
         self._file_thread.close()
-        # A handler of a signal may be on top of this thread's own writing, which only goes on afterwards.
+        # A signal handler may run on top of this thread's own writing, which goes on only afterwards.
         if not self._lock.acquire(timeout=0.0 if self._inside.writing else 1.0):
-            return  # somebody waits for the disk
+            return  # another thread waits for the disk
         try:
             if self._file is not None:
                 self._file.close()
@@ -282,13 +283,13 @@ class Log:
 
     @property
     def level(self) -> int:
-        """Least level that is logged: 1, 2, 4, 8 or 16."""
+        """Lowest level that is logged: 1, 2, 4, 8 or 16."""
         return self._sink.levels[self.name]
 
     @level.setter
     def level(self, level: int) -> None:
         if level not in NAMES:
-            raise ValueError(f"a log level is one of {', '.join(map(str, NAMES))}, not {level!r:.80}")
+            raise ValueError(f"a log level must be one of {', '.join(map(str, NAMES))}, not {level!r:.80}")
         self._sink.levels[self.name] = level
 
     def named(self, name: str) -> Log:
@@ -296,32 +297,32 @@ class Log:
         return Log(self._sink, f"{self.name}.{name}", self.level)
 
     def debug(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log for those who look for a fault."""
+        """Log details for debugging."""
         self._log(DEBUG, text, args, throttle, once)
 
     def info(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what a user may like to know."""
+        """Log information for the user."""
         self._log(INFO, text, args, throttle, once)
 
     def note(self, text: object) -> None:
-        """Log what a user may like to know to the log file and /rosout only: the program shows it in its own way."""
+        """Log information to the log file and /rosout only, because the program shows it in its own way."""
         if self.level <= INFO:
             frame = sys._getframe(1)
             self._emit(INFO, str(text), frame.f_code, frame.f_lineno, _by_program(frame), to_terminal=False)
 
     def warn(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what may be wrong."""
+        """Log something that may be wrong."""
         self._log(WARN, text, args, throttle, once)
 
     def error(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what went wrong."""
+        """Log an error."""
         self._log(ERROR, text, args, throttle, once)
 
     warning = warn
-    """The same, by its name in Python's own logging."""
+    """Log something that may be wrong: the name of `warn` in Python's own logging."""
 
     def fatal(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what the node cannot go on after."""
+        """Log an error after which the node cannot go on."""
         self._log(FATAL, text, args, throttle, once)
 
     def exception(self, text: object, *args: object, error: BaseException | None = None) -> None:
@@ -329,8 +330,8 @@ class Log:
 
         Args:
             text: what went wrong.
-            args: filled in, as for the other levels. An exception behind a text with no place for it is ``error``.
-            error: the exception; None takes the one that is being handled.
+            args: filled in, as for the other levels. An exception that the text has no place for counts as ``error``.
+            error: the exception; None: the one that is being handled.
         """
         if error is None:
             error = sys.exc_info()[1]
@@ -340,12 +341,12 @@ class Log:
         self._log(ERROR, shown.lines(_filled(text, args) + trace), (), None, False)
 
     def peer(self, level: int, text: str, *args: object) -> None:
-        """Log what another process did. A text that comes again and again is counted: ``... (repeated 37 times)``.
+        """Log what another process did. Repeated texts are counted: ``... (repeated 37 times)``.
 
         Args:
             level: 1, 2, 4, 8 or 16.
-            text: with %s where the arguments go.
-            args: shown in one line each, without control characters.
+            text: the message, with %s in place of the arguments.
+            args: arguments, each shown in one line without control characters.
         """
         sink = self._sink
         if level < sink.levels[self.name]:
@@ -367,7 +368,7 @@ class Log:
         code, line = frame.f_code, frame.f_lineno
         if throttle is not None or once:
             if throttle is not None:
-                throttle = throttle.to_sec() if hasattr(throttle, "to_sec") else throttle  # a Duration, say
+                throttle = throttle.to_sec() if hasattr(throttle, "to_sec") else throttle  # for example a Duration
                 check_seconds(throttle, "throttle")
             now = sink.now()[0].to_sec()
             if not self._due((code.co_filename, line), now, throttle, once):
@@ -398,7 +399,7 @@ def _by_program(frame: FrameType) -> bool:
 
 
 def _filled(text: object, args: tuple[object, ...]) -> str:
-    """Return the text with its arguments; with a remark if they do not fit."""
+    """Return the text with its arguments filled in, or with a remark if they do not fit."""
     message = str(text)
     if not args:
         return message
