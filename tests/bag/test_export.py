@@ -258,8 +258,8 @@ def test_images_that_cannot_be_written_are_named(run: Run, tmp_path: Path) -> No
     assert (code, out) == (1, "x_images: 1 messages of 2 topics\n")
     assert err.splitlines() == [
         "WARNING: /a: 1 message left out: images of the encoding 'jpeg2000' are not supported",
-        "WARNING: /b: 1 message left out: the image's step is 2; rows of 1 pixels in rgb8 take 3 bytes",
-        "WARNING: /b: 2 messages left out: images of the encoding 'rgb16' have no place in PNG and TIFF files; "
+        "WARNING: /b: 1 message left out: the image's step is 2, but rows of 1 pixels in rgb8 take 3 bytes",
+        "WARNING: /b: 2 messages left out: PNG and TIFF files cannot store images of the encoding 'rgb16'; "
         "try --format video",
     ]
 
@@ -337,7 +337,7 @@ def test_import_takes_topics_and_compression(run: Run, make_bag: Make, tmp_path:
         ([], 2, "one ROS 2 bag"),
         (["nope.mcap"], 1, "nope.mcap: No such file"),
         (["folder"], 1, "no metadata.yaml"),
-        (["x.bag", "-o", "y.bag"], 1, "neither a ROS 2 bag's folder"),
+        (["x.bag", "-o", "y.bag"], 1, "neither the folder of a ROS 2 bag"),
         (["cut.mcap"], 1, "cut off or damaged"),
         (["empty.db3"], 1, "rosbags cannot read it"),
         (["x.mcap", "-o", "y.bag", "--topics", "/c"], 1, "there is no topic /c in x.mcap"),

@@ -303,7 +303,7 @@ FINE = KNOWN + message(1, 0)
         (chunk(FINE, "zstd").replace(b"\x28\xb5\x2f\xfd", b"abcd"), "the chunk's zstd data are damaged"),
         (chunk(FINE, "lz4").replace(b"\x04\x22\x4d\x18", b"abcd"), "the chunk's lz4 data are damaged"),
         (chunk(FINE[:-3]), "runs past its end"),
-        (FINE + mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE.pack(1, 0, 1 << 63, 0)), "bags hold 0 to 2^32 s"),
+        (FINE + mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE.pack(1, 0, 1 << 63, 0)), "bags can hold 0 to 2^32 s"),
     ],
 )
 def test_what_is_damaged_is_named_and_leaves_nothing(run: Run, tmp_path: Path, records: bytes, words: str) -> None:
