@@ -19,7 +19,7 @@ _MAX_DIGITS = 400
 
 MATH: Mapping[str, Any] = {
     name: getattr(math, name)
-    for name in dir(math)
+    for name in dir(math)  # sorted
     # Those left out take very long for arguments that are soon written.
     if not name.startswith("_") and name not in ("factorial", "comb", "perm", "prod")
 }

@@ -1,4 +1,8 @@
-"""Values to YAML text, in PyYAML's layout, which scripts around the ROS 1 tools expect."""
+"""Values to YAML text, in PyYAML's layout, which scripts around the ROS 1 tools expect.
+
+Added here: the choice of what is written in brackets, quotation marks for strings that look like angles, and numpy's
+numbers; PyYAML leaves all of these to its users.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Reader of MCAP files (https://mcap.dev/spec), from the beginning to the end of the data; it needs no index.
-
-The rosbags library's reader is not used, since it supports only files of ROS 2.
-"""
+"""Reader of MCAP files (https://mcap.dev/spec), from the beginning to the end of the data; it needs no index."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Writer of MCAP files (https://mcap.dev/spec) with unchanged messages of ROS 1: the profile ``ros1``.
-
-The rosbags library's writer is not used, since it supports only the profile of ROS 2.
-"""
+"""Writer of MCAP files (https://mcap.dev/spec) with unchanged messages of ROS 1: the profile ``ros1``."""
 
 from __future__ import annotations
 

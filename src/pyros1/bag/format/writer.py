@@ -1,8 +1,4 @@
-"""Writer of bags, with sorted indexes and unchanged connection headers; each chunk is written when it is full.
-
-Why not the rosbags library's writer: it drops fields of connection headers, keeps 132 bytes per message until the bag
-is closed, and its bag header has another size than that of stock tools, which then damage the file.
-"""
+"""Writer of bags, with sorted indexes and unchanged connection headers; each chunk is written when it is full."""
 
 from __future__ import annotations
 
