@@ -10,7 +10,7 @@ __all__ = ["YamlError", "dump_yaml", "load_all_yaml", "load_yaml"]
 
 
 def dump_yaml(value: Any) -> str:
-    """Return a value as YAML 1.1, laid out as the ROS 1 tools lay it out: one entry per line.
+    """Return a value as YAML 1.1 in the layout of the ROS 1 tools: one entry per line.
 
     Args:
         value: None, bool, int, float, str, bytes, date, datetime, and lists, tuples, dicts and sets of these.

@@ -1,7 +1,7 @@
 """The arithmetic of ``rad(...)`` and ``!radians`` (https://wiki.ros.org/rosparam#YAML_Format).
 
-Stock has Python evaluate the text. Values come from others, so here it is the safe language of `pyros1.expressions`,
-without everything but numbers.
+Stock lets Python evaluate the text. Values come from elsewhere, so here the safe language of `pyros1.expressions`
+evaluates it, limited to numbers.
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@ The notations for angles are ``deg(90)``, ``rad(pi/2)``, ``!degrees 90`` and ``!
 (https://wiki.ros.org/rosparam#YAML_Format). A text cannot create other Python objects: the only values are None,
 bool, int, float, str, bytes, date, datetime, list, dict and set.
 
-What is ours: angles, of which YAML knows nothing; bounds, since a text of a few hundred bytes can stand for billions of
-values or keep PyYAML busy for minutes; errors with file and line; and a short cut for single words and numbers, since
-PyYAML takes longer to import than most commands take to run.
+Added to PyYAML: angles; limits, since a text of a few hundred bytes can stand for billions of values or keep PyYAML
+busy for minutes; errors with file and line; and a short cut for single words and numbers, since to import PyYAML takes
+longer than most commands.
 """
 
 from __future__ import annotations
