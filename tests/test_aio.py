@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 import pyros1.aio
-from pyros1.aio import MOST_WAITING
+from pyros1.aio.messages import MOST_WAITING
 from pyros1.errors import NodeShutdownError, ServiceError, WaitTimeoutError
 from pyros1.msgs.std_msgs.msg import Float64
 

@@ -15,6 +15,9 @@ Rules:
   `spin` is bounded always, see UNBOUNDED_LIMIT.)
 * While messages flow on an only link the owner waits in its receive, for PATIENCE seconds at most; all else that may
   happen then waits as long.
+* While a subscriber that has a queue of its own holds too many messages, nothing is received: TCP holds the publishers
+  back (see `Holding`).
+* A driver runs all this: threads of the node, or an asyncio loop, which gets its thread back after each round of turns.
 * A message that cannot be decoded, or a callback that raises, is logged and costs nothing but itself.
 """
 
@@ -24,7 +27,7 @@ import threading
 import time
 from collections import deque
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import ProtocolError
 from pyros1.msgs.large import SplitBody
@@ -40,24 +43,29 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pyros1.node.callback_queue import CallbackQueue
-    from pyros1.node.subscribing.threads import DeliveryThreads
+    from pyros1.node.subscribing.drivers import Driver, Holding
 
 
 class Delivery:
     """Receives and delivers for one subscription.
 
     Args:
-        threads: the node's threads.
+        driver: runs this.
         deliver: called with (source, buffer, start, end) for each frame: decodes and runs the callbacks.
         deliver_item: the same for a message that stands alone, called with (source, item).
         on_lost: called, by the owner, with (link, reason) when a link broke; reason is None for an orderly end.
         on_arrival: in a node that spins, called with (source, item) at once; tells whether to queue the item.
         callbacks: where deliveries are queued, for a node that spins.
+
+    Attributes:
+        limit: messages of each publisher that may wait for slow callbacks; None for no limit.
+        holding: those who may hold publishers back; changed by whole replacement.
+        driver: runs this; see `move`.
     """
 
     def __init__(
         self,
-        threads: DeliveryThreads,
+        driver: Driver,
         deliver: Callable[[Source, bytes, int, int], None],
         deliver_item: Callable[[Source, Item], None],
         on_lost: Callable[[TcpSource, str | None], None],
@@ -65,7 +73,8 @@ class Delivery:
         callbacks: CallbackQueue | None,
     ) -> None:
         self.limit: int | None = None
-        self._threads = threads
+        self.holding: tuple[Holding, ...] = ()
+        self.driver = driver
         self._deliver = deliver
         self._deliver_item = deliver_item
         self._on_lost = on_lost
@@ -80,6 +89,11 @@ class Delivery:
         self._local = self.handover.line
         self._spinning: Spinning[Source, Item] = Spinning(deliver_item)
         self._dropped = 0  # but for those of these two
+        self._queues: tuple[tuple[deque[Any], Callable[[Any], None]], ...] = (
+            (self._begun, self._go_on),
+            (self._readable, self._receive_from),
+            (self._local, self._take_from),
+        )
         self._ownership = threading.Lock()
         self._owner = 0  # the owner's thread
         self._woken = False  # a thread is on its way
@@ -104,7 +118,7 @@ class Delivery:
         if not self._woken and not self._ownership.locked():
             self._woken = True
             try:
-                self._threads.wake(self)
+                self.driver.wake(self)
             except BaseException:  # of a signal handler
                 self._woken = False
                 raise
@@ -160,7 +174,7 @@ class Delivery:
         if self._owner == threading.get_ident():
             return  # a callback ends its own subscription: the owner does the rest
         if self._ownership.acquire(timeout=timeout):
-            self._dispose()
+            self.driver.call(self._dispose, timeout)
             self._ownership.release()
 
     # By the owner -----------------------------------------------------------------------------------------------------
@@ -174,6 +188,7 @@ class Delivery:
         if fd is not None:
             self._readable.append(fd)
         self._woken = False
+        cooperative = self.driver.cooperative
         while self._something or self._closed:
             if not self._ownership.acquire(blocking=False):
                 return  # the owner sees what is there when it has ended
@@ -182,10 +197,14 @@ class Delivery:
                 self._work()
             except BaseException:
                 self._give_back()
-                self._threads.wake(self)  # for what was left
+                self.driver.wake(self)  # for what was left
                 raise
             self._give_back()
             if self._closed:
+                return
+            if cooperative:
+                if self._something:
+                    self.wake()
                 return
 
     def _give_back(self) -> None:
@@ -195,9 +214,26 @@ class Delivery:
     @property
     def _something(self) -> object:
         """Whether there is something to do."""
-        return self._new or self._readable or self._jobs or self._local or self._begun
+        if self._new or self._jobs:
+            return True
+        return (self._readable or self._local or self._begun) and not self._held
+
+    @property
+    def _held(self) -> bool:
+        """Whether publishers are held back."""
+        holding = self.holding
+        return bool(holding) and any(each.full for each in holding) and not any(each.urgent for each in holding)
+
+    def move(self, driver: Driver) -> None:
+        """Let another driver run this from now on. By the owner."""
+        for fd in self._links:
+            self.driver.unregister(fd)
+        self.driver = driver
+        for fd in self._links:
+            driver.register(fd, self)
 
     def _work(self) -> None:
+        cooperative = self.driver.cooperative
         while not self._closed and self._something:
             self._run_jobs()
             # One turn for each that is there by now: whoever comes meanwhile comes after them.
@@ -205,13 +241,14 @@ class Delivery:
                 # If callbacks fall behind, `_catch_up` takes the others, too.
                 if self._new and (frames := self._open(link := self._new.popleft())):
                     self._take(link, frames)
-            for _ in range(len(self._begun)):
-                self._go_on(self._begun.popleft())
-            for _ in range(len(self._readable)):
-                self._receive_from(self._readable.popleft())
-            for _ in range(len(self._local)):
-                self._take_from(self._local.popleft())
+            for queue, go_on in self._queues:
+                for _ in range(len(queue)):
+                    if self._held:
+                        break
+                    go_on(queue.popleft())
             self.handover.ring()
+            if cooperative:
+                break
         if self._closed:
             self._dispose()
 
@@ -236,7 +273,7 @@ class Delivery:
     def _rearm(self, link: TcpSource) -> None:
         """Wait for a link again: one that is neither lost nor waited for, nor has its turn to come, would be deaf."""
         if self._links.get(link.fd) is link and not self._is_begun(link):
-            self._threads.rearm(link.fd)
+            self.driver.rearm(link.fd)
 
     def _is_begun(self, link: TcpSource) -> bool:
         """Whether a link still has to deliver what it has received: until then, it receives nothing."""
@@ -259,8 +296,10 @@ class Delivery:
 
     def _open(self, link: TcpSource) -> list[tuple[int, int]]:
         """Wait for a new link; return what came together with its header."""
+        if self.driver.cooperative:
+            link.patient = False
         self._links[link.fd] = link
-        self._threads.register(link.fd, self)
+        self.driver.register(link.fd, self)
         return self._split(link, 0)
 
     def drop(self, link: TcpSource) -> None:
@@ -268,7 +307,7 @@ class Delivery:
         if self._links.pop(link.fd, None) is not None:
             link.connected = False
             self._spinning.forget(link)
-            self._threads.unregister(link.fd)
+            self.driver.unregister(link.fd)
             link.sock.close()
 
     def _lose(self, link: TcpSource, reason: str | None) -> None:
@@ -279,7 +318,7 @@ class Delivery:
     def _stay_with(self, link: TcpSource) -> None:
         """While messages flow on the only link, wait in its receive: one system call less for each."""
         flood = Flood(link)
-        while not (self._closed or self._something) and self._threads.someone_waits:
+        while not (self._closed or self._something) and self.driver.someone_waits:
             if not self._receive(link, wait=True):
                 break
             flood.pause()
@@ -350,11 +389,12 @@ class Delivery:
             if position >= len(frames):
                 return
             now = perf_counter()
-            if now < begun + EARLY:
-                stride = min(2 * stride, STRIDE)
-            elif now > begun + TURN and self._something:
+            over = now > begun + TURN and (self._something or self.driver.cooperative)
+            if over or self._held:
                 self._begun.append(Rest(link, data, frames, position))
                 return
+            if now < begun + EARLY:
+                stride = min(2 * stride, STRIDE)
 
     def _take_item(self, source: Source, item: Item) -> None:
         if self._callbacks is not None:
@@ -411,7 +451,7 @@ class Delivery:
         """Give an inbox its turn."""
         deliver = self._deliver_item if self._callbacks is None else self._queue_for_spin
         stride, begun, now = 1, perf_counter(), 0.0
-        while now < begun + TURN:
+        while now < begun + TURN and not self._held:
             for _ in range(stride):
                 item = inbox.take()
                 if item is None or self._closed:
