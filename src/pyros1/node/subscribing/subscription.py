@@ -119,7 +119,7 @@ class Subscription:
                 self.subscribers = (*self.subscribers, subscriber)
             self._set_limit()
         if subscriber.stream is None and self.delivery.driver.cooperative:  # callbacks may wait
-            self.delivery.submit(lambda: self.delivery.move(self.context.delivery_threads))
+            self.delivery.submit(lambda: self.delivery.links.move(self.context.delivery_threads))
         self.delivery.submit(lambda: self._activate(subscriber))
 
     def remove(self, subscriber: Taker) -> bool:
@@ -275,19 +275,21 @@ class Subscription:
         active = self._active
         if source.header.get("latching") == "1":
             active = self._keep(source, data[start:end])
-        for stream in self._streams:
-            stream.put(source, data[start:end])
-        if active:
-            self._call(active, source, data, start, end)
+        if self._streams:
+            self._put(source, data[start:end])
+        self._call(active, source, data, start, end)
 
     def _deliver_item(self, source: Source, item: Item) -> None:
         active = self._active
         if source.header.get("latching") == "1":
             active = self._keep(source, item)
+        if self._streams:
+            self._put(source, item)
+        self._call(active, source, item)
+
+    def _put(self, source: Source, item: Item) -> None:
         for stream in self._streams:
             stream.put(source, item)
-        if active:
-            self._call(active, source, item)
 
     def _keep(self, source: Source, item: Item) -> tuple[Taker, ...]:
         """Keep a latched message for those who subscribe later; return who gets it now."""
