@@ -1,4 +1,8 @@
-"""Values to YAML text: PyYAML's, whose layout scripts around the ROS 1 tools have come to expect."""
+"""Values to YAML text: PyYAML's, whose layout scripts around the ROS 1 tools have come to expect.
+
+What is ours: the choice of what stands in brackets, texts that look like angles, and numpy's numbers, all of which
+PyYAML leaves to those who use it.
+"""
 
 from __future__ import annotations
 
