@@ -122,6 +122,7 @@ VERB = Verb(
         ("run.bag -o run.mcap --ros1", "the messages unchanged, as `mcap convert` does"),
         ("run.bag --format ros2", "for `ros2 bag play run_ros2`"),
     ],
+    stock="",
     run=run,
 )
 

@@ -63,6 +63,7 @@ VERB = Verb(
     description="Make a bag of a ROS 2 bag: its folder, or an .mcap or .db3 file; or of an .mcap file with messages of "
     "ROS 1.",
     examples=[("run.mcap -o run.bag", "of ROS 1 or ROS 2"), ("rosbag2_folder", "into rosbag2_folder.bag")],
+    stock="",
     run=run,
 )
 

@@ -48,5 +48,6 @@ VERB = Verb(
     usage="[options] OUTBAG INBAG1 [INBAG2 ...]",
     description="Merge bags into one, by time.",
     examples=[("all.bag a.bag b.bag", "by time")],
+    stock="",
     run=run,
 )

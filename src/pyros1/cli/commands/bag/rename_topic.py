@@ -58,6 +58,7 @@ VERB = Verb(
         ("run.bag out.bag /scan /front/scan", "one topic"),
         ("run.bag out.bag /robot1/ /robot2/", "all topics of a namespace"),
     ],
+    stock="rosrun rosbag topic_renamer.py",
     run=run,
 )
 

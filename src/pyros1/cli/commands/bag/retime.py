@@ -60,6 +60,7 @@ VERB = Verb(
         ("run.bag out.bag --offset -3600", "an hour earlier"),
         ("run.bag out.bag --header-stamp", "as the messages' headers say"),
     ],
+    stock="",
     run=run,
 )
 

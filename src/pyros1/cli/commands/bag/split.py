@@ -73,6 +73,7 @@ VERB = Verb(
     Argument("INBAG", "bag"),
     description="Split a bag into NAME_0.bag, NAME_1.bag, ... at every limit given.",
     examples=[("run.bag --duration 5m --repeat-latched", "into run_0.bag, run_1.bag, ...")],
+    stock="",
     run=run,
 )
 
