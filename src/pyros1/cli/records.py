@@ -3,7 +3,7 @@
 A command is a module or folder in `pyros1.cli.commands` with a `Command` record named ``COMMAND``, which is in
 ``__init__.py`` if it is a folder. One that has verbs, such as ``topic``, is a folder with a file for each verb, which
 has the verb's record, ``VERB``; nearly the same verbs may share a file, which then has a list of records, ``VERBS``.
-Files whose names begin with ``_`` are shared by the verbs of a command.
+Files and folders whose names begin with ``_`` are shared by the verbs of a command.
 
 This module imports nothing that takes time: records are made whenever a command starts.
 """

@@ -7,8 +7,8 @@ import os
 import sys
 from typing import Any
 
-from pyros1.cli.commands.bag._files import different, whole_or_nothing
 from pyros1.cli.commands.bag._options import QUIET, TOPICS, compression, parted
+from pyros1.cli.commands.bag._writing.files import different, whole_or_nothing
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb

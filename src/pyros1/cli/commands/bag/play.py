@@ -14,7 +14,7 @@ from pyros1.bag.play.control import Control
 from pyros1.bag.play.keyboard import Keyboard
 from pyros1.bag.play.player import Player, PlayOptions, Status
 from pyros1.bag.play.source import Bags
-from pyros1.cli.commands.bag._live import LiveLine
+from pyros1.cli.commands.bag._running.live import LiveLine
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb

@@ -14,7 +14,7 @@ from pyros1.bag.record.model import RecordOptions
 from pyros1.bag.record.names import FileNames, Selection
 from pyros1.bag.record.recorder import Events, Recorder
 from pyros1.bag.record.topics import TopicSearch
-from pyros1.cli.commands.bag._live import LiveLine, RecordLine, record_table
+from pyros1.cli.commands.bag._running.live import LiveLine, RecordLine, record_table
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_guarded
@@ -38,7 +38,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     try:
         ending = Ending(node)
         if options.snapshot:
-            from pyros1.cli.commands.bag._snapshot import keep_snapshots  # noqa: PLC0415 - few ask for it
+            from pyros1.cli.commands.bag._running.snapshot import keep_snapshots  # noqa: PLC0415 - few ask for it
 
             return keep_snapshots(node, selection, settings, options, ending)
         return _record(node, selection, settings, options, ending)

@@ -11,8 +11,8 @@ from typing import Any
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
-from pyros1.cli.commands.bag._files import interruptible
 from pyros1.cli.commands.bag._options import CHOICE, choice_of, compression, warn_of_strangers
+from pyros1.cli.commands.bag._writing.files import interruptible
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb

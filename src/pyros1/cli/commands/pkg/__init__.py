@@ -6,7 +6,7 @@ from pyros1.cli import registry
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command
 from pyros1.cli.running import run_verb
-from pyros1.cli.shared.rospack import run_tool
+from pyros1.cli.shared.rospack.tool import run_tool
 
 
 def _dispatch(invocation: Invocation) -> int:
