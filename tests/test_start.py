@@ -68,6 +68,16 @@ def test_a_command(load: Callable[..., set[str]], words: str) -> None:
     assert "pyros1" in loaded and not loaded & (LIBRARIES | SLOW | XML)
 
 
+def test_help_of_verbs(load: Callable[..., set[str]]) -> None:
+    """All records need neither a library nor a node, so that help and wrong words are answered soon."""
+    program = (
+        "import sys; from pyros1.cli import registry\n"
+        "records = [registry.load_verb(name, verb) for name in registry.commands() for verb in registry.verbs(name)]\n"
+        "sys.exit('pyros1.node' in sys.modules or len(records) < 100)"
+    )
+    assert not load("-c", program) & LIBRARIES
+
+
 @pytest.mark.parametrize("options", [[], ["--nodes"]])
 def test_launch(load: Callable[..., set[str]], tmp_path: Path, options: list[str]) -> None:
     file = tmp_path / "a.launch"
