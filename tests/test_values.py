@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -117,6 +118,19 @@ def test_any_text_gives_a_value_or_the_documented_error(text: str) -> None:
         load_yaml(text)
     except YamlError as error:
         assert isinstance(error, Error)
+
+
+@given(st.one_of(st.integers(), st.floats(), st.from_regex(r"[A-Za-z_/.]{0,5}[\w/.-]{0,3}", fullmatch=True)))
+def test_what_is_written_without_pyyaml_is_as_it_would_write_it(value: Any) -> None:
+    assert dump_yaml(value) == yaml.safe_dump(value)
+    assert dump_yaml([value]) == yaml.safe_dump([value])
+
+
+@pytest.mark.parametrize(
+    "value", ["gain", "/scan", "yes", "0.5", "5", "1e5", "", "noetic\n", 5, -1, 0.5, -0.0, 1e30, True]
+)
+def test_one_word_or_number(value: Any) -> None:
+    assert dump_yaml(value) == yaml.safe_dump(value)
 
 
 def test_texts_that_look_like_angles_stay_texts() -> None:

@@ -78,6 +78,11 @@ def applies(function: Callable[..., Any]) -> bool:
     return getattr(function, "func", function) in (_map, _filter)
 
 
+def takes_key(function: Callable[..., Any]) -> bool:
+    """Return whether a function calls what it gets as ``key``."""
+    return function in (max, min, sorted)
+
+
 def _join(limit: int, separator: str, items: Iterable[str]) -> str:
     parts = list(items)
     require(len(separator) * len(parts) + sum(map(len, parts)), limit)

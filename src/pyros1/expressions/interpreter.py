@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 from pyros1.expressions import costs
-from pyros1.expressions.functions import MATH, applies, formatted, method, owner_of
+from pyros1.expressions.functions import MATH, applies, formatted, method, owner_of, takes_key
 from pyros1.expressions.limits import (
     CALL,
     MAX_ITEMS,
@@ -338,6 +338,8 @@ class Interpreter:
         self._spend(CALL + costs.call(function, arguments, keywords, self.max_work))
         if applies(function) and arguments and arguments[0] is not None:
             arguments = (functools.partial(self._called, arguments[0]), *arguments[1:])
+        if takes_key(function) and keywords.get("key") is not None:
+            keywords["key"] = self._key(keywords["key"])
         owner = owner_of(function)
         if function is set or isinstance(owner, set):
             for argument in arguments:
@@ -345,6 +347,19 @@ class Interpreter:
         elif function is dict and arguments and not isinstance(arguments[0], dict):
             spread(pair[0] for pair in map(tuple, arguments[0]) if pair)
         return self._bounded(function(*arguments, **keywords))
+
+    def _key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
+        """What is called for each item that is sorted: its values are kept until all are there, so all are bounded."""
+        total = 0
+
+        def key(item: Any) -> Any:
+            nonlocal total
+            value = self._called(function, item)
+            total += 1 + measure(value, self.max_items)[0]
+            require(total, self.max_items)
+            return value
+
+        return key
 
     def _joined(self, node: ast.JoinedStr, names: Mapping[str, Any]) -> Any:
         return self._bounded("".join(self.value(part, names) for part in node.values))

@@ -10,7 +10,7 @@ are first asked for, so that making a class costs little and an unused direction
 * ``cls._decode(buffer, start, end)``: a message from exactly ``buffer[start:end]``, which must be bytes;
 * ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset behind it;
 * ``cls._decode_arrays(buffer, start, end, view)``, ``cls._read_arrays(...)``: the same, but numeric arrays are made by
-``view(buffer, position, count, struct_code)``, see ``array_views.py``;
+  ``view(buffer, position, count, struct_code)``, see ``array_views.py``;
 * ``cls._copy(msg)``: the message that encoding and decoding would give, without either of them.
 """
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
-from pyros1.values.reading import ANGLES, YamlError
+from pyros1.values.reading import ANGLES, YamlError, simple_value
 
 
 def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) -> str:
@@ -24,7 +24,11 @@ def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) ->
     Raises:
         YamlError: see `pyros1.values.dump_yaml`.
     """
-    import yaml  # noqa: PLC0415 - slow to import
+    if value.__class__ in (str, int, float):
+        text = str(value)
+        if simple_value(text) == value:
+            return f"{text}\n...\n"
+    import yaml  # noqa: PLC0415 - slow to import, and most parameters are one word or number
 
     dumper = _dumper_class()
     try:

@@ -26,8 +26,6 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 """Functions that every expression may call, besides hasattr and getattr."""
 TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "is_zero"})
 """What expressions may use of times and durations."""
-_KEYS = frozenset({"abs", "float", "int", "len"})
-"""Functions that may be the key of sorted, min and max: those whose values are small."""
 _LOOKS = frozenset({"getattr", "hasattr"})
 
 
@@ -67,14 +65,6 @@ class MessageLanguage(Interpreter):
     """What expressions of messages have in common, here and in topic_tools; see `Interpreter`."""
 
     max_items = MAX_ITEMS
-
-    def check(self, node: ast.AST) -> None:
-        """Refuse a node of the tree; see `Interpreter`."""
-        super().check(node)
-        if not isinstance(node, ast.keyword) or node.arg != "key":
-            return
-        if not isinstance(node.value, ast.Name) or node.value.id not in _KEYS:
-            raise ExpressionError(f"key can only be one of: {', '.join(sorted(_KEYS))}")
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         """Return what a name stands for; see `Interpreter`."""

@@ -4,8 +4,8 @@ A link works only in the lane of its topic (``lane.py``), so it has no lock. Sta
 
 * *idle*: nothing waits. A message is sent at once, by the thread that works in the lane.
 * *coalescing*: messages come faster than every HOT_GAP seconds, RUN_UP of them in a row. They gather in the queue and
-are sent together: by the publishing thread when BATCH have gathered or WINDOW seconds have passed, by the loop's timer
-if the publisher pauses. A single message never waits.
+  are sent together: by the publishing thread after BATCH messages or WINDOW seconds, by the loop's timer if the
+  publisher pauses. A single message never waits.
 * *blocked*: the socket is full. Messages gather in the queue (the oldest are dropped whole); the loop sends when the
   socket takes more, and a publisher in a tight loop tries as well, because it seldom lets the loop thread run.
 * *closed*.

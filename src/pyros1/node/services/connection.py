@@ -7,9 +7,9 @@ States::
       └─────────────────────────┘   persistent
 
 * *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, costs no thread. A
-request must be complete within a time after its first byte; a client without ``persistent`` must begin it in that time.
+  request must be complete some time after its first byte; a client that is not persistent must begin it in that time.
 * *answering*: in a worker's thread, until the response is sent. If a persistent client calls again at once, the same
-thread answers, without a detour over the loop.
+  thread answers, without a detour over the loop.
 """
 
 from __future__ import annotations

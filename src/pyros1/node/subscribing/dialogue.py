@@ -10,11 +10,11 @@ States::
           failed, silent too long, or lost: rest, longer after each failure
 
 * REFUSED: the publisher answered with an error, or its type differs. Another attempt would get the same answer, so
-nothing is done until the master announces the publishers again.
+  nothing is done until the master announces the publishers again.
 * A publisher in the same process, and one that sends datagrams (UDPROS), are LINKED right after ASKING.
 * A publisher that the master no longer lists is not tried again. An attempt under way goes on: the node may have
-accepted the connection already, for a publisher that is not announced yet. An open link stays until the publisher
-closes it, so that its last messages are not lost. GONE: the publisher is not listed, there is no link and no attempt.
+  accepted the connection already, for a publisher that is not announced yet. An open link stays until the publisher
+  closes it, so that its last messages are not lost. GONE: the publisher is not listed, there is no link and no attempt.
 
 Each event is a method that returns the actions to take, in order. The driver (`connector`) takes them, and passes on no
 events of an attempt that `Drop` has ended.

@@ -13,24 +13,19 @@ import sys
 import threading
 from collections import deque
 from time import perf_counter
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from pyros1.net.poller import BELL, Poller
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from pyros1.node.subscribing.drivers import Channel
+
 SPARE = 2
 """Number of threads that wait without a limit."""
 REST = 5.0
 """Seconds after which a further thread ends if nothing wakes it."""
-
-
-class Channel(Protocol):
-    """What the threads run: a subscription's Delivery."""
-
-    def run(self, fd: int | None) -> None:
-        """Do the waiting work; ``fd`` is a descriptor that can be read."""
 
 
 class DeliveryThreads:
@@ -40,6 +35,8 @@ class DeliveryThreads:
         name: the node's name, for the names of the threads.
         on_error: called with an exception that a channel did not handle.
     """
+
+    cooperative = False
 
     def __init__(self, name: str, on_error: Callable[[BaseException], None]) -> None:
         self._name = name
@@ -74,6 +71,10 @@ class DeliveryThreads:
         self._woken.append(channel)
         self._poller.wake()
         self._begin()
+
+    def call(self, function: Callable[[], None], timeout: float) -> None:
+        """Call a function: sockets may be unregistered by any thread."""
+        function()
 
     def close(self, timeout: float = 5.0) -> None:
         """End the threads; wait for them at most ``timeout`` seconds."""

@@ -56,7 +56,7 @@ def set_private(master: MasterClient, resolve: Callable[[str], str], given: Mapp
 
     Args:
         master: the node's client of the master.
-        resolve: makes a full name.
+        resolve: returns the full name that a name stands for.
         given: name without ``~`` -> value as text.
 
     Returns:

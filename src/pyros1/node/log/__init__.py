@@ -1,0 +1,1 @@
+"""A node's log: loggers, their sink, /rosout and the services that set its levels."""
