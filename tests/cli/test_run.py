@@ -86,11 +86,11 @@ def test_a_script_that_names_no_interpreter(package: Path, capsys: pytest.Captur
     script = package / "scripts" / "hello"
     script.write_bytes(b"#!/usr/bin/env python3\r\nprint(1)\r\n")
     assert run_command("run", ["some_pkg", "hello"]) == 126
-    text = f"[rosrun] cannot run {script}: its lines end as on Windows (CR LF), in the first one too: sed -i"
+    text = f"[rosrun] cannot run {script}: it has Windows line ends (CR LF), which make its first line invalid: sed -i"
     assert capsys.readouterr().err.startswith(text)
     script.write_text("echo hello\n")
     assert run_command("run", ["some_pkg", "hello"]) == 126
-    assert "does not say which program runs it" in capsys.readouterr().err
+    assert "does not name an interpreter" in capsys.readouterr().err
     assert run("--prefix", "sh", "some_pkg", "hello").stdout == "hello\n", "the prefix runs it"
 
 

@@ -33,16 +33,16 @@ class ParamReader:
 
         Args:
             element: the tag.
-            scope: where it stands.
-            attribute: reads attributes.
-            private: it stands in a node tag, where all names are private.
+            scope: the tag's scope.
+            attribute: returns attributes.
+            private: whether the tag is in a node tag, where all names are private.
         """
         name = attribute(element, scope, "name")
         if name is None:
             raise LaunchError("<param> tag is missing required attribute: 'name'")
         name = name.strip()
         if not name and not private and scope.namespace == "/":  # elsewhere it is the parameter called as the namespace
-            raise LaunchError("<param> tag has an empty 'name': one value cannot take the place of all parameters")
+            raise LaunchError("<param> tag has an empty 'name': a single value cannot replace all parameters")
         try:
             value = self._value(element, scope, attribute, name)
         except LaunchError as error:
@@ -81,7 +81,7 @@ class ParamReader:
             raise LaunchError(f"Cannot load command parameter [{name}]: {error}") from error
 
     def rosparam(self, element: Element, scope: Scope, attribute: Attribute) -> None:
-        """Handle a ``<rosparam>``; the arguments are those of `param`."""
+        """Handle a ``<rosparam>``. The arguments are those of `param`."""
         command = attribute(element, scope, "command") or "load"
         file = attribute(element, scope, "file")
         inner = ns_join(attribute(element, scope, "ns") or "", attribute(element, scope, "param") or "")
@@ -135,7 +135,7 @@ class ParamReader:
             self.add(key, leaf)
 
     def add(self, name: str, value: Any) -> None:
-        """Add a parameter under its full name, warning when it hides another one (X76)."""
+        """Add a parameter under its full name. Warn if it hides another one (X76)."""
         name = canonicalize_name(name)
         params = self._plan.params
         parent = name.rpartition("/")[0]
@@ -147,7 +147,7 @@ class ParamReader:
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the leaf parameters of a loaded value: dicts become namespaces (X66)."""
+    """Yield the parameters in a loaded value. Dictionaries become namespaces (X66)."""
     if not isinstance(value, dict):
         yield name, value
         return
@@ -163,5 +163,5 @@ def _without_place(error: Exception) -> str:
 
 
 def _dedent(text: str) -> str:
-    """Turn leading tabs, which YAML refuses and XML editors like, into spaces only where a whole line is blank."""
+    """Replace tabs in blank lines by spaces: XML editors write tabs, but YAML refuses them."""
     return "\n".join("" if line.isspace() else line for line in text.split("\n"))

@@ -1,7 +1,7 @@
-"""The far end of `remote`: starts nodes on another machine, and ends them all when the connection does.
+"""The remote end of `over_ssh`: starts nodes on another machine, and ends them when the connection ends.
 
-This text is sent to the machine and run there by its ``python3`` (3.7 or newer); it needs nothing but what it can find
-nodes with, pyros1 or stock ROS's ``rosrun``. Lines of JSON come in on standard input and go out on standard output.
+This text is sent to the machine and run by its ``python3`` (3.7 or newer). To find nodes it needs pyros1 or stock
+ROS's ``rosrun``, and nothing else. It reads lines of JSON from standard input and writes them to standard output.
 """
 
 from __future__ import annotations
@@ -145,11 +145,11 @@ _PLACES = (
     ("pyros1.finding.packages", "pyros1.launch.running.command_line"),
     ("pyros1.msgs.packages", "pyros1.launch.command_line"),
 )
-"""Where pyros1 has what finds packages and makes command lines; version 0.1.0 had it elsewhere."""
+"""Modules of pyros1 that find packages and make command lines. Version 0.1.0 had them elsewhere."""
 
 
 def group_exists(pid: int) -> bool:
-    """Whether any process of the group is left."""
+    """Return whether the group still has a process."""
     try:
         os.killpg(pid, 0)
     except OSError:
@@ -158,7 +158,7 @@ def group_exists(pid: int) -> bool:
 
 
 def finder() -> Callable[[str, str], list[str]]:
-    """Return what finds the words that start a node: with pyros1 if that is here, or else with stock ROS."""
+    """Return a function that returns the words to start a node. It uses pyros1 if installed, otherwise stock ROS."""
     for index, command_line in _PLACES:
         try:
             found, lines = import_module(index), import_module(command_line)
@@ -174,8 +174,8 @@ def _ask_rosrun(package: str, kind: str) -> list[str]:
         done = subprocess.run(["rosrun", "--prefix", "echo", package, kind], capture_output=True, check=False)
     except FileNotFoundError:
         raise RuntimeError(
-            "neither pyros1 nor stock ROS is found there by its python3 and PATH; install pyros1 for that python3, or "
-            "let the machine's env-loader set up ROS"
+            "neither pyros1 nor stock ROS was found with the machine's python3 and PATH; install pyros1 for that "
+            "python3, or set up ROS in the machine's env-loader"
         ) from None
     path = done.stdout.decode().strip()
     if done.returncode or not path:

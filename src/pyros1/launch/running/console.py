@@ -1,4 +1,4 @@
-"""Lines for the user of the launcher: plain, bold, errors and warnings; coloured on a terminal only (L16)."""
+"""Output of the launcher for the user: plain and bold lines, errors and warnings; coloured only on terminals (L16)."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import TextIO
 
 
 class Console:
-    """Writes whole lines, each at once.
+    """Writes whole lines without delay.
 
     Args:
         out: for ordinary lines, None for this process's stdout.
         err: for errors and warnings, None for stderr.
-        log: a file that gets everything, too.
-        title: set the terminal's title (only done on a terminal).
+        log: a file that also gets everything.
+        title: set the terminal's title, if it is a terminal.
     """
 
     def __init__(
@@ -28,7 +28,7 @@ class Console:
         self._lock = threading.Lock()
 
     def log_to(self, log: TextIO | None) -> None:
-        """Write everything to `log`, too; None ends that."""
+        """Also write everything to `log`; None stops this."""
         self._log = log
 
     def line(self, text: str = "") -> None:
@@ -36,7 +36,7 @@ class Console:
         self._write(self._out, text, "")
 
     def bold(self, text: str) -> None:
-        """Write a line that stands out."""
+        """Write a bold line."""
         self._write(self._out, text, "\033[1m")
 
     def plain_error(self, text: str) -> None:
