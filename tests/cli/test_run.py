@@ -73,7 +73,7 @@ def test_words_that_only_look_like_remappings_are_passed_on_with_a_hint(package:
     done = run("some_pkg", "hello", *words)
     assert done.stdout == f"hello {' '.join(words)}\n"
     hints = done.stderr.splitlines()
-    assert [line.partition(", if that")[0].rpartition(" ")[2] for line in hints] == [
+    assert [line.partition("; the argument")[0].rpartition(" ")[2] for line in hints] == [
         "_rate:=10",
         "foo:=1",
         "rate:=10",

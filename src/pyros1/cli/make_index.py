@@ -1,4 +1,4 @@
-"""``python -m pyros1.cli.make_index``: makes the tables of commands from their records: `index`, and README's."""
+"""``python -m pyros1.cli.make_index``: makes `index` and README's table of commands from the records."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
 
 
 def text() -> str:
-    """Return the table, as the records have it."""
+    """Return the text of `index`, made from the records."""
     lines = [_HEAD]
     for name, told in sorted(registry.describe(module) for module in registry.modules()):
         lines.append(f"    {name!r}: (\n")
@@ -41,7 +41,7 @@ def text() -> str:
 
 
 README = Path(__file__).parents[3] / "README.md"
-"""In a source tree; an installed pyros1 has none."""
+"""README of the source tree; an installed pyros1 does not have it."""
 _BEGIN = "<!-- made by python -m pyros1.cli.make_index -->\n"
 _END = "<!-- end -->\n"
 
@@ -60,7 +60,7 @@ def readme_table() -> str:
 
 
 def readme(text: str) -> str:
-    """Return README's text with its table as the records have it."""
+    """Return README's text with its table made from the records."""
     before, _, rest = text.partition(_BEGIN)
     return before + _BEGIN + readme_table() + _END + rest.partition(_END)[2]
 

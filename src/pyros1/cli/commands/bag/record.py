@@ -28,7 +28,7 @@ _SECONDS = {"": 1, "s": 1, "m": 60, "h": 3600}
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Write what topics bring into bags."""
+    """Record topics to bags."""
     selection = _selection(options, [*args, *(options.topics or ())])
     settings = _settings(options)
     try:
@@ -47,7 +47,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words; the old form of ``--split`` takes a value, which options of this kind cannot."""
+    """Parse the words. The old form of ``--split`` takes a value, which an option without values cannot."""
     words = [
         part for word in invocation.args for part in (word.split("=", 1) if word.startswith("--split=") else [word])
     ]
@@ -55,7 +55,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def _split(option: Any, opt: str, value: Any, parser: Any) -> None:
-    """Take ``--split`` alone, or in its old form with a number of MB behind it (B19)."""
+    """Accept ``--split`` alone, or in its old form followed by a number of MB (B19)."""
     parser.values.split = True
     if parser.rargs and parser.rargs[0].isdigit():
         print(
@@ -123,7 +123,7 @@ VERB = Verb(
     Option("--node", default="", help="record all topics subscribed to by a specific node"),
     Flag("-j", "--bz2", help="use BZ2 compression"),
     Flag("--lz4", help="use LZ4 compression"),
-    Flag("--tcpnodelay", help="Use the TCP_NODELAY transport hint when subscribing to topics (always so here)."),
+    Flag("--tcpnodelay", help="Use the TCP_NODELAY transport hint when subscribing to topics (pyros1 always does)."),
     Flag("--udp", help="Use the UDP transport hint when subscribing to topics; TCP where a publisher has no UDP."),
     Flag("--repeat-latched", help="Repeat latched msgs at the start of each new bag file."),
     Option(
@@ -137,7 +137,7 @@ VERB = Verb(
     Flag(
         "--snapshot",
         own=True,
-        help="write nothing, but keep the last messages in memory; the service ~snapshot writes them to a bag",
+        help="write nothing, but keep the latest messages in memory; the service ~snapshot writes them to a bag",
     ),
     Option(
         "--snapshot-duration",
@@ -160,9 +160,9 @@ VERB = Verb(
     description="Record a bag file with the contents of specified topics.",
     examples=[
         ("/odom /scan -O run", "two topics into run.bag"),
-        ("-a -x '/camera/.*' -o day", "all but some, into day_<date>.bag; new topics too"),
+        ("-a -x '/camera/.*' -o day", "all topics but some, also new ones, into day_<date>.bag"),
         ("-a --lz4 --split --duration 10m --max-splits 6", "the last hour, in files of ten minutes"),
-        ("-a --snapshot --snapshot-duration 60", "the last minute, when somebody calls ~snapshot"),
+        ("-a --snapshot --snapshot-duration 60", "the last minute, whenever ~snapshot is called"),
     ],
     parse=_parse,
     run=run,
@@ -192,7 +192,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
 
     def subscribe(name: str) -> None:
         if not names.is_legal_name(name) and (options.all or options.regex or options.node):
-            warn(f"'{name}' is not a legal name: it is not recorded")  # somebody else's fault must not end the rest
+            warn(f"'{name}' is not a legal name and is not recorded")  # somebody else's fault must not end the rest
             return
         line.say(f"Subscribing to {one_line(name)}")
         recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))
@@ -204,7 +204,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     if not options.quiet:
         print(record_table(recorder), flush=True)
     if recorder.error is not None:
-        node.log.error("recording has ended: %s", _reason(recorder.error))
+        node.log.error("recording ended: %s", _reason(recorder.error))
         return 1
     return 0
 
@@ -227,15 +227,15 @@ def _reason(error: Exception) -> str:
 def _selection(options: Any, topics: list[str]) -> Selection:
     everything = options.all
     if options.exclude and not (everything or options.regex or options.node or topics):
-        print("-x alone: all topics are recorded but those excluded", file=sys.stderr)
+        print("only -x is given: recording all topics except those excluded", file=sys.stderr)
         everything = True
     if not (topics or everything or options.node):
         raise UsageError("You must specify a topic name or else use the '-a' option.")
     for name in topics:
         if not options.regex and not name.strip("/"):
-            raise CommandError(f"{name!r} is not the name of a topic")
+            raise CommandError(f"{name!r} is not a legal topic name")
     if options.limit and (everything or options.regex or options.node):
-        raise CommandError("--limit goes with named topics only, not with -a, -e, -x or --node")
+        raise CommandError("--limit works only with named topics, not with -a, -e, -x or --node")
     try:
         return Selection(topics, options.regex, everything, options.exclude, options.node)
     except Error as error:
@@ -250,9 +250,9 @@ def _settings(options: Any) -> RecordOptions:
         raise UsageError("Split specified without giving a maximum duration or size")
     for name in ("size", "max_splits", "buffsize", "chunksize", "limit", "snapshot_duration", "snapshot_size"):
         if not 0 <= (getattr(options, name) or 0) < float("inf"):
-            raise UsageError(f"--{name.replace('_', '-')} must be a number, and not negative")
+            raise UsageError(f"--{name.replace('_', '-')} must be a number that is not negative")
     if options.bz2 and options.lz4:
-        raise UsageError("choose one of --bz2 and --lz4")
+        raise UsageError("use only one of --bz2 and --lz4")
     name = options.output_name
     return RecordOptions(
         names=FileNames(name or options.output_prefix or "", dated=name is None, numbered=options.split),
@@ -270,7 +270,7 @@ def _settings(options: Any) -> RecordOptions:
 
 
 def _measure(option: str, text: str, units: dict[str, int]) -> float:
-    """Read a number with a unit behind it."""
+    """Return the value of a number followed by a unit."""
     number = text.rstrip("".join(units) + "".join(units).upper() + "B")
     unit = text[len(number) :].lower().removesuffix("b")
     try:
@@ -278,5 +278,7 @@ def _measure(option: str, text: str, units: dict[str, int]) -> float:
     except (ValueError, KeyError):
         value = -1.0
     if not 0 <= value < float("inf"):
-        raise UsageError(f"{option}: {text!r} is not a number with one of the units {', '.join(filter(None, units))}")
+        raise UsageError(
+            f"{option}: {text!r} is not a number, or a number with one of the units {', '.join(filter(None, units))}"
+        )
     return value

@@ -16,7 +16,7 @@ from pyros1.graph import PROBE_TIMEOUT
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the services of a type, after asking the provider of every service."""
+    """Print the services of a type. This asks the provider of every service."""
     if not args:
         raise UsageError("please specify a message type")
     if len(args) > 1:
