@@ -412,10 +412,24 @@ def test_no_master_says_how_to_get_one(
     )
 
 
+def test_a_master_that_takes_connections_and_does_not_answer(
+    findings: Callable[..., Found], shell: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    shell.setattr("pyros1.cli.commands.wtf._examine._MASTER_TIMEOUT", 0.1)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        uri = f"http://127.0.0.1:{silent.getsockname()[1]}"
+        shell.setenv("ROS_MASTER_URI", uri)
+        found = findings()
+        assert "no-master" not in found and found["silent-master"]["severity"] == "error"
+        assert f"{uri} did not answer within 0.1 s" in found["silent-master"]["text"]
+        assert run_command("wtf", []) == 1
+    assert "ROS Master does not answer.\nOnline graph checks will not be run.\n" in capsys.readouterr().out
+
+
 def test_something_else_in_the_place_of_the_master(findings: Callable[..., Found], shell: pytest.MonkeyPatch) -> None:
     with fake_node() as uri:
         shell.setenv("ROS_MASTER_URI", uri)
-        assert "taken the port" in findings()["master"]["cure"]
+        assert "using the port" in findings()["master"]["cure"]
 
 
 def test_launch_files_and_packages(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_path: Path) -> None:

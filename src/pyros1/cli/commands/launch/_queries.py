@@ -1,4 +1,4 @@
-"""The questions that ``pyros1 launch`` answers without starting anything (X06)."""
+"""The queries that ``pyros1 launch`` answers without starting anything (X06)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pyros1.suggest import did_you_mean
 
 
 def check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
-    """Print every problem of launch files, and what they need that is not here; return the exit code."""
+    """Print every problem of launch files, and everything they need that is missing here. Return the exit code."""
     from pyros1.launch.running.check import missing_parts  # noqa: PLC0415 - one of many questions
 
     problems: list[LaunchError] = []
@@ -28,7 +28,7 @@ def check(files: list[str], arguments: dict[str, str], resources: Resources) -> 
 
 
 def answer(files: list[str], arguments: dict[str, str], resources: Resources, options: Any) -> int:
-    """Print what one of the pure queries asked for (X06); no master is needed."""
+    """Print the answer to one of the queries (X06). No master is needed."""
     only_args = options.ros_args and not (options.dump_params or options.file_list)
     try:
         plan = load_plan(files, arguments, resources, only_args=only_args)
@@ -78,7 +78,7 @@ def _names(names: list[str], options: Any) -> str:
 
 
 class _NoNodeError(LaunchError, LookupError):
-    """There is no node of that name."""
+    """No node has this name."""
 
 
 def _find_node(plan: Plan, name: str, files: list[str], resources: Resources) -> NodePlan:
