@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pyros1.errors import MasterError, MasterUnreachableError, ParameterNotSetError
-from pyros1.node.parameters import Parameters
+from pyros1.node.parameters.parameters import Parameters
 
 
 @pytest.fixture

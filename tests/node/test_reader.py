@@ -401,6 +401,6 @@ def test_unregistering_does_not_wait_for_a_pause_in_the_messages(
             listener.spin_once(0.1)
         reader = subscriber._subscription.delivery
         subscriber.unregister()
-        assert not reader._links and not reader._ownership.locked()
+        assert not len(reader.links) and not reader._ownership.locked()
     finally:
         ended.set()

@@ -2,8 +2,8 @@
 
 A command is a module or folder in `pyros1.cli.commands` with a `Command` record named ``COMMAND``; in a folder, it is
 in ``__init__.py``. A command with verbs, such as ``topic``, is a folder with a file for each verb, which has the verb's
-record, ``VERB``. Similar verbs may share a file, which then has a list of records, ``VERBS``. Files whose names begin
-with ``_`` are shared by the verbs of a command.
+record, ``VERB``. Similar verbs may share a file, which then has a list of records, ``VERBS``. Files and folders whose
+names begin with ``_`` are shared by the verbs of a command.
 
 This module imports nothing slow: records are made at each start of a command.
 """
@@ -103,14 +103,16 @@ class Verb:
         examples: pairs of words to type after the name, or a whole line if it begins with ``pyros1``, and what they
             do.
         aliases: other names of the verb.
-        own: stock's tool does not have it, so the list of verbs under that tool's name does not show it.
+        stock: the stock program that does the same, such as ``rosls``, with its first words, if any; empty if stock has
+            none. None means the verb of the same name of the command's stock tool. Under that tool's name, the list of
+            verbs shows only these.
         stock_about: `about` under the stock tool's name, if it differs; empty for no text.
         stock_examples: whether help under the stock tool's name also shows the examples.
         parse: makes options and arguments from the words, see `pyros1.cli.parsing`; None means `parse_words`.
     """
 
     __slots__ = (
-        "about", "aliases", "arguments", "description", "examples", "name", "options", "own", "parse", "run",
+        "about", "aliases", "arguments", "description", "examples", "name", "options", "parse", "run", "stock",
         "stock_about", "stock_examples", "usage",
     )  # fmt: skip
 
@@ -124,7 +126,7 @@ class Verb:
         description: str = "",
         examples: Sequence[tuple[str, str]] = (),
         aliases: Sequence[str] = (),
-        own: bool = False,
+        stock: str | None = None,
         stock_about: str | None = None,
         stock_examples: bool = False,
         parse: Parse | None = None,
@@ -138,7 +140,7 @@ class Verb:
         self.description = description
         self.examples = examples
         self.aliases = tuple(aliases)
-        self.own = own
+        self.stock = stock
         self.stock_about = about if stock_about is None else stock_about
         self.stock_examples = stock_examples
         self.parse = parse
@@ -189,7 +191,8 @@ class Command:
         group: the one of `GROUPS` that contains it.
         verb: the action of a command without verbs.
         stock: the stock tool's name; empty if stock has no such tool.
-        also: names of related stock tools, each with the words after this command that do the same.
+        also: further stock programs, each with the words after this command that do the same. Programs for a single
+            verb are in the verb's record.
         aliases: other names of the command.
         heading: the first lines of the list of its verbs, with ``{program}`` for how it was called.
         order: verbs that come first in that list, in this order; the others follow by name.

@@ -7,8 +7,8 @@ import os
 import sys
 from typing import Any
 
-from pyros1.cli.commands.bag._files import different, whole_or_nothing
 from pyros1.cli.commands.bag._options import QUIET, TOPICS, compression, parted
+from pyros1.cli.commands.bag._writing.files import different, whole_or_nothing
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -66,6 +66,7 @@ VERB = Verb(
         ("run.mcap -o run.bag", "from an MCAP file of ROS 1 or ROS 2"),
         ("rosbag2_folder", "into rosbag2_folder.bag"),
     ],
+    stock="",
     run=run,
 )
 

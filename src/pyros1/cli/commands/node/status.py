@@ -38,7 +38,7 @@ VERB = Verb(
     Flag("-1", "--once", help="do not measure CPU usage, which takes half a second"),
     Flag("--json", help="print a JSON list of objects, one for each process", own=True),
     examples=[("", "processes of all running launches"), ("-1", "without CPU usage, which saves half a second")],
-    own=True,
+    stock="",
     run=run,
 )
 

@@ -36,5 +36,6 @@ VERB = Verb(
         ("", "serve the action tf2_buffer_server"),
         ("_buffer_size:=600", "with a buffer of ten minutes"),
     ],
+    stock="rosrun tf2_ros buffer_server",
     run=run,
 )

@@ -43,6 +43,7 @@ VERB = Verb(
         ("map base_link", "the frames between two frames, and the age of the transform"),
     ],
     aliases=["tf_monitor"],
+    stock="rosrun tf tf_monitor",
     run=run,
 )
 

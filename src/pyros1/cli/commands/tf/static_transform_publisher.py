@@ -79,6 +79,7 @@ VERB = Verb(
         ("/lidar_pose", "the transform in a parameter, as geometry_msgs/TransformStamped"),
     ],
     aliases=["static"],
+    stock="rosrun tf static_transform_publisher",
     parse=leave_words,
     run=run,
 )

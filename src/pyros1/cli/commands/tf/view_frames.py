@@ -50,6 +50,7 @@ VERB = Verb(
         ("-o frames.png", "a PNG; needs Graphviz"),
     ],
     aliases=["view"],
+    stock="view_frames",
     run=run,
 )
 

@@ -35,6 +35,7 @@ class Tool(Verb):
         usage: what usage shows after the name; None makes it from the arguments.
         parameters: lines of help about the node's parameters.
         examples: see `Verb`.
+        own: whether stock's package topic_tools lacks a tool of this name.
     """
 
     __slots__ = ("_parameters", "_work")
@@ -48,8 +49,12 @@ class Tool(Verb):
         usage: str | None = None,
         parameters: Sequence[str] = (),
         examples: Sequence[tuple[str, str]] = (),
+        own: bool = False,
     ) -> None:
-        super().__init__(name, about, *arguments, run=self._run, usage=usage, examples=examples, parse=leave_words)
+        stock = "" if own else f"rosrun topic_tools {name}"
+        super().__init__(
+            name, about, *arguments, run=self._run, usage=usage, examples=examples, stock=stock, parse=leave_words
+        )
         self._work = run
         self._parameters = parameters
 

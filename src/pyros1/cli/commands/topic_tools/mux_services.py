@@ -94,6 +94,7 @@ VERBS = [
         _DEMUX,
         _TOPIC,
         examples=[("demux /right/cmd", "one of the outputs of `demux /cmd /left/cmd /right/cmd`")],
+        own=True,
         run=_run("demux", "select"),
     ),
     Tool(
@@ -102,6 +103,7 @@ VERBS = [
         _DEMUX,
         _TOPIC,
         examples=[("demux /arm/cmd", "one more")],
+        own=True,
         run=_run("demux", "add"),
     ),
     Tool(
@@ -110,6 +112,7 @@ VERBS = [
         _DEMUX,
         _TOPIC,
         examples=[("demux /left/cmd", "")],
+        own=True,
         run=_run("demux", "delete"),
     ),
     Tool(
@@ -117,6 +120,7 @@ VERBS = [
         "list the outputs",
         _DEMUX,
         examples=[("demux", "the topics that can be selected")],
+        own=True,
         run=_run("demux", "list"),
     ),
     Tool(

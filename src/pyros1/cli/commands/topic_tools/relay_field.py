@@ -37,6 +37,7 @@ VERB = Verb(
     description="Publishes a message whose fields are given as YAML. Strings that are\n"
     "expressions with known names are evaluated with m, a message of a topic, or a field of it.",
     examples=[("/chatter /header std_msgs/Header 'stamp: now\nframe_id: m.data'", "")],
+    stock="rosrun topic_tools relay_field",
     parse=parse,
     run=run,
 )
