@@ -46,12 +46,12 @@ class VerbEntry:
 
     @property
     def of_tool(self) -> bool:
-        """The command's stock tool has this verb."""
+        """Whether the command's stock tool has this verb."""
         return self.stock is None
 
     @property
     def program(self) -> str:
-        """The program of stock ROS 1 that does the same without any word behind its name; empty if there is none."""
+        """The stock program that does the same without further words; empty if stock has none."""
         return "" if self.stock is None or " " in self.stock else self.stock
 
 

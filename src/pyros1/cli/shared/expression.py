@@ -91,12 +91,12 @@ class MessageLanguage(Interpreter):
         return super().attribute(owner, name)
 
     def _has(self, owner: Any, name: str) -> bool:
-        """hasattr(), of what expressions can see."""
+        """Return hasattr() for what expressions can access."""
         missing = object()
         return self._get(owner, name, missing) is not missing
 
     def _get(self, owner: Any, name: str, *default: Any) -> Any:
-        """getattr(), of what expressions can see."""
+        """Return getattr() for what expressions can access."""
         if not isinstance(name, str) or name.startswith("_") or len(default) > 1:
             raise ExpressionError(f"{name!r} is not accessible")
         try:

@@ -125,7 +125,7 @@ VERB = Verb(
         dest="pause_topics",
         help="topics to pause on during playback",
     ),
-    Option("--bags", action="append", help="bags files to play back from"),
+    Option("--bags", action="append", help="bag files to play back"),
     Flag("--wait-for-subscribers", help="wait for at least one subscriber on each topic before publishing"),
     Option(
         "--rate-control-topic",
