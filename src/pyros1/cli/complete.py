@@ -59,7 +59,7 @@ def main(argv: list[str]) -> int:
         lead = token[:1] if token[:1] in ("'", '"') else ""
         line = Line([*words[:-1], token[len(lead) :]], one_line=shell == "fish")
         found = [each for each in candidates(line) if each.startswith(line.token) and each == lines(each) != ""]
-    except Exception:  # noqa: BLE001 - whatever is wrong, a line that is being typed is not the place to say it
+    except Exception:  # noqa: BLE001 - errors must not appear in a line that is being typed
         return 0
     start = max((line.token.rfind(each) for each in ":=" if each in breaks), default=-1) + 1
     out = data_stream()

@@ -115,7 +115,7 @@ class Invocation:
         Raises:
             MasterUnreachableError: no master answers; tools do not wait for it.
         """
-        self.master.ping()  # says at once, before anything heavy is imported, if there is no master
+        self.master.ping()  # fails early, before slow imports, if no master answers
         from threading import Event  # noqa: PLC0415
 
         from pyros1.node import Node  # noqa: PLC0415

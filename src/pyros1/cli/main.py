@@ -57,20 +57,20 @@ def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     if alone is None:
         alone = argv is None
     if alone:
-        interrupts.die_quietly()  # a traceback of imports is of no use
+        interrupts.die_quietly()  # a traceback of imports helps nobody
         output.prepare()
     try:
         try:
             with clean_output():
                 return _entry(list(sys.argv if argv is None else argv))
         finally:
-            sys.stdout.flush()  # now: what fails in Python's own flush at the end cannot be caught
+            sys.stdout.flush()  # here, since errors of Python's own flush at the end cannot be caught
     except KeyboardInterrupt:
         if alone:
             interrupts.die()
         return interrupts.INTERRUPTED
     except BrokenPipeError:
-        output.abandon()  # whoever read it has gone
+        output.abandon()  # the reader has gone
         return 0
     except OSError as error:
         if error.filename != output.NAME:
@@ -135,7 +135,7 @@ def _run(command: str, arguments: list[str]) -> int:
         print(f"ERROR: the input is not UTF-8 text: byte {byte:#04x} at offset {place}", file=sys.stderr)
         return 1
     except OSError as error:
-        if error.filename in (None, output.NAME):  # a defect, if it is about no file that the user named
+        if error.filename in (None, output.NAME):  # a bug, if the error is not about a file that the user named
             raise
         print(f"ERROR: {error.filename or repr('')}: {error.strerror}", file=sys.stderr)
         return 1

@@ -27,7 +27,7 @@ def prepare() -> None:
             codecs.register_error(_HANDLER, _replace)
             stream.reconfigure(errors=_HANDLER)
         elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
-            stream.reconfigure(errors="backslashreplace")  # parts of file names that are no text
+            stream.reconfigure(errors="backslashreplace")  # undecodable bytes of file names
 
 
 def _fill_descriptors() -> None:
@@ -35,7 +35,7 @@ def _fill_descriptors() -> None:
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(descriptor, True)
     os.close(descriptor)
-    sys.stdin = sys.stdin or open(0, closefd=False)  # noqa: SIM115 - as long as the process
+    sys.stdin = sys.stdin or open(0, closefd=False)  # noqa: SIM115 - open until the process ends
     sys.stdout = sys.stdout or open(1, "w", closefd=False)  # noqa: SIM115
     sys.stderr = sys.stderr or open(2, "w", closefd=False)  # noqa: SIM115
 

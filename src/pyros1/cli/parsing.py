@@ -66,7 +66,7 @@ def defaults(verb: Verb) -> Any:
 
 def parse_these(invocation: Invocation, verb: Verb, words: list[str]) -> tuple[Any, list[str]]:
     """Do as `parse_words` with other words than the invocation's."""
-    if not any(word.startswith("-") for word in words):  # nothing to parse: the quickest commands import no parser
+    if not any(word.startswith("-") for word in words):  # nothing to parse, and quick commands need no parser
         return defaults(verb), words
     from pyros1.cli.help import Parser  # noqa: PLC0415
 

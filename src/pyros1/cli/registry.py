@@ -129,7 +129,7 @@ def completes(name: str, verb: str, position: int) -> str:
 
 def command_name(word: str) -> str | None:
     """Return the command that a word means, by name or stock name: ``topic`` or ``rostopic``. None if unknown."""
-    for name in (word, word.removeprefix("ros")):  # nearly always, and soon found
+    for name in (word, word.removeprefix("ros")):  # the common case, and quick
         if name in INDEX:
             return name
     for name, entry in commands().items():
@@ -191,7 +191,7 @@ def modules(command: str = "") -> list[str]:
     """Return the modules of all commands, or of one command's verbs, without helpers and the `PACKAGE` prefix."""
     try:
         names = os.listdir(os.path.join(_FOLDER, command))
-    except OSError:  # a module, or an archive, of which the table knows all
+    except OSError:  # a module, or an archive, whose commands are all in the table
         return []
     found = [name.removesuffix(".py") for name in names if name.endswith(".py")]
     if not command:

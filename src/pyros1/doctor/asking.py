@@ -82,7 +82,7 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
         now = (before + time()) / 2
         if date is None:
             return None
-        # The date is cut to whole seconds.
+        # The date is in whole seconds.
         return parsedate_to_datetime(date).timestamp() + 0.5 - now
     except (OSError, http.client.HTTPException, ValueError, TypeError):
         return None

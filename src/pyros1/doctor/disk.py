@@ -24,7 +24,7 @@ def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = N
         try:
             status = os.lstat(name)
         except OSError:
-            continue  # it went meanwhile
+            continue  # it was removed meanwhile
         if status.st_nlink > 1:
             if (status.st_dev, status.st_ino) in seen:
                 continue
@@ -72,7 +72,7 @@ def files_in_use(folder: Path) -> list[Path]:
         try:
             names = os.listdir(descriptors)
         except OSError:
-            continue  # somebody else's process, or one that ended
+            continue  # another user's process, or it has ended
         for name in names:
             try:
                 target = os.readlink(descriptors / name)

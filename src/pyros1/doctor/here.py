@@ -111,7 +111,7 @@ def ros_processes() -> list[LocalProcess]:
                 continue
             words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
         except OSError:
-            continue  # somebody else's, or it ended
+            continue  # another user's process, or it has ended
         host = environ.get("ROS_HOSTNAME") or environ.get("ROS_IP") or ""
         found.append(LocalProcess(int(folder.name), _program(words), environ["ROS_MASTER_URI"], host))
     return sorted(found)

@@ -37,7 +37,7 @@ def address_of(machine: Machine) -> str:
 def _master_uri(machine: Machine) -> Iterator[Finding]:
     uri = machine.environ.get("ROS_MASTER_URI")
     if not uri:
-        return  # the default holds
+        return  # the default is used
     try:
         host, _ = parse_uri(uri)
     except ProtocolError:
@@ -107,7 +107,7 @@ def _master_is_here(machine: Machine) -> bool:
     try:
         host, _ = parse_uri(machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
     except ProtocolError:
-        return True  # that is said elsewhere
+        return True  # reported by another check
     addresses = machine.resolved.get(host)
     return addresses is None or any(is_loopback(each) or each in machine.interfaces for each in addresses)
 

@@ -92,7 +92,7 @@ def _silent(system: System, machine: Machine) -> Iterator[Finding]:
 def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
     """Check for nodes that can only be reached from their own machine, in a system of several machines."""
     local = [name for name, node in sorted(system.nodes.items()) if _is_local_only(node)]
-    # Who does not answer may have given a wrong address, and be here.
+    # A node that does not answer may have a wrong address and run on this machine.
     answering = {name: node for name, node in system.nodes.items() if node.failure is None}
     away = [name for name, node in answering.items() if node.addresses and not _is_here(node, machine)]
     master_away = not _master_is_here(system, machine)

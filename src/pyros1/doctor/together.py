@@ -43,7 +43,7 @@ def together(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dict[_K, _V
                 return
             try:
                 answers.put((key, jobs[key]()))
-            except Exception as error:  # noqa: BLE001 - whatever it is, it is this job's answer
+            except Exception as error:  # noqa: BLE001 - any error is this job's result
                 answers.put((key, error))
 
     for number in range(min(len(jobs), MOST_THREADS)):

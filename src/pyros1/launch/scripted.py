@@ -191,7 +191,7 @@ class ScriptRun:
         failure: Exception = LaunchError("the launch is over")
         try:
             self._session.run()
-        except Exception as error:  # noqa: BLE001 - whatever it is, nobody must wait for ever
+        except Exception as error:  # noqa: BLE001 - with any error, waiting threads must go on
             failure = error
         with self._lock:
             self._over.set()

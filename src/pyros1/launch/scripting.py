@@ -159,7 +159,7 @@ class ROSLaunchParent:
         if self._run is None:
             raise LaunchError("the launch has not been started")
         try:
-            while not self._run.wait(_WAIT_STEP):  # in steps: signals must be seen everywhere
+            while not self._run.wait(_WAIT_STEP):  # in steps, since some systems handle signals only between waits
                 pass
         except KeyboardInterrupt:
             self.shutdown()

@@ -117,7 +117,7 @@ def run_case(name: str, classname: str, test: Test) -> Case:
         test()
     except FailedError as error:
         case.failures.append(("AssertionError", str(error)))
-    except Exception as error:  # noqa: BLE001 - parameters may hold anything, and the other cases count, too
+    except Exception as error:  # noqa: BLE001 - parameters may have any value, and the other cases must still run
         case.errors.append((type(error).__name__, str(error)))
     case.seconds = time.monotonic() - began
     return case

@@ -36,7 +36,7 @@ class Meter:
         self._check_intervals = check_intervals
         self._odd: list[str] = []
         self._first = self._last = 0.0
-        self._lock = threading.Lock()  # one publisher's messages come in one thread, several publishers' in several
+        self._lock = threading.Lock()  # messages of several publishers arrive in several threads
 
     def add(self, now: float) -> None:
         """Count a message.
@@ -122,6 +122,6 @@ def _test_hz(node: Node) -> None:
     if wall_clock:
         pause(node, duration)
     elif not node.sleep(duration):
-        pause(node, 0)  # says that it was interrupted
+        pause(node, 0)  # raises if the test was interrupted
     subscriber.unregister()
     meter.verdict()

@@ -42,7 +42,7 @@ class Mux:
         self._patience = patience
         self._output = Output(node, target, latch)
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
-        self._stir = threading.Event()  # the type has become known, nobody listens any more, or the node ends
+        self._stir = threading.Event()  # the type is known now, no subscriber is left, or the node ends
         node.on_shutdown(self._stir.set)
         self._selection = Selection(node, "mux", sources, initial)
         self._selection.added = self._selection.removed = self._arrange

@@ -44,7 +44,7 @@ class Relay:
         self._output = output
         self._gate = gate
         self._transports = transports
-        self._unheard = threading.Event()  # the last message that came had no subscriber, or the node ends
+        self._unheard = threading.Event()  # the last message had no subscriber, or the node ends
         node.on_shutdown(self._unheard.set)
 
     def run(self) -> None:

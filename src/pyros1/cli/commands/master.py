@@ -37,8 +37,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if not options.core:
         print(_BANNER, flush=True)
     special = invocation.special
-    ended: SimpleQueue[str] = SimpleQueue()  # a signal handler may put into it
-    restore = catch(lambda *_: ended.put("signal"))  # before it answers: who sees that may end it
+    ended: SimpleQueue[str] = SimpleQueue()  # safe in signal handlers
+    restore = catch(lambda *_: ended.put("signal"))  # before it answers, since clients may then end it at once
     try:
         port = options.port or parse_uri(master_uri(os.environ, special))[1]
         address = host_from_environment(os.environ, special)

@@ -89,7 +89,7 @@ class Plot:
     def __init__(self, options: Any, now: Callable[[], Time]) -> None:
         self._now = now
         self._offset = bool(options.offset)
-        self._recorded = bool(options.bag)  # then the time of recording counts
+        self._recorded = bool(options.bag)  # then the time of recording is used
         self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
         self._header_done = False
 

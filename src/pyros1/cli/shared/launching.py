@@ -25,7 +25,7 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
         resources: finds executables.
         title: title of the terminal.
     """
-    # Everything below is needed only when something is really launched.
+    # All this is needed only for a launch.
     from pyros1.launch.running.check import check_machines, is_remote  # noqa: PLC0415
     from pyros1.launch.running.console import Console  # noqa: PLC0415
     from pyros1.launch.running.core import LOG_LEVELS  # noqa: PLC0415
@@ -42,7 +42,7 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
     if level not in LOG_LEVELS:
         print(f"WARNING: --master-logger-level: unknown level {level!r}", file=sys.stderr)
         level = "info"
-    # As stock: whoever says both gets log files.
+    # As stock: with both options, the output goes to log files.
     screen = False if values.force_log else True if values.force_screen else None
     options = Options(
         core=values.core,

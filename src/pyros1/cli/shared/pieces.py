@@ -39,7 +39,7 @@ class Pieces:
 
     def _flush(self, *, last: bool = False) -> None:
         text = "".join(self._parts)
-        keep = "\r" if not last and text.endswith("\r") else ""  # a line end may follow, and belong to it
+        keep = "\r" if not last and text.endswith("\r") else ""  # a line end that belongs to it may follow
         self._parts, self._size = [keep], len(keep)
         text = text[: len(text) - len(keep)]
         if text:

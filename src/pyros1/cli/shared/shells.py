@@ -69,7 +69,7 @@ class _AtTemplate(Template):
 
 _BASH = Shell(
     r"""
-# pyros1 for bash; `source <(pyros1 unsetup)` takes it back.
+# pyros1 for bash; `source <(pyros1 unsetup)` undoes it.
 @@undo
 _pyros1_bin=@@bin
 _pyros1_names='@@names'
@@ -120,7 +120,7 @@ hash -r
 
 _ZSH = Shell(
     r"""
-# pyros1 for zsh; `source <(pyros1 unsetup)` takes it back.
+# pyros1 for zsh; `source <(pyros1 unsetup)` undoes it.
 @@undo
 typeset -g _pyros1_bin=@@bin
 typeset -ga _pyros1_names=(@@names)
@@ -172,7 +172,7 @@ rehash
 
 _FISH = Shell(
     r"""
-# pyros1 for fish; `pyros1 unsetup | source` takes it back.
+# pyros1 for fish; `pyros1 unsetup | source` undoes it.
 @@undo
 set -g _pyros1_bin @@bin
 set -g _pyros1_names @@names
@@ -237,7 +237,7 @@ end
 
 _SH = Shell(
     r"""
-# pyros1 for sh; `eval "$(pyros1 unsetup)"` takes it back.
+# pyros1 for sh; `eval "$(pyros1 unsetup)"` undoes it.
 @@undo
 _pyros1_bin=@@bin
 case ":$PATH:" in

@@ -61,7 +61,7 @@ class RateMeter:
         """Return the rate in Hz, the intervals' statistics, and the number of messages in the window.
 
         None if no message came since the last call."""
-        intervals = list(self._intervals)  # the callback goes on meanwhile
+        intervals = list(self._intervals)  # the callback may add to it meanwhile
         if not self._fresh or not intervals:
             return None
         self._fresh = False

@@ -28,12 +28,12 @@ def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str] 
     while found is None:
         if not node.ok():
             return None
-        # Which part of the name is the topic and which a field, only the master can tell.
+        # Only the master knows which part of the name is the topic and which is a field.
         invocation.pause(_LOOK_AGAIN)
         try:
             found = graph.find_topic(name)
         except MasterError:
-            continue  # it may come back
+            continue  # the master may come back
     return found[0], found[2]
 
 

@@ -55,11 +55,11 @@ def _automatic(text: str, stripped: str) -> Any:
     try:
         if "." in stripped:
             return float(stripped)
-        if "_" not in stripped:  # 1_000 is a number to Python, but was never one to roslaunch
+        if "_" not in stripped:  # 1_000 is a number in Python, but not in roslaunch
             return int(stripped)
     except ValueError:
         pass
-    if text.lower() in ("true", "false"):  # not stripped: what a command or a file says ends in a newline
+    if text.lower() in ("true", "false"):  # not stripped: the output of a command or a file ends with a newline
         return text.lower() == "true"
     return text
 

@@ -90,5 +90,5 @@ def _short(file: str) -> str:
 
 
 def _quote(text: str) -> str:
-    # Graphviz reads \" and \n as JSON does; everything else may stand as it is.
+    # Graphviz reads \" and \n as JSON does; everything else is literal.
     return json.dumps(text, ensure_ascii=False).replace("\\\\n", "\\n")

@@ -121,7 +121,7 @@ class _Loader:
             self._report(error)
             return
         self.plan.files.append(name)
-        self.plan.args.clear()  # those of the last file are the ones to document
+        self.plan.args.clear()  # the arguments of the last file are documented
         scope = Scope(self._resources, name, args=dict(arguments), known_args=self._known_args)
         namespace = arguments.get("__ns") or self._resources.environ.get("ROS_NAMESPACE")
         self._launch(root, scope.child("/" + namespace) if namespace else scope)
@@ -146,7 +146,7 @@ class _Loader:
 
     def _launch(self, root: Element, scope: Scope) -> None:
         self._check_attributes(root, scope)
-        if root.attributes.get("deprecated"):  # nothing is substituted in it
+        if root.attributes.get("deprecated"):  # without substitution
             self.plan.warnings.append(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
         self.children(root, scope, self._tags)
 
@@ -264,11 +264,11 @@ class _Loader:
             declared=set(),
             pass_all=pass_all,
             anonymous={},
-            # As it has always been: what an included file sets for all its nodes is also set for those behind the
-            # <include>, but only if something had been set for all nodes before.
+            # As in stock: parameters that an included file sets for all its nodes also apply to nodes after the
+            # <include>, but only if there were such parameters before.
             private_params=scope.private_params or [],
         )
-        if file in self._too_deep:  # it was said, and a file may include itself more than once
+        if file in self._too_deep:  # reported already, and a file may include itself more than once
             return
         if self._depth >= _MAX_INCLUDES:
             self._too_deep.add(file)

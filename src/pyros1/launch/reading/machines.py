@@ -29,7 +29,7 @@ def read_machine(element: Element, attribute: Callable[[str], str | None], plan:
         LaunchError: an attribute is missing or wrong, or the name is already declared with other attributes (X68).
     """
     name, address = attribute("name"), attribute("address")
-    # An empty address is the matter of who wants to run nodes there: files with such a default are in use.
+    # An empty address is an error only if a node runs there: files with such a default are in use.
     if not name or address is None:
         raise LaunchError(f"<machine> tag is missing required attribute: '{'address' if name else 'name'}'")
     for key, value in element.attributes.items():

@@ -152,7 +152,7 @@ class NodeReader:
                 "env": lambda child, _: scope.set_env(text(child, "name"), text(child, "value")),
             },
         )
-        # The parameters of the surroundings come after <rosparam> tags inside and before <param> tags inside.
+        # Parameters of the scope come after the <rosparam> tags of the node and before its <param> tags.
         for private_name, value in [*scope.private_params, *own.private_params]:
             self._params.add(own.namespace + private_name, value)
 

@@ -41,7 +41,9 @@ class ParamReader:
         if name is None:
             raise LaunchError("<param> tag is missing required attribute: 'name'")
         name = name.strip()
-        if not name and not private and scope.namespace == "/":  # elsewhere it is the parameter called as the namespace
+        if (
+            not name and not private and scope.namespace == "/"
+        ):  # elsewhere it is the parameter with the name of the namespace
             raise LaunchError("<param> tag has an empty 'name': a single value cannot replace all parameters")
         try:
             value = self._value(element, scope, attribute, name)
@@ -49,7 +51,7 @@ class ParamReader:
             if error.line is not None or str(error).startswith("<param>"):
                 raise
             raise LaunchError(f"Invalid <param> tag: {error}") from error
-        if private or is_private(name):  # nodes that come later in the scope get it
+        if private or is_private(name):  # later nodes in the scope get it
             scope.private_params.append((name.removeprefix("~"), value))
         else:
             self.add(ns_join(scope.namespace, name), value)
@@ -59,7 +61,7 @@ class ParamReader:
         if len(given) != 1:
             raise LaunchError("<param> tag must have one and only one of value/textfile/binfile.")
         text = attribute(element, scope, given[0]) or ""
-        kind = (element.attributes.get("type") or "auto").lower().strip()  # nothing is substituted in it
+        kind = (element.attributes.get("type") or "auto").lower().strip()  # without substitution
         if given[0] == "value":
             return convert_value(text.strip(), kind)
         if given[0] == "textfile":

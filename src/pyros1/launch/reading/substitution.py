@@ -79,7 +79,7 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
             raise LaunchError(f"Dollar signs '$' cannot be inside of substitution args [{text[start:position]}]")
         if "(" in inner:
             raise LaunchError(f"Invalid left parenthesis '(' in substitution args [{text[start:position]}]")
-        if end < 0 or not inner:  # not closed, or nothing inside: ordinary text
+        if end < 0 or not inner:  # not closed, or empty: ordinary text
             parts.append(text[start:position])
             continue
         words = inner.split()
@@ -90,7 +90,7 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
             parts.append(text[start:position])
         elif command == "find":
             _need(words, 1)
-            # All up to the next space is the path, even what does not look like one; it may hold more of $(find).
+            # Everything up to the next space is the path, and may contain another $(find).
             path, space, rest = text[position:].partition(" ")
             text, position = source.find(words[1], path) + space + rest, 0
         else:

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import IO, Any
 
-_SILENCE = 30.0  # seconds without a word from the launcher that mean that the connection is dead
+_SILENCE = 30.0  # seconds without a message from the launcher after which the connection counts as dead
 
 
 class _Agent:
@@ -28,7 +28,7 @@ class _Agent:
         self._lock = threading.Lock()
         self._lines: queue.Queue[bytes] = queue.Queue()
         self._find = finder()
-        self._tools: dict[str, Any] = {"__name__": "usage"}  # what the launcher's own module of that name has
+        self._tools: dict[str, Any] = {"__name__": "usage"}  # as in the launcher's module of this name
 
     def say(self, **message: Any) -> None:
         with self._lock, contextlib.suppress(OSError, ValueError):
@@ -75,7 +75,7 @@ class _Agent:
             node = self._spawn(label, message)
         except (OSError, RuntimeError) as error:
             self.say(event="failed", label=label, why=str(error))
-        except Exception as error:  # noqa: BLE001 - whatever pyros1 of any version may raise about a package
+        except Exception as error:  # noqa: BLE001 - any version of pyros1 may raise other errors about a package
             self.say(event="failed", label=label, why=f"{type(error).__name__}: {error}")
         else:
             self.say(event="started", label=label, pid=node.pid)
@@ -120,7 +120,7 @@ class _Agent:
             reader.start()
         code = node.wait()
         for reader in readers:
-            reader.join(1.0)  # its last words come first, unless a child of its keeps the pipe open
+            reader.join(1.0)  # its last output comes first, unless a child keeps the pipe open
         self.say(event="ended", label=label, code=code)
 
     def _signal(self, label: str, number: int) -> None:
@@ -184,6 +184,6 @@ def _ask_rosrun(package: str, kind: str) -> list[str]:
 
 
 if __name__ == "__main__":
-    # A hang-up is how the connection's end reaches us; what has to be done then is done when the input ends.
+    # The end of the connection also causes a hang-up signal. The end of the input is handled instead.
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     _Agent().run()

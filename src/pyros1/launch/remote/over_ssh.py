@@ -38,7 +38,7 @@ SSH_VARIABLE = "PYROS1_SSH"
 """Environment variable with a command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
 
 _OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
-# The agent's own text goes through the pipe, so that nothing has to be installed there: this runs that text, no other.
+# The agent's text is sent through the pipe, so that nothing must be installed there. This program only runs that text.
 _BOOT = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
 _HEARTBEAT = 5.0
 _CONNECT_TIMEOUT = "10"
@@ -132,7 +132,7 @@ class Machine:
             if self._closed.is_set():
                 return
             try:
-                # In a session of its own no Ctrl-C of the user ends the connection before the nodes have ended.
+                # In a new session, the user's Ctrl-C does not end the connection before the nodes have ended.
                 self._ssh = subprocess.Popen(
                     words, env=self._environ, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
                 )
@@ -236,7 +236,7 @@ class Machine:
         for line in pipe or ():
             try:
                 message = json.loads(line)
-            except ValueError:  # what a login script of the machine says
+            except ValueError:  # output of a login script of the machine
                 sys.stderr.write(line.decode("utf-8", "replace"))
                 continue
             if isinstance(message, dict):

@@ -43,7 +43,7 @@ class RemoteProcess(Process):
         self._announce: Callable[[Process], object] = lambda process: None
         self._pid = 0
         self._running = False
-        self._given_up = False  # its start was not answered in time
+        self._given_up = False  # the answer to its start came too late
 
     @property
     def pid(self) -> int:
@@ -116,12 +116,12 @@ class RemoteProcess(Process):
             if self._running:
                 self._over(int(message.get("code", 0)))
         elif self._given_up:
-            if event == "started":  # too late: nobody here knows of it any more
+            if event == "started":  # too late: it is unknown here now
                 self._machine.send({"do": "signal", "label": self.spec.label, "number": int(signal.SIGKILL)})
         else:
             self._pid = int(message.get("pid", 0))
             self._running = event == "started"
-            if self._running:  # in this thread: what it says, and its end, come behind
+            if self._running:  # in this thread, so that its output and its end come after it
                 self.exit_code = None
                 self.spawn_count += 1
                 self.started = time.monotonic()

@@ -54,7 +54,7 @@ def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -
     Raises:
         LaunchError: the system cannot start it; the text says why.
     """
-    if node.prefix or is_own(executable):  # something else starts it
+    if node.prefix or is_own(executable):  # another program starts it
         return
     trouble = script_trouble(executable, {**environ, **node.env})
     if trouble:

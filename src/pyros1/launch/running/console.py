@@ -55,7 +55,7 @@ class Console:
         """Set the terminal's title."""
         if self._title and self._out.isatty():
             with self._lock:
-                out = getattr(self._out, "under", self._out)  # a command's cleans what is written
+                out = getattr(self._out, "under", self._out)  # a command's stream cleans what is written
                 out.write(f"\033]2;{text}\007")
                 out.flush()
 
@@ -65,7 +65,7 @@ class Console:
                 stream.write(f"{style}{text}\033[0m\n" if style and stream.isatty() else text + "\n")
                 stream.flush()
             except (OSError, ValueError):
-                pass  # nobody reads any more, or the disk is full; the nodes still have to be looked after
+                pass  # closed, or the disk is full; the nodes still need supervision
             if self._log is not None:
                 with contextlib.suppress(OSError, ValueError):
                     self._log.write(text + "\n")

@@ -125,5 +125,5 @@ def running_launches(master: MasterClient) -> list[tuple[Launch, list[Status]]]:
         try:
             found.append((launch, launch.status()))
         except Error:
-            launch.close()  # it was killed, and its address is all that is left
+            launch.close()  # it was killed, and only its parameter is left
     return found

@@ -93,7 +93,7 @@ class Core:
             if error.errno == errno.EADDRINUSE:
                 why = "the port is in use, perhaps by a program that is not a ROS master"
             raise LaunchError(f"cannot start a master at {self._uri}: {why}") from error
-        self._log_thread.write("", "")  # the file is there from the start, whatever is logged
+        self._log_thread.write("", "")  # the file exists from the start, even if nothing is logged
 
     def start_rosout(self) -> None:
         """Start the rosout node in a thread, so that the launch does not wait for its imports."""

@@ -49,7 +49,7 @@ def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreF
     from pyros1.launch.reading.world import run_command  # noqa: PLC0415
 
     def run(words: list[str]) -> str:
-        if words[0] == "rosversion":  # the usual file asks for it, and stock ROS need not be there
+        if words[0] == "rosversion":  # the default file has it, and stock ROS may be missing
             return ROSDISTRO if "-d" in words else ROSVERSION
         return run_command(words)
 

@@ -42,10 +42,10 @@ def _point(link: Path, target: Path) -> None:
         if link.is_symlink() and os.readlink(link) == str(target):
             return
         if link.exists() and not link.is_symlink():
-            return  # something of that name that is not ours
+            return  # another file has this name
         temporary = link.with_name(f"latest.{os.getpid()}")
         temporary.unlink(missing_ok=True)
         temporary.symlink_to(target)
         os.replace(temporary, link)
     except OSError:
-        pass  # no symbolic links here: the logs are in place all the same
+        pass  # no symbolic links here; the logs work without

@@ -77,7 +77,7 @@ class Process:
 
     def _groups(self) -> set[int]:
         """Return the process groups of former runs that still have members."""
-        with self._lock:  # a life that ends right now adds to them
+        with self._lock:  # a run that ends right now adds to them
             known = set(self._remains)
         over = {pid for pid in known if not leaderless(pid)}
         with self._lock:
@@ -98,7 +98,7 @@ class Process:
             self.warden.expect(spec.words[-1])
         with self._outputs() as (out, err):
             self._popen = _popen(spec, out, err)
-            if self.warden is not None:  # first: who was told of it may kill us at once
+            if self.warden is not None:  # first, since whoever is notified may kill us at once
                 self.warden.watch(self._popen.pid)
             announce(self)
         self._ended = threading.Event()
@@ -118,7 +118,7 @@ class Process:
         with contextlib.ExitStack() as files:
             if not spec.to_screen and spec.log_base is not None:
                 os.makedirs(os.path.dirname(spec.log_base), exist_ok=True)
-                # A restarted node must not erase what its predecessor said last.
+                # A restarted node must not erase the last output of its former run.
                 mode = "ab" if self.spawn_count else "wb"
                 stdout = files.enter_context(open(f"{spec.log_base}-stdout.log", mode))
                 if not spec.errors_to_file:
@@ -148,7 +148,7 @@ class Process:
                 os.killpg(popen.pid, number)
             except ProcessLookupError:
                 pass
-            except PermissionError:  # it became another user; perhaps the process itself still listens to us
+            except PermissionError:  # it has changed its user; perhaps the process itself still accepts our signals
                 popen.send_signal(number)
         for group in self._groups():
             with contextlib.suppress(OSError):

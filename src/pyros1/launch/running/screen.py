@@ -44,7 +44,7 @@ class Screen:
             reading, writing = os.openpty() if stream.isatty() else os.pipe()
             ends.append(writing)
             arguments = (reading, stream, self.tag(spec.node, stream))
-            # A daemon: what a node has left behind may keep its output open for ever.
+            # A daemon, since children of an ended node may keep its output open for ever.
             readers.append(
                 threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
             )
@@ -69,7 +69,7 @@ class Screen:
         while True:
             try:
                 data = os.read(reading, _CHUNK)
-            except OSError:  # how a pseudo terminal says that nobody holds its other end any more
+            except OSError:  # a pseudo terminal whose other end is closed raises this
                 data = b""
             *lines, rest = (rest + data).replace(b"\r\n", b"\n").split(b"\n")
             if not data and rest:

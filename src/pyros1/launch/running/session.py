@@ -89,7 +89,7 @@ class Session:
     _server: LaunchServer | None = None
     _starter: Starter | None = None
     _log: TextIO | None = None
-    _stopped: bool = False  # no Event: a signal handler may take no lock
+    _stopped: bool = False  # not an Event: a signal handler must not take locks
 
     def __post_init__(self) -> None:
         self._address: LocalAddress = host_from_environment(self.environ, {})
@@ -179,8 +179,8 @@ class Session:
                 if not self.options.wait:
                     if isinstance(error.__cause__, DeadlineError):
                         raise LaunchError(
-                            f"the ROS master at [{self._uri}] does not answer within {PING_TIMEOUT:g} s, although "
-                            "its port is open: is it suspended (kill -CONT), or does the network lose packets?"
+                            f"the ROS master at [{self._uri}] does not answer within {PING_TIMEOUT:g} s: "
+                            "is it suspended (kill -CONT), or does the network lose packets?"
                         ) from error
                     break
                 if not waiting:
@@ -329,7 +329,7 @@ class Session:
                 "Check ROS_HOSTNAME, ROS_IP and ROS_MASTER_URI."
             ) from None
         self.console.bold(f"process[master]: started with pid [{os.getpid()}]")
-        # The core is a process of this launch, too: with it, it goes on when no node is left (X89).
+        # The core counts as a process of this launch, which therefore continues when no node is left (X89).
         self._supervisor.keep_running = True
         write_pid_file(self.environ, port, ros_home(self.environ))
 
@@ -403,7 +403,7 @@ class Session:
 
     def _forget_server(self) -> None:
         if self._core is not None or self._server is None:
-            return  # the parameter dies with our own master
+            return  # the parameter ends with our own master
         try:
             self._master.delete_param(self._server.param_name())
         except MasterError:

@@ -60,11 +60,11 @@ def _env_trouble(env: str, words: list[str], environ: Mapping[str, str]) -> str:
     split = words[:1] in (["-S"], ["-vS"])
     if split:
         words = words[1:]
-    elif len(words) > 1 and sys.platform == "linux":  # which passes them on as one
+    elif len(words) > 1 and sys.platform == "linux":  # which passes them as one word
         return f"its first line passes more than one word to {env}: write #!{env} -S {' '.join(words)}"
     while words and "=" in words[0]:
         words = words[1:]
-    if not words or not words[0][0].isalnum():  # options, and what is quoted, may mean many things
+    if not words or not words[0][0].isalnum():  # options and quoted words may have many meanings
         return ""
     return _missing_on_path(words[0], environ)
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pyros1.launch.remote.over_ssh import Machine
     from pyros1.launch.running.readiness import Gate
 
-# What only some launches need is loaded when they do: no node starts before the imports are done.
+# Modules that only some launches need are imported there, since no node starts before the imports are done.
 
 
 def _place(node: NodePlan) -> str:
@@ -204,7 +204,7 @@ class Starter:
             raise LaunchError(
                 f"cannot create the folder of nodes {home}: {error.strerror}; set ROS_HOME to another folder"
             ) from error
-        # Stock's logging leaves this behind in its own environment, from where nodes get it.
+        # Stock's logging sets this in its own environment, which nodes inherit.
         environ = {**self.environ, "ROS_LOG_FILENAME": str(self.run.log)}
         log_base = self.run.folder / label.replace("/", "-")
         return ProcessSpec(

@@ -63,7 +63,7 @@ class Supervisor:
         self._guarded = guarded
         self._warden: Warden | None = None
         self._screen = screen
-        # A SimpleQueue may be fed from a signal handler, whatever the main thread was doing.
+        # A SimpleQueue is safe in signal handlers, whatever the main thread was doing.
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._timers: dict[str, tuple[float, Callable[[], object]]] = {}
         self._processes: dict[str, Process] = {}
@@ -187,7 +187,7 @@ class Supervisor:
             process.due = True
             return False
         if spec.respawn:
-            process.signal(signal.SIGTERM)  # what it has left behind would gather, life after life
+            process.signal(signal.SIGTERM)  # processes left behind would accumulate with each run
             self._later(spec.label, spec.respawn_delay, lambda: self._respawn(process))
             return False
         self._retire(process)

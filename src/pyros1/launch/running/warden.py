@@ -31,7 +31,7 @@ class Warden:
 
     def __init__(self, sigint_timeout: float = 15.0, sigterm_timeout: float = 2.0) -> None:
         words = [sys.executable, "-I", "-S", __file__, str(sigint_timeout), str(sigterm_timeout)]
-        # In a session of its own a Ctrl-C or a closed terminal, which ends the launcher, passes it by.
+        # In a new session, it does not get the Ctrl-C or hang-up that ends the launcher.
         self._process = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
         )
@@ -56,7 +56,7 @@ class Warden:
     def _tell(self, verb: str, what: str) -> None:
         pipe = self._process.stdin
         if pipe is not None:
-            with contextlib.suppress(OSError):  # killed by somebody: the launcher ends its nodes itself, too
+            with contextlib.suppress(OSError):  # the warden was killed; the launcher still ends its nodes itself
                 os.write(pipe.fileno(), f"{verb} {what}\n".encode(errors="surrogateescape"))
 
     def close(self) -> None:

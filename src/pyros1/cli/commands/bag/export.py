@@ -162,7 +162,7 @@ def _extension(path: str) -> str:
 
 def _writer(kind: str, part: str, topics: list[str], options: Any) -> Any:
     if kind in ("csv", "jsonl"):
-        # Here and below: what is needed, and no more.
+        # Here and below only the modules for the format are imported.
         from pyros1.cli.commands.bag._writing.text import CsvWriter, JsonWriter  # noqa: PLC0415
 
         return CsvWriter(part, topics, options) if kind == "csv" else JsonWriter(part, options)
@@ -270,7 +270,7 @@ class _Export:
             except MessageError as error:
                 reasons = self.skipped.setdefault(topic, {})
                 reasons[str(error)] = reasons.get(str(error), 0) + 1
-            del stored, message  # they may be large, and are not to be in memory while the next one is read
+            del stored, message  # it may be large, and must not stay in memory while the next one is read
         return count
 
     def skipped_texts(self) -> Iterator[str]:

@@ -51,7 +51,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         try:
             node = Node(f"play_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
         except SystemExit:
-            return 0  # Ctrl-C while the master was waited for
+            return 0  # Ctrl-C while waiting for the master
         control = Control(options.pause)
         try:
             catch(lambda *_: control.end())

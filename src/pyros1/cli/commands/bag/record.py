@@ -35,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     try:
         node = Node(f"record_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
     except SystemExit:
-        return 0  # Ctrl-C while the master was waited for
+        return 0  # Ctrl-C while waiting for the master
     try:
         ending = Ending(node)
         if options.snapshot:
@@ -198,7 +198,9 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
 
     def subscribe(name: str) -> None:
         if not names.is_legal_name(name) and (options.all or options.regex or options.node):
-            warn(f"'{name}' is not a legal name and is not recorded")  # somebody else's fault must not end the rest
+            warn(
+                f"'{name}' is not a legal name and is not recorded"
+            )  # a fault of another node must not end the recording
             return
         line.say(f"Subscribing to {one_line(name)}")
         recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))

@@ -82,7 +82,7 @@ def _refuse_parts(stem: str, extension: str) -> None:
     folder, name = os.path.split(stem)
     part = re.compile(re.escape(name) + r"_\d+" + re.escape(extension))
     there: list[str] = []
-    with contextlib.suppress(OSError):  # of a folder that is not there the writer says so
+    with contextlib.suppress(OSError):  # the writer reports a missing folder
         there = sorted(filter(part.fullmatch, os.listdir(folder or ".")))
     if there:
         raise CommandError(f"{os.path.join(folder, there[0])} already exists: use --force to replace it")

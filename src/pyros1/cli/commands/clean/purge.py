@@ -111,7 +111,7 @@ def _remove(path: Path) -> bool:
         else:
             shutil.rmtree(path)
     except FileNotFoundError:
-        pass  # somebody else was faster
+        pass  # another process has removed it
     except OSError as error:
         print(f"FAILED to execute command: cannot remove {error.filename}: {error.strerror}", file=sys.stderr)
         return False

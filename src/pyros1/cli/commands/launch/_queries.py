@@ -33,7 +33,7 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
     try:
         plan = load_plan(files, arguments, resources, only_args=only_args)
     except Error as error:
-        # What follows would be no parameters at all, yet scripts are used to this one not failing (X04).
+        # The parameters are unknown then, but scripts rely on exit code 0 of this query (X04).
         if not options.dump_params or options.node_args or options.find_node:
             raise
         print(f"Unable to load file {', '.join(files)}: {error}", file=sys.stderr)
@@ -48,7 +48,7 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
     elif options.find_node:
         try:
             print(_find_node(plan, options.find_node, files, resources).file)
-        except LookupError as error:  # scripts are used to this one not failing
+        except LookupError as error:  # scripts rely on exit code 0 of this query
             print(f"ERROR: {error}\nRun \n\troslaunch --nodes <files>\nto see list of node names.", file=sys.stderr)
     else:
         print(_text(plan, options))
@@ -82,7 +82,7 @@ class _NoNodeError(LaunchError, LookupError):
 
 
 def _find_node(plan: Plan, name: str, files: list[str], resources: Resources) -> NodePlan:
-    # Nodes may have names that are not legal, so this is not the usual way to resolve one.
+    # Nodes may have illegal names, so the usual function for resolving does not work.
     full_name = canonicalize_name(ns_join("/" + resources.environ.get("ROS_NAMESPACE", ""), name))
     found = [node for node in [*plan.nodes, *plan.tests] if node.full_name == full_name]
     if not found:

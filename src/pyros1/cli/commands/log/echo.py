@@ -35,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     told = False
     topic = options.topic and invocation.resolve(options.topic)
     if topic is None:
-        # The aggregator has everybody's messages in one connection; without one each node is asked itself.
+        # An aggregator provides all messages over one connection. Without one, each node needs a connection.
         topic = "/rosout_agg" if invocation.graph.state().publishers.get("/rosout_agg") else "/rosout"
     colour = not options.nocolor and use_colour(sys.stdout)
     arrived: queue.SimpleQueue[Message] = queue.SimpleQueue()
@@ -119,7 +119,9 @@ def line(message: Any, *, colour: bool = False, verbose: bool = False) -> str:
     shown = f"{level:5}"
     if colour:
         shown, name = f"{_COLOURS.get(message.level, '')}{shown}{_RESET}", f"{_BOLD}{name}{_RESET}"
-    text = f"[ {shown} ] [{name}]: " + lines(message.msg).replace("\n", "\n  ")  # so that none passes for another's
+    text = f"[ {shown} ] [{name}]: " + lines(message.msg).replace(
+        "\n", "\n  "
+    )  # so that no line looks like another message
     if not verbose:
         return text
     stamp = message.header.stamp

@@ -86,7 +86,7 @@ def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageS
     from pyros1.msgs.digest import Digests  # noqa: PLC0415
     from pyros1.msgs.spec import MessageSpec  # noqa: PLC0415
 
-    Digests(resolve).dependencies(spec)  # there must be an end to them
+    Digests(resolve).dependencies(spec)  # the expansion must have a limit
     parts = (spec,) if isinstance(spec, MessageSpec) else (spec.request, spec.response)
     texts = ["".join(line + "\n" for line in islice(_lines(part, resolve, ""), MOST_LINES + 1)) for part in parts]
     if any(text.count("\n") > MOST_LINES for text in texts):

@@ -59,12 +59,14 @@ VERB = Verb(
 def _answers(graph: Graph, name: str) -> bool:
     uri = graph.node_uri(name)
     if uri is None:
-        return True  # it went meanwhile
+        return True  # it ended meanwhile
     node = graph.node(uri, PING_TIMEOUT)
     try:
         node.pid()
     except Error as error:
-        sys.stderr.write(f"ERROR: {failure(error, name, uri)}\n")  # in one: others are asked at the same time
+        sys.stderr.write(
+            f"ERROR: {failure(error, name, uri)}\n"
+        )  # in one write, since other nodes are asked at the same time
         return False
     finally:
         node.close()

@@ -83,7 +83,7 @@ def _kill(graph: Graph, name: str) -> bool:
         print(f"[{name}]: {error}; if its process hangs, use kill -9", file=sys.stderr)
         return False
     except Error:
-        # A node may end before it has answered, and a dead one needs no killing: stock says killed in both cases.
+        # A node may end before it has answered, or be dead already: stock prints killed in both cases.
         return True
     finally:
         node.close()

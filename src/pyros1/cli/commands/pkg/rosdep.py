@@ -18,7 +18,7 @@ def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
     for each in names:
         manifest = known.manifest(each)
         keys.update(manifest.system)
-        if catkin:  # rosbuild knows of rosdep's names only where a manifest.xml says so
+        if catkin:  # rosbuild packages name rosdep keys only in manifest.xml
             keys.update(key for _, key in manifest.depends)
     request.print_names(sorted(keys) if "json" in request.options else [f"name: {key}" for key in sorted(keys)])
 

@@ -27,7 +27,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
     arguments: list[Any] = [load_yaml(word) if word else word for word in words]
     graph = invocation.graph
-    graph.service_uri(name)  # before anything is imported: is there a master?
+    graph.service_uri(name)  # fail early, before slow imports, if no master answers
     with invocation.open_node() as node:
         if options.wait:
             node.wait_for_service(name)

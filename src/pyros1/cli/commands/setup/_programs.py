@@ -62,7 +62,7 @@ def _must_be_ours(folder: Path) -> None:
 
 def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package: str) -> None:
     for old in {path.name for path in folder.iterdir()} - names.keys():
-        if not old.startswith("."):  # another process is just writing that
+        if not old.startswith("."):  # another process is writing it
             (folder / old).unlink(missing_ok=True)
     for name, words in names.items():
         file = folder / name

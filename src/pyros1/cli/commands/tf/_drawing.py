@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from pyros1.shown import one_line
 
-LETTER = 7.0  # px, width of a letter on average
-LINE = 15.0  # px, height of a line of text
+LETTER = 7.0  # average width of a letter in pixels
+LINE = 15.0  # height of a line of text in pixels
 MARGIN = 14.0
 GAP_X, GAP_Y = 18.0, 44.0
 

@@ -31,7 +31,7 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True) -> Node:
         MasterUnreachableError: no master answers, and `tool` is set.
     """
     if tool:
-        invocation.master.ping()  # says at once, before anything heavy is imported, if there is no master
+        invocation.master.ping()  # fails early, before slow imports, if no master answers
     from pyros1.node import Node  # noqa: PLC0415 - help needs none
 
     return Node(

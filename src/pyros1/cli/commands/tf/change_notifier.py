@@ -54,7 +54,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                     node.log.debug("%s", error)
                     continue
                 if pair.moved(transform.transform):
-                    # As tf has it, names begin with a slash here.
+                    # As in tf, names begin with a slash here.
                     transform.header.frame_id, transform.child_frame_id = f"/{pair.target}", f"/{pair.source}"
                     changes.append(transform)
             if changes:

@@ -91,7 +91,7 @@ def _echo(invocation: Invocation, node: Node, options: Any, source: str, target:
     cures = Cures(invocation, node, buffer)
     await_clock(node)
     if buffer.can_transform(source, target, timeout=1.0) and options.offset is not None and options.time is None:
-        node.sleep(min(-options.offset, options.cache_time))  # so far back there is no data yet
+        node.sleep(min(-options.offset, options.cache_time))  # data that old has not been received yet
     rate = node.rate(options.rate)
     done = found = 0
     while node.ok() and (options.limit is None or done < options.limit):

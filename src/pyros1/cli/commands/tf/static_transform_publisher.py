@@ -145,7 +145,7 @@ def _normalized(rotation: list[float]) -> tuple[list[float], str]:
         raise CommandError("0 0 0 0 is not a valid quaternion; use 0 0 0 1 for no rotation (the order is qx qy qz qw)")
     if abs(length - 1.0) < _UNIT:
         return rotation, ""
-    # Listeners would throw it away.
+    # Listeners would ignore it.
     return [part / length for part in rotation], f"the quaternion's length is {length:g}, not 1: it is normalized"
 
 

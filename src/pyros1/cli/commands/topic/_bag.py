@@ -59,7 +59,7 @@ def replay(path: str, topics: list[str] | None, take: Callable[[str, AnyMsg, Tim
         for message in bag.messages(topics, raw=True):
             if not take(message.topic, message.message, message.time):
                 return
-            del message  # it may be large, and is not to be in memory while the next one is read
+            del message  # it may be large, and must not stay in memory while the next one is read
 
 
 def _open(path: str) -> Any:

@@ -184,7 +184,7 @@ class Printer:
         self._limit = limit
         self._decoder = Decoder()
         self._said: set[str] = set()
-        self._out = data_stream()  # what comes from messages is clean, and --clear is meant, for a file too, as stock's
+        self._out = data_stream()  # text from messages is clean already, and --clear works for files, too, as stock's
 
     def arrived(self, raw: AnyMsg) -> None:
         """Handle one message. Called by the subscription's thread."""
@@ -222,7 +222,7 @@ class Printer:
                 return None
             value, kind = self._path.get(message)
         except (ExpressionError, FieldPathError) as error:
-            # It may be this message's fault only: an array too short, say. Once said, it is known.
+            # Only this message may be wrong, for example with a short array. One warning is enough.
             if str(error) not in self._said:
                 self._said.add(str(error))
                 print(error, file=sys.stderr, flush=True)

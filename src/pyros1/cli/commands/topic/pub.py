@@ -40,7 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     arguments = _values(args[2:])
     message_class = _load(type_name)
     from_arguments = not options.file and (bool(arguments) or not message_class.__slots__ or sys.stdin.isatty())
-    if from_arguments:  # wrong arguments need no master to be found out
+    if from_arguments:  # wrong arguments are reported without a master
         fill(message_class(), arguments, Time())
     rate = options.rate
     with invocation.open_node() as node:
@@ -139,7 +139,7 @@ def _lacks_values(type_name: str, words: list[str]) -> bool:
         value = load_yaml(words[0]) if words else None
     except (Error, ValueError):
         return False  # which is said in a moment
-    if not words:  # values may also come from stdin: numbers hardly do
+    if not words:  # values may also come from stdin, but rarely numbers
         return all(kind in _NUMBERS for kind in kinds) and bool(kinds)
     return len(words) < len(kinds) and not isinstance(value, dict)
 

@@ -74,7 +74,7 @@ def _why(invocation: Invocation, request: Request, args: list[str]) -> None:
 def _manifests(invocation: Invocation, request: Request, args: list[str]) -> None:
     known, name = graph(request)
     if name not in known.by_name:
-        print()  # as stock: the line that would hold the files comes all the same
+        print()  # as stock, which prints the line even without files
         must_be(known, name)
     files = [os.path.join(known.find(each).folder, known.find(each).manifest) for each in known.needs(name)]
     print(" ".join(files))

@@ -45,7 +45,7 @@ def _list_duplicates(invocation: Invocation, request: Request, args: list[str]) 
     """Print names that several packages have, each with their folders. The first folder is the one in use."""
     folders: dict[str, list[str]] = {}
     for found in known_to(request.stock):
-        if not found.folder.startswith(OWN_PACKAGES):  # these stand in where there are no others
+        if not found.folder.startswith(OWN_PACKAGES):  # these are only defaults for missing packages
             folders.setdefault(found.name, []).append(found.folder)
     for name, places in sorted(folders.items()):
         if len(places) > 1:

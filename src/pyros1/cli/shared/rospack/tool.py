@@ -171,7 +171,7 @@ def _act(request: Request, invocation: Invocation, command: str) -> None:
         if name in known and not invocation.as_stock:
             _print_help(registry.load_verb(command, name), invocation)
             return
-        request.words, name = [], "help"  # rospack prints its list, whatever else is there
+        request.words, name = [], "help"  # rospack prints its list, whatever the other words are
     if name is None or name not in known:
         hint = did_you_mean(request.verb, [each for each in known if each != "help"])
         raise PkgError(f"command {request.verb} not implemented{hint}")

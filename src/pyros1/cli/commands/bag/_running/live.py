@@ -61,7 +61,7 @@ class LiveLine:
         try:
             self._stream.write(text)
             self._stream.flush()
-        except (OSError, ValueError):  # whoever read it has gone; the recording goes on
+        except (OSError, ValueError):  # the reader has gone; the recording continues
             self._wanted = self._terminal = False
 
 

@@ -54,7 +54,7 @@ def interruptible(consequence: str) -> Iterator[None]:
 
     def end(number: int, _: object) -> None:
         nonlocal came
-        if insistence.again():  # another one that comes with the first must not end what that sets off
+        if insistence.again():  # a second signal must not interrupt the cleaning up after the first
             came = signal.Signals(number)
             raise KeyboardInterrupt
 

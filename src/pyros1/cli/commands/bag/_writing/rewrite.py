@@ -76,6 +76,6 @@ def _keep(path: str, backup: str) -> None:
     try:
         os.link(path, link)
     except OSError:
-        os.replace(path, backup)  # the file system knows no links
+        os.replace(path, backup)  # the file system does not support links
     else:
         os.replace(link, backup)
