@@ -1,4 +1,4 @@
-"""diagnostic: what a robot's parts say of their state (L202).
+"""diagnostic: the diagnostics of a robot's components (L202).
 
 The stock tool, rosdiagnostic, is in no distribution that these tests run on: what is expected is written down here.
 """
@@ -84,7 +84,7 @@ def test_where_else_to_look_is_said(run: Run, make_node: Callable[..., Any]) -> 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("builtins.print", lambda text, **options: said.append(text))
         diagnostic._say_if_unpublished(invocation, "/d_agg")
-    assert said == ["WARNING: topic [/d_agg] does not appear to be published yet; there is /d"]
+    assert said == ["WARNING: topic [/d_agg] does not appear to be published yet; these are published: /d"]
 
 
 def test_following_prints_lines_only(
@@ -119,7 +119,7 @@ def test_what_is_not_understood_is_refused(run: Run) -> None:
     for level in ("9", "4", "-1", "1.0", ""):
         code, out, err = run(f"--level={level}")
         assert (code, out) == (2, "")
-        assert f"there is no level {level!r}; there are 0 ok, 1 warn, 2 error, 3 stale\n" in err
+        assert f"unknown level {level!r}; levels: 0 ok, 1 warn, 2 error, 3 stale\n" in err
     assert run("word")[0] == 2 and run("-h")[0] == 0
 
 

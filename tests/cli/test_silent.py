@@ -95,7 +95,7 @@ def test_a_node_that_does_not_answer(silent: int, environ: dict[str, str]) -> No
         "node cleanup": (0, "/mute"),
         "service info /s": (2, "/s"),
         "service type /s": (2, "/s"),
-        "service call /s": (2, "/mute takes connections, but did not answer"),
+        "service call /s": (2, "/mute accepts connections but did not answer"),
         "dynparam get -t 2 /mute": (1, "does not answer (was its node stopped?)"),
         "service find std_srvs/Empty": (0, "/s"),
         "log list /mute": (1, "/mute"),

@@ -167,7 +167,8 @@ class Library:
         """Return a few full names that a name without a package, or with a folder as in ROS 2, may stand for."""
         package, short = name.partition("/")[0], name.rpartition("/")[2]
         if "/" in name:
-            return [f"{package}/{short}"] if short in names(package) else []
+            meant = f"{package}/{short}"
+            return [meant] if meant != name and short in names(package) else []
         found = [f"{package}/{short}" for package in self.packages() if short in names(package)]
         return found[:_MOST_HINTS]
 
