@@ -11,7 +11,7 @@ import pytest
 
 from pyros1.cli.running import run_command
 
-SOURCES = Path(__file__).resolve().parents[2] / "src"
+SOURCES = Path(__file__).resolve().parents[3] / "src"
 
 
 @pytest.fixture

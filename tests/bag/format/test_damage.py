@@ -24,8 +24,8 @@ from pyros1.bag.format.scanner import Scanner
 from pyros1.bag.info import summarize
 from pyros1.cli.running import run_command
 
-from .conftest import Make, values
-from .made import damaged_bags, write_bag
+from ..conftest import Make, values
+from ..made import damaged_bags, write_bag
 
 topic = partial(run_command, "topic")
 

@@ -23,8 +23,8 @@ from pyros1.errors import Error
 from pyros1.msgs import Message, from_definition, load_message
 from pyros1.timing import Duration, Time
 
-from .conftest import Make, values
-from .made import header_of
+from ..conftest import Make, values
+from ..made import header_of
 
 Run = Callable[..., tuple[int, str, str]]
 

@@ -19,8 +19,8 @@ from pyros1.errors import Error
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.timing import Duration, Time
 
-from .conftest import Make, values
-from .made import header_of
+from ..conftest import Make, values
+from ..made import header_of
 
 HEADER = header_of(load_message("std_msgs/String"))
 

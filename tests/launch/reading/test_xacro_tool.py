@@ -12,7 +12,7 @@ import pytest
 from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.launch.reading.xacro_tool import MISSING, xacro_words
 
-SOURCE = Path(__file__).resolve().parents[2] / "src"
+SOURCE = Path(__file__).resolve().parents[3] / "src"
 # The real one asks for packages in this way.
 STAND_IN = """
 import sys

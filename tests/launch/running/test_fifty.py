@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-SOURCE = Path(__file__).resolve().parents[2] / "src"
+SOURCE = Path(__file__).resolve().parents[3] / "src"
 DEADLINE = 60.0
 PACKAGE = """<package format="2"><name>many</name><version>1.0.0</version><description>Nodes.</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""

@@ -13,7 +13,7 @@ import pytest
 from pyros1.cli.main import entry
 from pyros1.cli.packages_here import add_packages_here
 
-SOURCE = Path(__file__).resolve().parents[2] / "src"
+SOURCE = Path(__file__).resolve().parents[3] / "src"
 
 
 @pytest.fixture(autouse=True)

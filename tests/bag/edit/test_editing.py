@@ -18,7 +18,7 @@ from pyros1.bag.format.writer import BagWriter
 from pyros1.cli.running import run_command
 from pyros1.timing import Duration
 
-from .conftest import Make, values
+from ..conftest import Make, values
 
 Run = Callable[..., tuple[int, str, str]]
 

@@ -23,7 +23,7 @@ from pyros1.node import Node
 from pyros1.tf import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from pyros1.timing import Time
 
-SOURCES = Path(__file__).resolve().parents[2] / "src"
+SOURCES = Path(__file__).resolve().parents[4] / "src"
 Make = Callable[..., Node]
 Run = Callable[..., tuple[int, str, str]]
 

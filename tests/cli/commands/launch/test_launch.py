@@ -18,8 +18,8 @@ import pytest
 from pyros1.errors import MasterUnreachableError
 from pyros1.net.master_client import MasterClient
 
-SOURCES = Path(__file__).resolve().parents[2] / "src"
-TOP_LEVEL = Path(__file__).resolve().parents[2] / "launch"
+SOURCES = Path(__file__).resolve().parents[4] / "src"
+TOP_LEVEL = Path(__file__).resolve().parents[4] / "launch"
 DEADLINE = 30.0
 MAIN = "import sys; from pyros1.cli.running import run_command; sys.exit(run_command('{0}', sys.argv[1:]))"
 

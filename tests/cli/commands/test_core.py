@@ -1,4 +1,4 @@
-"""pyros1 core's command line (L06-L13); what it does is tested with the launcher in test_launch.py."""
+"""pyros1 core's command line (L06-L13); what it does is tested with the launcher in launch/test_launch.py."""
 
 from __future__ import annotations
 

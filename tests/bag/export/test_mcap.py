@@ -25,8 +25,8 @@ from pyros1.cli.running import run_command
 from pyros1.errors import Error
 from pyros1.msgs import load_message
 
-from .conftest import Make
-from .made import header_of
+from ..conftest import Make
+from ..made import header_of
 
 Run = Callable[..., tuple[int, str, str]]
 STRING = load_message("std_msgs/String")

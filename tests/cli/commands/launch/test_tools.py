@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import pytest
 
-SOURCES = Path(__file__).resolve().parents[2] / "src"
+SOURCES = Path(__file__).resolve().parents[4] / "src"
 PACKAGE = """<package format="2"><name>mine</name><version>1.0.0</version><description>d</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license>
 <exec_depend>minimal_nodes</exec_depend><test_depend>tester</test_depend></package>"""

@@ -14,9 +14,9 @@ from pyros1.bag.errors import UnindexedError
 from pyros1.bag.format.reader import BagReader
 from pyros1.cli.running import run_command
 
-from .conftest import values
-from .made import old_messages, write_bag
-from .old_bags import Old, number, old_bag, text
+from ..conftest import values
+from ..made import old_messages, write_bag
+from ..old_bags import Old, number, old_bag, text
 
 NS = 1_000_000_000
 

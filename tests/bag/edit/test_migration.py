@@ -15,8 +15,8 @@ from pyros1.bag.edit.migration import Migrator, rule_text
 from pyros1.cli.running import run_command
 from pyros1.msgs import from_definition
 
-from .conftest import Make
-from .made import header_of
+from ..conftest import Make
+from ..made import header_of
 
 OLD = from_definition("std_msgs/Int32", "int16 value")
 

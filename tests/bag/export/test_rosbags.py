@@ -14,8 +14,8 @@ from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.record.file import RecordWriter
 from pyros1.msgs import load_message
 
-from .conftest import Make
-from .made import header_of
+from ..conftest import Make
+from ..made import header_of
 
 Content = list[tuple[str, str, str, int, bytes]]
 

@@ -14,7 +14,7 @@ import pytest
 from pyros1.errors import ParameterNotSetError
 from pyros1.net.master_client import MasterClient
 
-SOURCES = Path(__file__).resolve().parents[2] / "src"
+SOURCES = Path(__file__).resolve().parents[3] / "src"
 PACKAGE = "<package format='2'><name>tested</name></package>"
 # A test that succeeds, and tells which master it was given.
 CHECK = """#!/bin/sh

@@ -18,7 +18,7 @@ from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import RecordError
 from pyros1.cli.running import run_command
 
-from .conftest import Make, values
+from ..conftest import Make, values
 
 Run = Callable[..., tuple[int, str, str]]
 
