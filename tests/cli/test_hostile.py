@@ -24,6 +24,7 @@ from pyros1.msgs import load_message
 from pyros1.tf import Buffer
 from pyros1.wire.header import encode_header
 
+from ..bodies import encode
 from .hostile import BAD, WORSE, HostileRobot, assert_clean
 
 COMMANDS = [
@@ -248,8 +249,8 @@ def test_bags_of_others(run: Any, environ: dict[str, str], tmp_path: Path) -> No
     writer = BagWriter(path)
     number = writer.add_connection("/topic" + WORSE, {name: text.encode() for name, text in header.items()})
     good = writer.add_connection("/good", {**{k: v.encode() for k, v in header.items()}, "type": b"std_msgs/String"})
-    writer.write(number, 10**18, kind._encode(kind("data" + WORSE)))
-    writer.write(good, 10**18, kind._encode(kind("data" + WORSE)))
+    writer.write(number, 10**18, encode(kind("data" + WORSE)))
+    writer.write(good, 10**18, encode(kind("data" + WORSE)))
     writer.close()
     for command in (
         "bag info {}", "bag info -y {}", "bag info -y -k topics {}", "bag check {}", "topic list -b {}",

@@ -9,6 +9,8 @@ import pytest
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.wire.header import MAX_HEADER_SIZE, encode_header
 
+from ..bodies import encode
+
 
 @pytest.fixture
 def node(make_node: Any) -> Any:
@@ -24,7 +26,7 @@ WANTED = {"topic": "/t", "md5sum": Float64._md5sum, "type": "std_msgs/Float64", 
 def assert_serves(node: Any, raw_peer: Any) -> None:
     peer = raw_peer(node).greet(**WANTED)
     assert peer.answer()["type"] == "std_msgs/Float64"
-    assert peer.frame() == Float64._encode(Float64(1.5))
+    assert peer.frame() == encode(Float64(1.5))
 
 
 def test_one_port_serves_topics_and_services_t04_o15(node: Any, raw_peer: Any, service_port: Any) -> None:

@@ -15,6 +15,8 @@ from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Empty, Float64, Float64MultiArray, Header, String
 from pyros1.node.topic_type import topic_type
 
+from ..bodies import encode
+
 FLOAT64_MD5 = "fdb28210bfa9d7c91146260178d9a584"
 
 
@@ -385,7 +387,7 @@ def test_any_type_is_received_raw_and_decodes_itself_t09_o05(pair: Any, collect:
     message = got.wait()[0]
     assert isinstance(message, AnyMsg)
     assert message._connection_header["type"] == "geometry_msgs/PointStamped"
-    assert message._buff == PointStamped._encode(sent)
+    assert message._buff == encode(sent)
     decoded = message.decode()
     assert decoded._md5sum == PointStamped._md5sum
     assert (decoded.header.frame_id, decoded.point.y) == ("map", 2.5)
@@ -409,7 +411,7 @@ def test_a_raw_message_may_be_published_by_a_typed_publisher(pair: Any, collect:
     got = collect()
     publisher, _ = connect(*pair, Float64, got)
     raw = AnyMsg()
-    raw._buff = Float64._encode(Float64(2.5))
+    raw._buff = encode(Float64(2.5))
     publisher.publish(raw)
     got.wait()
     assert got.data == [2.5]

@@ -15,6 +15,7 @@ from pyros1.bag.edit.migration import Migrator, rule_text
 from pyros1.cli.running import run_command
 from pyros1.msgs import from_definition
 
+from ...bodies import encode
 from ..conftest import Make
 from ..made import header_of
 
@@ -33,7 +34,7 @@ def old_bag(tmp_path: Path) -> Path:
     with BagWriter(path) as writer:
         conn = writer.add_connection("/a", header_of(OLD, callerid="/talker"))
         for i in range(3):
-            writer.write(conn, i, OLD._encode(OLD(value=i)))
+            writer.write(conn, i, encode(OLD(value=i)))
     return path
 
 
@@ -122,7 +123,7 @@ def test_a_rule_for_a_definition_that_is_not_text(run: Any, tmp_path: Path) -> N
     old = from_definition("std_msgs/Int16", text)
     with BagWriter(tmp_path / "old.bag") as writer:
         header = {"type": b"std_msgs/Int16", "md5sum": old._md5sum.encode(), "message_definition": definition}
-        writer.write(writer.add_connection("/a", header), 5, old._encode(old(data=7)))
+        writer.write(writer.add_connection("/a", header), 5, encode(old(data=7)))
     assert run("check", "old.bag", "-g", "rules.bmr")[0] == 0
     rules = tmp_path / "rules.bmr"
     rules.write_text(rules.read_text(encoding="utf-8").replace("valid = False", "valid = True"), encoding="utf-8")
@@ -140,7 +141,7 @@ def test_force_leaves_what_it_cannot_migrate(run: Any, old_bag: Path) -> None:
 def test_changed_constants_need_no_rule(run: Any, tmp_path: Path) -> None:
     old = from_definition("std_msgs/String", "string data\nint8 OLD=1")
     with BagWriter(tmp_path / "old.bag") as writer:
-        writer.write(writer.add_connection("/b", header_of(old)), 5, old._encode(old(data="x")))
+        writer.write(writer.add_connection("/b", header_of(old)), 5, encode(old(data="x")))
     assert "All rules defined." in run("check", "old.bag")[1]
     assert run("fix", "old.bag", "new.bag")[0] == 0
     with pyros1.bag.open("new.bag") as bag:

@@ -23,6 +23,7 @@ from pyros1.errors import Error
 from pyros1.msgs import Message, from_definition, load_message
 from pyros1.timing import Duration, Time
 
+from ...bodies import encode
 from ..conftest import Make, values
 from ..made import header_of
 
@@ -55,7 +56,7 @@ def write_bag(path: Path, *messages: tuple[str, Message], **header: str) -> Path
             cls = type(message)
             if name not in numbers:
                 numbers[name] = writer.add_connection(name, header_of(cls, **header))
-            writer.write(numbers[name], second * 1_000_000_000, cls._encode(message))
+            writer.write(numbers[name], second * 1_000_000_000, encode(message))
     return path
 
 

@@ -25,6 +25,7 @@ from pyros1.cli.running import run_command
 from pyros1.errors import Error
 from pyros1.msgs import load_message
 
+from ...bodies import encode
 from ..conftest import Make
 from ..made import header_of
 
@@ -59,7 +60,7 @@ def content(path: Path) -> list[tuple[Any, ...]]:
 
 
 def text(word: str) -> bytes:
-    return bytes(STRING._encode(STRING(data=word)))
+    return bytes(encode(STRING(data=word)))
 
 
 def schema(

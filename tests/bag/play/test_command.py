@@ -16,6 +16,8 @@ import pytest
 from pyros1.bag import BagWriter
 from pyros1.msgs.std_msgs.msg import Float64, String
 
+from ...bodies import encode
+
 DEADLINE = 20.0
 BEGIN = 1_700_000_000 * 10**9
 
@@ -32,7 +34,7 @@ def bag(tmp_path: Path) -> Path:
     with BagWriter(path) as writer:
         text = writer.add_connection("/map", fields(String, callerid="/mapper", latching="1"))
         conn = writer.add_connection("/t", fields(Float64, callerid="/talker"))
-        writer.write(text, BEGIN, String._encode(String("m")))
+        writer.write(text, BEGIN, encode(String("m")))
         for number in range(100):
             writer.write(conn, BEGIN + number * 10**6, struct.pack("<d", number))
     return path

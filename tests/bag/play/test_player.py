@@ -23,6 +23,8 @@ from pyros1.msgs import AnyMsg
 from pyros1.msgs.rosgraph_msgs.msg import Clock
 from pyros1.msgs.std_msgs.msg import Float64, Header, String
 
+from ...bodies import encode
+
 PATIENCE = 20.0
 BEGIN = 1_700_000_000 * 10**9
 MS = 10**6
@@ -144,7 +146,7 @@ def test_frames_are_published_as_stored(tmp_path: Path, ear: Ear, playing: Any, 
     with BagWriter(path) as bag:
         odd = {"type": b"nowhere/Odd", "md5sum": b"0" * 32, "message_definition": b"uint8 x\n"}
         for index, (topic, data, kind) in enumerate(
-            [("/odd", b"\x07", odd), ("/head", Header._encode(header), fields(Header, latching="1"))]
+            [("/odd", b"\x07", odd), ("/head", encode(header), fields(Header, latching="1"))]
         ):
             bag.write(bag.add_connection(topic, kind), BEGIN + index, data)
     subscribers = [ear.listen("/odd", AnyMsg), ear.listen("/head", Header)]
@@ -186,7 +188,7 @@ def test_what_was_latched_before_the_start_comes_first(tmp_path: Path, ear: Ear,
         ]
         plain = bag.add_connection("/t", fields(Float64, callerid="/c"))
         for time, conn, text in [(0, 0, "old a"), (1, 0, "new a"), (2, 1, "b"), (900, 1, "late b")]:
-            bag.write(static[conn], BEGIN + time * MS, String._encode(String(text)))
+            bag.write(static[conn], BEGIN + time * MS, encode(String(text)))
             for step in range(100):
                 bag.write(plain, BEGIN + (time + step // 50) * MS, struct.pack("<d", time))
     with BagReader(path) as bag_read:
@@ -202,7 +204,7 @@ def test_topics_whose_types_differ_are_named(tmp_path: Path, playing: Any) -> No
     one = write_numbers(tmp_path / "one.bag", "/t", range(3))
     two = tmp_path / "two.bag"
     with BagWriter(two) as bag:
-        bag.write(bag.add_connection("/t", fields(String, callerid="/other")), BEGIN, String._encode(String("x")))
+        bag.write(bag.add_connection("/t", fields(String, callerid="/other")), BEGIN, encode(String("x")))
     with playing([one, two]) as player:
         assert list(player.unplayable) == ["/t"] and "std_msgs/Float64" in player.unplayable["/t"]
 

@@ -16,6 +16,8 @@ from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.std_msgs.msg import Header, String
 from pyros1.msgs.tf2_msgs.msg import TFMessage
 
+from ...bodies import encode
+
 PATIENCE = 20.0
 BEGIN = 1_700_000_000 * 10**9
 
@@ -27,7 +29,7 @@ def header_of(cls: Any, **more: str) -> dict[str, bytes]:
 
 def transforms(*children: str, parent: str = "map") -> bytes:
     listed = [TransformStamped(header=Header(frame_id=parent), child_frame_id=child) for child in children]
-    encoded: bytes = TFMessage._encode(TFMessage(listed))
+    encoded: bytes = encode(TFMessage(listed))
     return encoded
 
 
@@ -41,7 +43,7 @@ def write(path: Path, messages: list[tuple[float, str, bytes]], **more: str) -> 
                 conns[caller] = bag.add_connection("/tf_static", header_of(TFMessage, **named))
             bag.write(conns[caller], BEGIN + int(second * 1e9), data)
         end = bag.add_connection("/end", header_of(String, callerid="/end"))
-        bag.write(end, BEGIN + 10 * 10**9, String._encode(String("end")))
+        bag.write(end, BEGIN + 10 * 10**9, encode(String("end")))
     return path
 
 

@@ -17,6 +17,8 @@ from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
 from pyros1.msgs.std_msgs.msg import Header, String
 from pyros1.timing import Time
 
+from ...bodies import encode
+
 PATIENCE = 20.0
 BEGIN = 1_700_000_000 * 10**9
 MS = 10**6
@@ -70,7 +72,7 @@ def test_waits_until_every_topic_has_a_subscriber_at_a_time(
     path = tmp_path / "x.bag"
     with BagWriter(path) as bag:
         for topic in ("/a", "/b"):
-            bag.write(bag.add_connection(topic, header_of(String)), BEGIN, String._encode(String("x")))
+            bag.write(bag.add_connection(topic, header_of(String)), BEGIN, encode(String("x")))
     made = player(path)
     looked = threading.Semaphore(0)
     wait = made._control.wait
@@ -104,7 +106,7 @@ def test_a_slow_subscriber_loses_nothing_with_a_queue_without_limit(
     with BagWriter(path) as bag:
         conn = bag.add_connection("/t", header_of(String))
         for number in range(count):
-            bag.write(conn, BEGIN + number, String._encode(String(f"{number:{size}}")))
+            bag.write(conn, BEGIN + number, encode(String(f"{number:{size}}")))
     played = threading.Event()
     made = player(path, immediate=True, queue_size=0)
     heard = Heard(make_node("ear"), "/t", String, on_message=lambda: played.wait(PATIENCE))
@@ -123,7 +125,7 @@ def test_what_a_slow_subscriber_loses_is_counted(
     with BagWriter(path) as bag:
         conn = bag.add_connection("/t", header_of(String))
         for number in range(count):
-            bag.write(conn, BEGIN + number, String._encode(String(f"{number:{1 << 20}}")))
+            bag.write(conn, BEGIN + number, encode(String(f"{number:{1 << 20}}")))
     played = threading.Event()
     made = player(path, immediate=True, queue_size=5)
     heard = Heard(make_node("ear"), "/t", String, on_message=lambda: played.wait(PATIENCE))
@@ -142,8 +144,8 @@ def test_topics_that_the_player_publishes_itself(make_node: Any, player: Any, tm
     with BagWriter(path) as bag:
         log = bag.add_connection("/rosout", header_of(Log, callerid="/talker", latching="1"))
         clock = bag.add_connection("/clock", header_of(Clock, callerid="/gazebo"))
-        bag.write(log, BEGIN, Log._encode(Log(header=Header(seq=77), name="/talker", msg="recorded")))
-        bag.write(clock, BEGIN + MS, Clock._encode(Clock(Time(7, 8))))
+        bag.write(log, BEGIN, encode(Log(header=Header(seq=77), name="/talker", msg="recorded")))
+        bag.write(clock, BEGIN + MS, encode(Clock(Time(7, 8))))
     made = player(path)
     ear = make_node("ear")
     logs, clocks = Heard(ear, "/rosout", Log), Heard(ear, "/clock", Clock)
@@ -160,7 +162,7 @@ def test_reading_that_began_ends_though_nothing_is_played(player: Any, tmp_path:
     with BagWriter(path) as bag:
         conn = bag.add_connection("/t", header_of(String, latching="1"))
         for number in range(100):
-            bag.write(conn, BEGIN + number * MS, String._encode(String(str(number))))
+            bag.write(conn, BEGIN + number * MS, encode(String(str(number))))
     made = player(path, start=0.05)
     made.read_ahead()
     made._control.end()

@@ -24,6 +24,8 @@ from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64, Header, String
 from pyros1.wire.handshake import TopicType
 
+from ...bodies import decode
+
 DEADLINE = 20.0
 
 
@@ -43,7 +45,7 @@ def options(folder: Path, **settings: Any) -> RecordOptions:
 def numbers(path: str | Path, topic: str = "/t") -> list[float]:
     """The values of the Float64 messages of a bag's topic."""
     with BagReader(path) as bag:
-        return [Float64._decode(m.data, 0, 8).data for m in bag.messages(bag.ids([topic]))]
+        return [decode(Float64, m.data).data for m in bag.messages(bag.ids([topic]))]
 
 
 def topics_of(path: Path) -> set[str]:
@@ -362,7 +364,7 @@ def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp
         child.wait(DEADLINE)
         path = tmp_path / f"killed{number}.bag.active"
         with BagReader(path, unindexed=True) as bag:
-            found = [(m.time / 1e9, Float64._decode(m.data, 0, 8).data) for m in bag.messages()]
+            found = [(m.time / 1e9, decode(Float64, m.data).data) for m in bag.messages()]
         assert bag.scanned
         assert [value for _, value in found] == list(map(float, range(len(found)))), "a whole beginning"
         flushed = path.stat().st_mtime

@@ -21,6 +21,8 @@ from pyros1.node.publishing.publication import Publication
 from pyros1.node.publishing.tcp_link import TcpLink
 from pyros1.wire.handshake import Refusal
 
+from ...bodies import decode, encode
+
 BIG = 20_000_000
 
 
@@ -56,7 +58,7 @@ def test_a_latched_message_for_a_stuck_subscriber_does_not_stop_the_loop(
     assert publisher.wait_for_subscribers(timeout=5)
     talker._context.loop.run(lambda: None, timeout=5)
     publishing = in_thread(publisher.publish, Image(height=2))  # waits for the latched one to go, and stays behind it
-    heights = [Image._decode(body, 0, len(body)).height for body in (peer.frame(), peer.frame())]
+    heights = [decode(Image, body).height for body in (peer.frame(), peer.frame())]
     assert heights == [1, 2]
     publishing.join()
 
@@ -69,7 +71,7 @@ def test_a_large_latched_message_reaches_who_comes_later_without_another_publish
     publisher = talker.advertise("t", Image, queue_size=None, latch=True)
     publisher.publish(Image(height=1, data=bytes(BIG)))
     body = greet(raw_peer(talker, receive_buffer=65536), Image).frame()
-    assert Image._decode(body, 0, len(body)).height == 1
+    assert decode(Image, body).height == 1
 
 
 def test_a_latched_message_does_not_wait_for_room_within_the_process(make_node: Any, in_thread: Any) -> None:
@@ -215,7 +217,7 @@ def test_a_message_comes_after_all_that_its_thread_has_left_to_others(
     lane.free.append(True)
     publisher.publish(message_class(**{field: count}))
     bodies = [peer.frame() for _ in range(count + 1)]
-    messages = [message_class._decode(body, 0, len(body)) for body in bodies]
+    messages = [decode(message_class, body) for body in bodies]
     assert [getattr(message, field) for message in messages] == list(range(count + 1))
     if message_class is Image:
         assert [message.header.seq for message in messages] == list(range(1, count + 2))
@@ -244,7 +246,7 @@ def test_a_message_for_the_process_goes_to_who_has_taken_its_place_meanwhile(
     monkeypatch.setattr(publication, "_prepare", change)
     occupy(publication._lane)  # so the message is left
     publisher.publish(1.0)
-    assert Float64._decode(peers[0].frame(), 0, 8) == Float64(1.0)
+    assert decode(Float64, peers[0].frame()) == Float64(1.0)
 
 
 @pytest.mark.parametrize("queue_size", [None, 0])
@@ -282,7 +284,7 @@ def test_whoever_has_the_greeting_gets_what_is_published_next(
     monkeypatch.setattr(TcpLink, "_send_now", note)
     peer = greet(raw_peer(talker), Float64)
     publisher.publish(1.0)
-    assert peer.frame() == Float64._encode(Float64(1.0))
+    assert peer.frame() == encode(Float64(1.0))
     assert known == [True, True]
 
 

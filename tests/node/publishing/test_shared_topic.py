@@ -10,6 +10,8 @@ from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.std_msgs.msg import Header, String
 from pyros1.wire.handshake import TopicType
 
+from ...bodies import encode
+
 PATIENCE = 20.0
 
 
@@ -35,7 +37,7 @@ def test_late_subscribers_get_the_last_message_of_each_raw_publisher(make_node: 
     node = make_node("pub")
     one, two, gone = (raw(node, "/t", String) for _ in range(3))
     for publisher, text in ((one, "old"), (two, "b"), (one, "a"), (gone, "gone")):
-        publisher.publish(AnyMsg(String._encode(String(text))))
+        publisher.publish(AnyMsg(encode(String(text))))
     gone.unregister()
     assert sorted(message.data for message in heard(make_node("late"), "/t", String, 2)) == ["a", "b"]
 
@@ -43,6 +45,6 @@ def test_late_subscribers_get_the_last_message_of_each_raw_publisher(make_node: 
 def test_raw_messages_on_a_topic_whose_headers_the_node_numbers(make_node: Any, transport: str) -> None:
     node = make_node("pub")
     node.advertise("/log", Log)
-    raw(node, "/log", Log).publish(AnyMsg(Log._encode(Log(header=Header(seq=77), msg="as it came"))))
+    raw(node, "/log", Log).publish(AnyMsg(encode(Log(header=Header(seq=77), msg="as it came"))))
     (message,) = heard(make_node("late"), "/log", Log, 1)
     assert (message.header.seq, message.msg) == (77, "as it came")

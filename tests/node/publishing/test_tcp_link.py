@@ -15,6 +15,8 @@ from pyros1.net.loop import WRITE, Loop
 from pyros1.node.lane import Lane
 from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
 
+from ...bodies import decode
+
 IMAGE_SIZE = 1 << 20
 
 
@@ -48,7 +50,7 @@ def test_a_stuck_subscriber_delays_nobody_and_loses_the_oldest(make_node: Any, r
     assert publisher.dropped == link.dropped > 0
     assert len(link._queue) <= 3 + 1, "the waiting ones and the begun one"
     # what it reads at last is whole messages in order, the newest among them
-    heights = [Image._decode(body, 0, len(body)).height for body in read_until(stuck, lambda h: h == 30)]
+    heights = [decode(Image, body).height for body in read_until(stuck, lambda h: h == 30)]
     assert heights == sorted(heights) and heights[-3:] == [28, 29, 30]
     assert len(heights) + link.dropped == 30
 
@@ -57,7 +59,7 @@ def read_until(peer: Any, done: Any) -> Any:
     while True:
         body = peer.frame()
         yield body
-        if done(Image._decode(body, 0, len(body)).height):
+        if done(decode(Image, body).height):
             return
 
 
@@ -68,7 +70,7 @@ def test_queue_size_one_keeps_the_newest_message(make_node: Any, raw_peer: Any) 
     assert publisher.wait_for_subscribers(timeout=5)
     for number in range(1, 41):
         publisher.publish(Image(height=number, data=bytes(IMAGE_SIZE)))
-    heights = [Image._decode(body, 0, len(body)).height for body in read_until(peer, lambda h: h == 40)]
+    heights = [decode(Image, body).height for body in read_until(peer, lambda h: h == 40)]
     assert heights[-1] == 40
     assert len(heights) < 40
 
@@ -80,7 +82,7 @@ def test_queue_size_zero_keeps_everything(make_node: Any, raw_peer: Any) -> None
     assert publisher.wait_for_subscribers(timeout=5)
     for number in range(1, 21):
         publisher.publish(Image(height=number, data=bytes(IMAGE_SIZE)))
-    heights = [Image._decode(body, 0, len(body)).height for body in read_until(peer, lambda h: h == 20)]
+    heights = [decode(Image, body).height for body in read_until(peer, lambda h: h == 20)]
     assert heights == list(range(1, 21))
     assert publisher.dropped == 0
 
@@ -96,7 +98,7 @@ def test_an_array_that_is_changed_while_it_waits_is_sent_as_it_was(make_node: An
         publisher.publish(Image(height=number, data=data))
     data[:] = b"\xff" * IMAGE_SIZE
     for body in read_until(peer, lambda h: h == 8):
-        message = Image._decode(body, 0, len(body))
+        message = decode(Image, body)
         assert message.data == bytes([message.height]) * IMAGE_SIZE
 
 
@@ -146,7 +148,7 @@ def blocked(make_node: Any, raw_peer: Any, in_thread: Any) -> Any:
 def test_without_queue_the_publisher_waits_and_nothing_is_lost_t38(blocked: Any) -> None:
     _, peer, thread, sent = blocked
     assert len(sent) < 40
-    heights = [Image._decode(body, 0, len(body)).height for body in read_until(peer, lambda h: h == 40)]
+    heights = [decode(Image, body).height for body in read_until(peer, lambda h: h == 40)]
     assert heights == list(range(1, 41))
     thread.join()
 

@@ -11,6 +11,8 @@ import pytest
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.wire.header import encode_header
 
+from ...bodies import encode_frame
+
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -20,7 +22,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def frame(number: float) -> bytes:
-    return Float64._encode_frame(Float64(number))
+    return encode_frame(Float64(number))
 
 
 def requests(fake: Any) -> int:

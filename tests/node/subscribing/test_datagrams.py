@@ -11,6 +11,8 @@ from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.wire.datagram import split
 from pyros1.wire.header import encode_header
 
+from ...bodies import encode_frame
+
 UDP = {"transports": "udp"}
 
 
@@ -72,7 +74,7 @@ def test_t62_tcp_where_there_is_no_udp(make_node: Any, fake_node: Any, collect: 
     fake, got = fake_node("/fake"), collect()
     fake.publish("/t")
     make_node("listener").subscribe("t", Float64, got, transports=("udp", "tcp"))
-    fake.accept_subscriber().sendall(Float64._encode_frame(Float64(1)))
+    fake.accept_subscriber().sendall(encode_frame(Float64(1)))
     got.wait(1)
     _, (_, topic, protocols) = next(call for call in fake.calls.items if call[0] == "requestTopic")
     assert topic == "/t" and [protocol[0] for protocol in protocols] == ["UDPROS", "TCPROS"]
@@ -131,7 +133,7 @@ def test_nonsense_is_asked_again(make_node: Any, fake_node: Any, collect: Any) -
     assert subscriber.wait_for_publishers(timeout=5)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.sendto(b"nonsense", ("127.0.0.1", offers[-1][3]))
-        for data in split(Float64._encode_frame(Float64(1)), 42, 0, 1500):
+        for data in split(encode_frame(Float64(1)), 42, 0, 1500):
             sender.sendto(data, ("127.0.0.1", offers[-1][3]))
     got.wait(1)
 

@@ -12,9 +12,11 @@ from pyros1.node.subscribing.delivery import FRESH
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import encode_header
 
+from ...bodies import encode_frame
+
 
 def frame(number: float) -> bytes:
-    return Float64._encode_frame(Float64(number))
+    return encode_frame(Float64(number))
 
 
 class Gate:
@@ -213,7 +215,7 @@ def test_bad_utf8_in_a_string_costs_one_message(make_node: Any, fake_node: Any, 
     fake.publish("/t", "std_msgs/String")
     listener.subscribe("t", String, got)
     sock = fake.accept_subscriber(type="std_msgs/String", md5sum=String._md5sum)
-    sock.sendall(b"\x06\0\0\0\x02\0\0\0\xff\xfe" + String._encode_frame(String("ä")))
+    sock.sendall(b"\x06\0\0\0\x02\0\0\0\xff\xfe" + encode_frame(String("ä")))
     got.wait()
     assert got.data == ["ä"]
     log.saw("std_msgs/String", "dropped")

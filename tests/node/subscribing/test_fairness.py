@@ -12,6 +12,8 @@ import pytest
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.net.loop import Loop
 
+from ...bodies import encode_frame
+
 PATIENCE = 10.0
 KINDS = [(callbacks, size) for callbacks in ("inline", "spin") for size in (None, 1, 10)]
 
@@ -51,7 +53,7 @@ def flood(fake_node: Any) -> Iterator[Callable[[float], None]]:
         fake.publish("/t")
         sock = fake.accept_subscriber()
         sock.settimeout(0.1)
-        frames = Float64._encode_frame(Float64(number)) * 1000
+        frames = encode_frame(Float64(number)) * 1000
 
         def send() -> None:
             rest = frames
@@ -106,7 +108,7 @@ def test_floods_starve_nobody(
     got.wait(1, 2, more=3)
     late = fake_node("/late")  # a new link
     late.publish("/t")
-    late.accept_subscriber().sendall(Float64._encode_frame(Float64(3)))
+    late.accept_subscriber().sendall(encode_frame(Float64(3)))
     got.wait(3)
     inside = make_node("inside").advertise("/t", Float64)  # within the process
     assert inside.wait_for_subscribers(timeout=PATIENCE)
@@ -144,7 +146,7 @@ def test_floods_within_the_process_starve_nobody(
         got.wait(1, 2, more=3)
         late = fake_node("/late")
         late.publish("/t")
-        late.accept_subscriber().sendall(Float64._encode_frame(Float64(3)))
+        late.accept_subscriber().sendall(encode_frame(Float64(3)))
         got.wait(3)
         inside = make_node("inside").advertise("/t", Float64)
         assert inside.wait_for_subscribers(timeout=PATIENCE)

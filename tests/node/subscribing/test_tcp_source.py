@@ -14,6 +14,8 @@ from pyros1.msgs import AnyMsg, load_message
 from pyros1.msgs.large import SplitBody, decode_split, layout
 from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
 
+from ...bodies import decode, encode
+
 IMAGE: Any = load_message("sensor_msgs/Image")
 
 
@@ -33,7 +35,7 @@ def image(number: int, size: int, frame_id: str = "camera") -> Any:
 
 
 def frame(message: Any) -> bytes:
-    body = type(message)._encode(message)
+    body = encode(message)
     return len(body).to_bytes(4, "little") + body
 
 
@@ -54,7 +56,7 @@ def receive(link: TcpSource, count: int, cls: Any = IMAGE) -> tuple[list[Any], i
             continue
         assert came, "the stream ended"
         for start, end in link.buffer.received(came):
-            messages.append(cls._decode(bytes(link.buffer.data[start:end]), 0, end - start))
+            messages.append(decode(cls, bytes(link.buffer.data[start:end])))
             array = len(getattr(messages[-1], where.field))
             if array >= LARGE:
                 link.expect(end - start, array, where.tail, where.counted)
@@ -98,7 +100,7 @@ def test_undecoded_messages_arrive_in_one_piece(pair: tuple[socket.socket, TcpSo
     thread = send(sender, b"".join(map(frame, sent)))
     got, _ = receive(link, 22, AnyMsg)
     thread.join()
-    assert [message._buff for message in got] == [IMAGE._encode(message) for message in sent]
+    assert [message._buff for message in got] == [encode(message) for message in sent]
 
 
 def test_a_frame_that_stops_in_the_middle_holds_nobody_up(pair: tuple[socket.socket, TcpSource]) -> None:

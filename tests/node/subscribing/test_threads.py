@@ -13,6 +13,8 @@ import pytest
 from pyros1.msgs import load_message
 from pyros1.node.subscribing import threads as readers
 
+from ...bodies import encode_frame
+
 Float64: Any = load_message("std_msgs/Float64")
 
 
@@ -193,7 +195,7 @@ def test_a_busy_topic_does_not_starve_others_without_more_threads(
 
     def publish() -> None:
         while not ended.wait(0.002):
-            first.sendall(Float64._encode_frame(Float64(1)))
+            first.sendall(encode_frame(Float64(1)))
 
     running = in_thread(publish)
     busy.wait(20)
@@ -201,11 +203,11 @@ def test_a_busy_topic_does_not_starve_others_without_more_threads(
     listener.subscribe("rare", Float64, rare)
     second = fake.accept_subscriber()
     for number in range(5):
-        second.sendall(Float64._encode_frame(Float64(number)))
+        second.sendall(encode_frame(Float64(number)))
         rare.wait(number + 1)
     assert len(no_more_threads) > 2
     no_more_threads.clear()  # there are some again
-    second.sendall(Float64._encode_frame(Float64(5)))
+    second.sendall(encode_frame(Float64(5)))
     rare.wait(6)
     ended.set()
     running.join()
