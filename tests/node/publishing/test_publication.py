@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import socket
 import sys
 import threading
 import time
@@ -19,9 +20,10 @@ from pyros1.node.lane import TURN, Lane
 from pyros1.node.publishing.local_link import UNBOUNDED_LIMIT
 from pyros1.node.publishing.publication import Publication
 from pyros1.node.publishing.tcp_link import TcpLink
-from pyros1.wire.handshake import Refusal
+from pyros1.wire.handshake import Refusal, subscriber_header
 
 from ...bodies import decode, encode
+from ...parts import context_of, on_loop, publication_of
 
 BIG = 20_000_000
 
@@ -56,7 +58,7 @@ def test_a_latched_message_for_a_stuck_subscriber_does_not_stop_the_loop(
     publisher.publish(Image(height=1, data=bytes(BIG)))
     peer = greet(raw_peer(talker, receive_buffer=65536), Image)
     assert publisher.wait_for_subscribers(timeout=5)
-    talker._context.loop.run(lambda: None, timeout=5)
+    on_loop(talker)
     publishing = in_thread(publisher.publish, Image(height=2))  # waits for the latched one to go, and stays behind it
     heights = [decode(Image, body).height for body in (peer.frame(), peer.frame())]
     assert heights == [1, 2]
@@ -93,27 +95,23 @@ def test_a_latched_message_does_not_wait_for_room_within_the_process(make_node: 
         other = make_node("other").advertise("t", Float64, queue_size=None, latch=True)
         in_thread(other.publish, 1.0)
         assert other.wait_for_subscribers(timeout=5)
-        listener._context.loop.run(lambda: None, timeout=5)
+        on_loop(listener)
     finally:
         go_on.set()
 
 
 def test_a_closed_publication_refuses_links(make_node: Any) -> None:
     talker, listener = make_node("talker"), make_node("listener")
-    publication = talker.advertise("t", Float64)._publication
+    talker.advertise("t", Float64)
+    publication = publication_of(talker)
     publication.close()
     listener.subscribe("t", Float64, print)
-    listener._context.loop.run(lambda: None, timeout=5)
-    ended: list[Any] = []
-
-    class Late:
-        def close(self) -> None:
-            publication._remove(self)  # as links do
-            ended.append(self)
-
-    with pytest.raises(Refusal, match="no longer a publisher"):
-        publication._add(Late())
-    assert len(ended) == 1 and publication.links == ()
+    on_loop(listener)
+    header = subscriber_header("/late", "/t", publication.type, tcp_nodelay=False)
+    near, far = socket.socketpair()
+    with near, far, pytest.raises(Refusal, match="no longer a publisher"):
+        publication.accept(near, header)
+    assert publication.links == ()
 
 
 def test_all_topics_of_a_node_end_by_one_deadline(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,11 +119,11 @@ def test_all_topics_of_a_node_end_by_one_deadline(make_node: Any, monkeypatch: p
     for number in range(3):
         talker.advertise(f"t{number}", Float64)
     deadlines: list[Any] = []
-    close = Publication.close
+    context, close = context_of(talker), Publication.close
 
     def watch(publication: Publication, until: float | None = None) -> None:
         deadlines.append(until)
-        assert publication.topic not in talker._context.publications
+        assert publication.topic not in context.publications
         close(publication, until)
 
     monkeypatch.setattr(Publication, "close", watch)
@@ -154,15 +152,17 @@ def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(
     greet(raw_peer(talker, receive_buffer=4096), Image)
     assert publisher.wait_for_subscribers(timeout=5)
     publisher.publish(Image(data=bytes(BIG)))
-    link = publisher._publication.links[0]
+    (link,), lane = publication_of(talker).links, publication_of(talker).lane
     locked: list[bool] = []
 
     def wait(_: Any) -> None:
-        locked.append(link._lane.mine)
-        talker._context.loop.run(link._linger_over, timeout=5)
+        locked.append(lane.mine)
+        done = threading.Event()
+        context_of(talker).loop.call_soon(lane.do, done.set)
+        assert done.wait(5)
         link.close()
 
-    monkeypatch.setattr("pyros1.node.publishing.tcp_link._wait_writable", wait)
+    monkeypatch.setattr("pyros1.node.publishing.tcp_link.wait_writable", wait)
     link.finish(inf)
     assert locked == [False] and not link.connected
 
@@ -175,7 +175,7 @@ def test_who_is_connected_and_who_comes_later_end_with_the_same_message(
     make_node("early").subscribe("t", message_class, early)
     publisher = talker.advertise("t", message_class, latch=True, queue_size=10)
     assert publisher.wait_for_subscribers(timeout=5)
-    link = publisher._publication.links[0]
+    (link,) = publication_of(talker).links
     entered, second_is_out = threading.Event(), threading.Event()
     send = link.send
 
@@ -208,7 +208,7 @@ def test_a_message_comes_after_all_that_its_thread_has_left_to_others(
     publisher = talker.advertise("t", message_class, queue_size=0)
     peer = greet(raw_peer(talker), message_class)
     assert publisher.wait_for_subscribers(timeout=5)
-    lane = publisher._publication._lane
+    lane = publication_of(talker).lane
     count = 3 * TURN
     field = "data" if message_class is Float64 else "height"
     occupy(lane)
@@ -224,28 +224,29 @@ def test_a_message_comes_after_all_that_its_thread_has_left_to_others(
 
 
 def test_a_message_for_the_process_goes_to_who_has_taken_its_place_meanwhile(
-    make_node: Any, raw_peer: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
+    make_node: Any, raw_peer: Any, collect: Any
 ) -> None:
     talker = make_node("talker")
     publisher = talker.advertise("t", Float64, queue_size=10)
     subscriber = make_node("listener").subscribe("t", Float64, collect())
     assert publisher.wait_for_subscribers(timeout=5)
-    publication = publisher._publication
-    local, prepare, changed = publication.links[0], publication._prepare, threading.Event()
+    publication = publication_of(talker)
+    local, changed = publication.links[0], threading.Event()
     publication.on_change.append(lambda: local not in publication.links and publication.links and changed.set())
     peers: list[Any] = []
 
-    def change(message: Any) -> Any:
-        prepared = prepare(message)
-        publication._lane.free.append(True)
-        subscriber.unregister()
-        peers.append(greet(raw_peer(talker), Float64))
-        assert changed.wait(5)
-        return prepared
+    class Number:
+        """Takes long to become a float: when it has, another subscriber has come in place of the first."""
 
-    monkeypatch.setattr(publication, "_prepare", change)
-    occupy(publication._lane)  # so the message is left
-    publisher.publish(1.0)
+        def __float__(self) -> float:
+            publication.lane.free.append(True)
+            subscriber.unregister()
+            peers.append(greet(raw_peer(talker), Float64))
+            assert changed.wait(5)
+            return 1.0
+
+    occupy(publication.lane)  # so the message is left
+    publisher.publish(Number())
     assert decode(Float64, peers[0].frame()) == Float64(1.0)
 
 
@@ -275,17 +276,17 @@ def test_whoever_has_the_greeting_gets_what_is_published_next(
     talker = make_node("talker")
     publisher = talker.advertise("t", Float64, queue_size=10)
     known: list[bool] = []
-    send_now = TcpLink._send_now
+    start = TcpLink.start
 
-    def note(link: TcpLink, frame: Any) -> None:
-        known.append(link in publisher._publication.links)
-        send_now(link, frame)
+    def note(link: TcpLink) -> None:
+        known.append(link in publication_of(talker).links)
+        start(link)
 
-    monkeypatch.setattr(TcpLink, "_send_now", note)
+    monkeypatch.setattr(TcpLink, "start", note)
     peer = greet(raw_peer(talker), Float64)
     publisher.publish(1.0)
     assert peer.frame() == encode(Float64(1.0))
-    assert known == [True, True]
+    assert known == [True], "before it is greeted"
 
 
 class InterruptedAt:

@@ -13,9 +13,11 @@ from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray
 from pyros1.net.loop import WRITE, Loop
 from pyros1.node.lane import Lane
-from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
+from pyros1.node.publishing import tcp_link
+from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink, wait_writable
 
 from ...bodies import decode
+from ...parts import publication_of
 
 IMAGE_SIZE = 1 << 20
 
@@ -45,10 +47,10 @@ def test_a_stuck_subscriber_delays_nobody_and_loses_the_oldest(make_node: Any, r
         publisher.publish(Image(height=number, data=body))
         got.wait(number)  # the other subscriber gets each message although this one reads nothing
     assert got.items == list(range(1, 31))
-    link = next(link for link in publisher._publication.links if link.peer == "/raw")
+    link = next(link for link in publication_of(talker).links if link.peer == "/raw")
     assert link.connected
     assert publisher.dropped == link.dropped > 0
-    assert len(link._queue) <= 3 + 1, "the waiting ones and the begun one"
+    assert link.waiting <= 3 + 1, "the waiting ones and the begun one"
     # what it reads at last is whole messages in order, the newest among them
     heights = [decode(Image, body).height for body in read_until(stuck, lambda h: h == 30)]
     assert heights == sorted(heights) and heights[-3:] == [28, 29, 30]
@@ -111,15 +113,14 @@ def test_many_subscribers_stuck_at_once_bound_the_memory(make_node: Any, raw_pee
     message = Float64MultiArray(data=[0.0] * 20_000)
     for _ in range(100):
         publisher.publish(message)
-    for link in publisher._publication.links:
-        assert sum(memoryview(part).nbytes for part in link._queue.buffers()) <= 6 * 160_100
+    assert all(link.waiting <= 5 + 1 for link in publication_of(talker).links)
 
 
 # queue_size=None ------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
-def blocked(make_node: Any, raw_peer: Any, in_thread: Any) -> Any:
+def blocked(make_node: Any, raw_peer: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
     """A publisher that waits, in a thread, for a subscriber that does not read."""
     talker = make_node("talker")
     publisher = talker.advertise("t", Image, queue_size=None)
@@ -127,18 +128,17 @@ def blocked(make_node: Any, raw_peer: Any, in_thread: Any) -> Any:
     assert publisher.wait_for_subscribers(timeout=5)
     sent: list[int] = []
     full = threading.Event()
-    link = publisher._publication.links[0]
 
     def flood() -> None:
         for number in range(1, 41):
             publisher.publish(Image(height=number, data=bytes(IMAGE_SIZE)))
             sent.append(number)
 
-    def watch(push_on: Any = link._push_on) -> None:
+    def watch(sock: socket.socket) -> None:
         full.set()
-        push_on()
+        wait_writable(sock)
 
-    link._push_on = watch
+    monkeypatch.setattr(tcp_link, "wait_writable", watch)
     thread = in_thread(flood)
     assert full.wait(10)
     yield talker, peer, thread, sent
@@ -180,26 +180,34 @@ class InLane:
     """A link to which messages are given as its topic does it."""
 
     def __init__(self, link: Any, lane: Lane) -> None:
-        self._link = link
-        self._lane = lane
+        self.link = link
+        self.lane = lane
 
     def send(self, frame: Any) -> None:
-        self._lane.do(self._link.send, frame)
-        if isinstance(self._link, WaitingLink):
-            self._link.wait()
+        self.lane.do(self.link.send, frame)
+        if isinstance(self.link, WaitingLink):
+            self.link.wait()
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._link, name)
+        return getattr(self.link, name)
 
 
 @pytest.fixture
-def linked(loop: Any) -> Any:
-    """A link and the socket at its other end."""
-    server = socket.create_server(("127.0.0.1", 0))
-    far = socket.create_connection(server.getsockname())
-    near, _ = server.accept()
-    server.close()
+def ends() -> Any:
+    """The two ends of a connection; the first one is the link's."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        far = socket.create_connection(server.getsockname())
+        near, _ = server.accept()
     far.settimeout(10)
+    yield near, far
+    near.close()
+    far.close()
+
+
+@pytest.fixture
+def linked(loop: Any, ends: Any) -> Any:
+    """A link and the socket at its other end."""
+    near, far = ends
     closed = threading.Event()
     links: list[Any] = []
 
@@ -214,7 +222,6 @@ def linked(loop: Any) -> Any:
     for link in links:
         link.close()
         assert closed.wait(5)
-    far.close()
 
 
 def frame(number: int, size: int = 8) -> bytes:
@@ -290,70 +297,105 @@ def test_small_and_large_frames_keep_their_order(linked: Any, in_thread: Any) ->
         link.send(item)
     assert reading.join() == whole
     counted = threading.Event()
-    link._lane.do(counted.set)  # the last bytes may arrive before they are counted
+    link.lane.do(counted.set)  # the last bytes may arrive before they are counted
     assert counted.wait(5) and link.bytes_sent == len(whole)
 
 
+class ByHand:
+    """Stands for a loop; the test says when it does what it was given."""
+
+    running = True
+
+    def __init__(self) -> None:
+        self.events = 0
+        self._soon: list[Any] = []
+
+    def call_soon(self, function: Any, *args: Any) -> None:
+        self._soon.append((function, args))
+
+    def register(self, _sock: Any, events: int, callback: Any) -> None:
+        self.events, self.event = events, callback
+
+    modify = register
+
+    def unregister(self, _sock: Any) -> None:
+        self.events = 0
+
+    def in_loop(self) -> bool:
+        return True
+
+    def turn(self) -> None:
+        """Do what was given by now."""
+        for function, args in [self._soon.pop(0) for _ in self._soon[:]]:
+            function(*args)
+
+
 class Greedy:
-    """A socket whose peer takes everything at once."""
+    """A socket that takes everything at once, or nothing while it is full."""
 
     def __init__(self, sock: socket.socket) -> None:
+        self.full = True
         self._sock = sock
 
     def sendmsg(self, parts: Any) -> int:
+        if self.full:
+            raise BlockingIOError
         return sum(map(len, parts))
+
+    def send(self, data: bytes) -> int:
+        return self.sendmsg([data])
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._sock, name)
 
 
-def test_a_long_queue_is_sent_in_turns(linked: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def by_hand(ends: Any) -> Any:
+    """A link that has waited for its full socket, which takes everything now; with its loop and its lane."""
+    loop, sock = ByHand(), Greedy(ends[0])
+    lane = Lane(loop.call_soon)
+    link = TcpLink(loop, lane, sock, {}, b"", 0, lambda _: None)  # type: ignore[arg-type]  # stand-ins
+    for number in range(600):
+        lane.do(link.send, frame(number, 10_000))
+    loop.turn()
+    assert link.waiting == 600 and loop.events & WRITE
+    sock.full = False
+    yield link, loop, lane
+    link.close()
+    loop.turn()
+
+
+def test_a_long_queue_is_sent_in_turns(by_hand: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.node.publishing.tcp_link.TURN", 10_000)
-    link, _, _ = linked(0)
-    sizes: list[int] = []
-
-    def flush_once() -> None:
-        before = link.bytes_sent
-        link._link._sock = Greedy(link._sock)
-        link._flush()
-        link._link._sock = link._sock._sock
-        sizes.append(link.bytes_sent - before)
-
-    def fill_and_flush() -> None:  # in the lane, so that nobody else sends
-        for index in range(3000):
-            link._link.send(frame(index, 10_000))
-        flush_once()
-        assert link.waiting > 2000 and link._blocked, "the loop goes on in its next round"
-
-    link._lane.do(fill_and_flush)
-    assert sizes and sizes[0] <= 256 * 10_004  # one system call
+    link, loop, _ = by_hand
+    loop.event(WRITE)
+    assert 0 < link.bytes_sent <= 256 * 10_004, "one system call"
+    assert link.waiting > 300 and loop.events & WRITE, "the loop goes on in its next round"
+    while link.waiting:
+        loop.event(WRITE)
+    assert link.bytes_sent == 600 * 10_004 and not loop.events & WRITE
 
 
-def test_what_the_loop_has_left_in_the_lane_and_does_itself_is_watched_again(linked: Any, loop: Any) -> None:
-    link, far, _ = linked(0)
-    frames = [frame(number, 1 << 20) for number in range(16)]
-    for one in frames:
-        link.send(one)
-    loop.run(lambda: None)
-    assert link.waiting
-    lane = link._lane
-
-    def event_while_somebody_works() -> None:
-        del lane.free[0]
-        link._on_event(WRITE)
-        lane.free.append(True)
-        lane.work()
-
-    loop.run(event_while_somebody_works)
-    assert receive(far, sum(map(len, frames))) == b"".join(frames)
+def test_what_the_loop_has_left_in_the_lane_and_does_itself_is_watched_again(
+    by_hand: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.publishing.tcp_link.TURN", 10_000)
+    link, loop, lane = by_hand
+    del lane.free[0]  # somebody works there
+    loop.event(WRITE)
+    assert not link.bytes_sent and not loop.events & WRITE
+    lane.free.append(True)
+    lane.work()
+    loop.turn()
+    assert link.bytes_sent and link.waiting and loop.events & WRITE
 
 
 def test_an_interrupted_publisher_without_a_queue_leaves_the_rest_to_the_loop(linked: Any) -> None:
     link, far, _ = linked(None)
     one = frame(1, 16 << 20)
-    link._lane.do(link._link.send, one)
+    link.lane.do(link.link.send, one)
     assert link.waiting
-    link._lane.do(link.recover)  # a signal handler has raised before the publisher waited
+    link.lane.do(link.recover)  # a signal handler has raised before the publisher waited
     assert receive(far, len(one)) == one
 
 
