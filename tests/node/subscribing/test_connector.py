@@ -12,6 +12,7 @@ from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.wire.header import encode_header
 
 from ...bodies import encode_frame
+from ...parts import context_of, on_loop, subscription_of
 
 
 @pytest.fixture(autouse=True)
@@ -220,7 +221,7 @@ def test_a_publisher_that_left_is_not_tried_again(make_node: Any, fake_node: Any
     sock = fake.accept_subscriber()
     assert subscriber.wait_for_publishers(timeout=5)
     told = threading.Event()
-    subscription = subscriber._subscription
+    subscription = subscription_of(listener)
     update = subscription.update_publishers
 
     def watch(uris: list[str], complete: bool = True) -> None:
@@ -239,17 +240,14 @@ def test_a_publisher_that_left_is_not_tried_again(make_node: Any, fake_node: Any
     fake.listener.settimeout(0.05)
     with pytest.raises(TimeoutError):
         fake.accept()
-    listener._context.loop.run(lambda: None)
-    assert not subscription._connectors
 
 
 class Unregistered:
     """A publisher's node, whose listener the subscriber has connected to when the master is told that it has gone."""
 
-    def __init__(self, fake: Any, subscriber: Any) -> None:
+    def __init__(self, fake: Any, subscription: Any) -> None:
         self.fake = fake
         self._told = threading.Semaphore(0)
-        subscription = subscriber._subscription
         update = subscription.update_publishers
 
         def watch(uris: list[str], complete: bool = True) -> None:
@@ -273,7 +271,8 @@ def test_a_connection_that_was_begun_goes_on_when_the_publisher_is_replaced(
     """It may be the new publisher that took it, and what that publishes at once must not be lost."""
     fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
     fake.publish("/t")
-    replaced = Unregistered(fake, listener.subscribe("t", Float64, got))
+    listener.subscribe("t", Float64, got)
+    replaced = Unregistered(fake, subscription_of(listener))
     fields = {"callerid": "/fake", "topic": "/t", "type": "std_msgs/Float64", "md5sum": Float64._md5sum}
     replaced.sock.sendall(encode_header({**fields, "message_definition": "float64 data\n"}) + frame(1))
     got.wait()
@@ -288,7 +287,8 @@ def test_what_a_replaced_publisher_refused_is_tried_with_the_new_one(
 ) -> None:
     fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
     fake.publish("/t")
-    replaced = Unregistered(fake, listener.subscribe("t", Float64, got))
+    listener.subscribe("t", Float64, got)
+    replaced = Unregistered(fake, subscription_of(listener))
     if before:
         replaced.publish_again()
     replaced.sock.sendall(encode_header({"error": "it is of another type"}))
@@ -300,14 +300,15 @@ def test_what_a_replaced_publisher_refused_is_tried_with_the_new_one(
 
 
 def test_a_replaced_publisher_of_which_one_notice_came_is_tried_again(
-    make_node: Any, fake_node: Any, collect: Any
+    make_node: Any, fake_node: Any, collect: Any, call_node: Any
 ) -> None:
     """The master joins notices that wait: the list is the same before and after."""
     fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
     fake.publish("/t")
-    subscriber = listener.subscribe("t", Float64, got)
+    listener.subscribe("t", Float64, got)
     sock, _ = fake.accept()
-    listener._context.loop.run(subscriber._subscription.update_publishers, [fake.uri])
+    assert call_node(listener, "publisherUpdate", "/master", "/t", [fake.uri])[0] == 1
+    on_loop(listener)
     sock.sendall(encode_header({"error": "it is of another type"}))  # that of the old one
     fake.accept_subscriber().sendall(frame(1))
     got.wait()
@@ -341,10 +342,10 @@ def test_unsubscribing_ends_all_attempts(make_node: Any, fake_node: Any) -> None
     subscriber = listener.subscribe("t", Float64, print)
     assert fake.calls.until(lambda _: requests(fake) >= 2)
     subscriber.unregister()
-    listener._context.loop.run(lambda: None)
+    on_loop(listener)
     before = requests(fake)
     ended = threading.Event()
-    listener._context.loop.call_later(0.06, ended.set)  # three rests
+    context_of(listener).loop.call_later(0.06, ended.set)  # three rests
     assert ended.wait(5)
     assert requests(fake) <= before + 1  # one may have been under way
 

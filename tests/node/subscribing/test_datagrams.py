@@ -12,6 +12,7 @@ from pyros1.wire.datagram import split
 from pyros1.wire.header import encode_header
 
 from ...bodies import encode_frame
+from ...parts import publication_of, subscription_of
 
 UDP = {"transports": "udp"}
 
@@ -49,17 +50,28 @@ def test_messages_small_and_large(make_node: Any, collect: Any) -> None:
     assert got.data == texts
     assert got.items[0]._connection_header["callerid"] == "/talker"
     assert transports(talker) == transports(listener) == ["UDPROS"]
-    assert talker._context.publications["/t"].links[0].bytes_sent == sum(len(text) + 8 for text in texts)
+    assert publication_of(talker).links[0].bytes_sent == sum(len(text) + 8 for text in texts)
 
 
 @pytest.mark.parametrize("size", [64, 9000, 65507])
-def test_datagrams_have_the_size_that_is_wanted(make_node: Any, collect: Any, size: int) -> None:
-    talker, listener, got = make_node("talker"), make_node("listener"), collect()
+def test_datagrams_have_the_size_that_is_wanted(
+    make_node: Any, fake_node: Any, call_node: Any, collect: Any, size: int
+) -> None:
+    talker, listener, fake, got = make_node("talker"), make_node("listener"), fake_node("/fake"), collect()
+    fake.publish("/t", "std_msgs/String")
     listener.subscribe("t", String, got, transports=("udp",), max_datagram_size=size)
     publisher = talker.advertise("t", String, latch=True)
     publisher.publish("x" * 8000)
     assert got.wait(1) and got.data == ["x" * 8000]
-    assert publisher._publication.links[0]._size == size
+    _, (_, _, [[*_, offered]]) = fake.calls.wait(1)[0]
+    assert offered == size
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+        sock.bind(("127.0.0.1", 0))
+        sock.settimeout(5)
+        header = encode_header({"callerid": "/x", "topic": "/t", "type": "std_msgs/String", "md5sum": String._md5sum})
+        offer = ["UDPROS", header[4:], "127.0.0.1", sock.getsockname()[1], size]
+        assert call_node(talker, "requestTopic", "/x", "/t", [offer])[0] == 1
+        assert len(sock.recv(1 << 16)) == min(size, 8 + 4 + 4 + 8000)
 
 
 def test_a_latched_message_comes_first(make_node: Any, collect: Any) -> None:
@@ -156,7 +168,7 @@ def test_bad_offers_are_refused_and_tcp_is_still_there(make_node: Any, call_node
     talker.advertise("t", Float64)
     code, reason, value = call_node(talker, "requestTopic", "/x", "/t", [offer])
     assert code == 0 and reason and not value
-    assert not talker._context.publications["/t"].links
+    assert not publication_of(talker).links
     assert call_node(talker, "requestTopic", "/x", "/t", [["TCPROS"]])[2][0] == "TCPROS"
 
 
@@ -179,7 +191,7 @@ def test_a_subscriber_that_has_gone_is_noticed(make_node: Any, collect: Any) -> 
         publisher.publish(1)
         got.wait(1)
     gone = collect()
-    publisher._publication.on_change.append(lambda: gone(None))
+    publication_of(talker).on_change.append(lambda: gone(None))
     while publisher.num_connections:  # the system says so after the first one in vain
         publisher.publish(2)
     assert gone.wait(1) and got.data == [1]
@@ -193,10 +205,10 @@ def test_a_publisher_that_has_gone_is_noticed_and_the_next_one_heard(make_node: 
         assert publisher.wait_for_subscribers(timeout=5) and subscriber.wait_for_publishers(timeout=5)
         publisher.publish(number)
         got.wait(number + 1)
-        subscriber._subscription.on_change.append(lambda: gone(subscriber.num_connections))
+        subscription_of(listener).on_change.append(lambda: gone(subscriber.num_connections))
         publisher.unregister()
         assert gone.until(lambda counts: 0 in counts)
-        subscriber._subscription.on_change.clear()
+        subscription_of(listener).on_change.clear()
         gone.items.clear()
     assert got.data == [0, 1, 2]
 

@@ -10,6 +10,8 @@ import pytest
 
 from pyros1.msgs import load_message
 
+from ...parts import subscription_of
+
 Float64: Any = load_message("std_msgs/Float64")
 Image: Any = load_message("sensor_msgs/Image")
 
@@ -99,15 +101,14 @@ def test_sys_exit_in_a_callback_is_told_and_costs_no_message(
 
 def test_a_publisher_that_went_leaves_no_latched_message(make_node: Any, transport: str, collect: Any) -> None:
     listener, got, late = make_node("listener"), collect(), collect()
-    subscriber = listener.subscribe("t", Float64, got)
-    changed = threading.Event()
-    subscriber._subscription.on_change.append(changed.set)
+    listener.subscribe("t", Float64, got)
+    subscription, changed = subscription_of(listener), threading.Event()
+    subscription.on_change.append(changed.set)
     for number in range(3):
         talker = make_node(f"talker{number}")
         talker.advertise("t", Float64, latch=True).publish(number)
         got.wait(number + 1)
         talker.shutdown()
-    subscription = subscriber._subscription
     while subscription.links:
         assert changed.wait(5)
         changed.clear()

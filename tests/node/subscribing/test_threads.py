@@ -14,6 +14,7 @@ from pyros1.msgs import load_message
 from pyros1.node.subscribing import threads as readers
 
 from ...bodies import encode_frame
+from ...parts import context_of, subscription_of
 
 Float64: Any = load_message("std_msgs/Float64")
 
@@ -90,11 +91,15 @@ class Script:
         self._answers.put(None)
 
     def until(self, condition: Callable[[list[float]], bool]) -> None:
+        end = time.monotonic() + 10
         with self._changed:
-            assert self._changed.wait_for(lambda: condition(list(self.limits.values())), 10), self.limits
+            while not condition(list(self.limits.values())):
+                assert time.monotonic() < end, self.limits
+                self._changed.wait(0.01)  # the end of a thread is not told
 
-    def all_wait(self, pool: readers.DeliveryThreads) -> list[float]:
-        self.until(lambda limits: self._answers.empty() and len(limits) == len(pool._threads) == pool._waiting)
+    def all_wait(self) -> list[float]:
+        """Wait until all threads do, and return for how long each does."""
+        self.until(lambda limits: self._answers.empty() and len(limits) == len(reader_threads("pool")))
         return list(self.limits.values())
 
     def close(self) -> None:
@@ -126,22 +131,23 @@ class Work:
 
 
 def test_threads_whose_rest_is_over_at_the_same_moment_do_not_all_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(readers, "Poller", Script)
-    pool = readers.DeliveryThreads("pool", lambda error: None)
-    script: Any = pool._poller
-    pool._lock = SlowLock()  # type: ignore[assignment]
+    script = Script()
+    with monkeypatch.context() as patch:
+        patch.setattr(readers, "Poller", lambda: script)
+        patch.setattr(threading, "RLock", SlowLock)
+        pool = readers.DeliveryThreads("/pool", lambda error: None)
     together = threading.Barrier(4, timeout=10)
     try:
         for _ in range(3):
             pool.wake(Work(together.wait))
         together.wait()
-        limits = script.all_wait(pool)
+        limits = script.all_wait()
         while min(limits) < 0:  # until all have been woken once more
             pool.wake(Work(lambda: None))
-            limits = script.all_wait(pool)
+            limits = script.all_wait()
         for _ in limits:
             script.time_is_over()
-        script.until(lambda limits: len(limits) == readers.SPARE == pool._waiting)
+        script.until(lambda limits: len(limits) == readers.SPARE == len(reader_threads("pool")))
     finally:
         pool.close()
 
@@ -236,7 +242,7 @@ def test_an_error_that_cannot_be_told_ends_no_thread(
 ) -> None:
     """As when the system opens no more files: what tells of errors loads modules."""
     talker, listener, got = make_node("talker"), make_node("listener"), collect()
-    subscriber = listener.subscribe("t", Float64, got)
+    listener.subscribe("t", Float64, got)
 
     def fail(*_: object, **__: object) -> None:
         raise OSError(24, "Too many open files")
@@ -245,9 +251,9 @@ def test_an_error_that_cannot_be_told_ends_no_thread(
     with monkeypatch.context() as patch:
         patch.setattr(type(listener.log), "exception", fail)
         for _ in range(4):  # more than there are threads
-            subscriber._subscription.delivery.submit(fail)
-        listener._context.loop.call_soon(fail)
-        listener._context.loop.call_soon(reported.set)
+            subscription_of(listener).delivery.submit(fail)
+        context_of(listener).loop.call_soon(fail)
+        context_of(listener).loop.call_soon(reported.set)
         assert reported.wait(5)
     publisher = talker.advertise("t", Float64, queue_size=10)
     assert publisher.wait_for_subscribers(timeout=5)
@@ -255,20 +261,16 @@ def test_an_error_that_cannot_be_told_ends_no_thread(
     got.wait(1)
 
 
-def test_a_fault_does_not_end_a_thread(make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_does_not_end_a_thread(make_node: Any, collect: Any, watch_log: Any) -> None:
     listener, talker, got = make_node("listener"), make_node("talker"), collect()
-    subscriber = listener.subscribe("t", Float64, got)
-    errors: list[Exception] = []
-    noticed = threading.Event()
-    monkeypatch.setattr(
-        listener._context.delivery_threads, "_on_error", lambda error: (errors.append(error), noticed.set())
-    )
+    listener.subscribe("t", Float64, got)
+    log = watch_log(listener)
 
     def fail() -> None:
         raise RuntimeError("a fault")
 
-    subscriber._subscription.delivery.submit(fail)
-    assert noticed.wait(5) and str(errors[0]) == "a fault"
+    subscription_of(listener).delivery.submit(fail)
+    log.saw("trouble with subscriptions", "RuntimeError: a fault")
     publisher = talker.advertise("t", Float64, queue_size=1)
     assert publisher.wait_for_subscribers(timeout=5)
     publisher.publish(1)
