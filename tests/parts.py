@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pyros1.net.hosts import parse_uri
 from pyros1.node import Node
 from pyros1.node.context import Context, find_local_context
 
@@ -23,6 +24,11 @@ def publication_of(node: Node, topic: str = "/t") -> Any:
 def subscription_of(node: Node, topic: str = "/t") -> Any:
     """Return what a node subscribes to."""
     return context_of(node).subscriptions[topic]
+
+
+def tcpros_port(node: Node) -> int:
+    """Return the port where a node takes connections: every node offers a service, whose address has it."""
+    return parse_uri(node.master.lookup_service(f"{node.name}/get_loggers"), "rosrpc")[1]
 
 
 def on_loop(node: Node) -> None:

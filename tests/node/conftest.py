@@ -19,6 +19,8 @@ from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node.log import LogSink, Record
 from pyros1.wire.header import HeaderReader, encode_header
 
+from ..parts import tcpros_port
+
 PATIENCE = 10.0
 FLOAT64_MD5 = "fdb28210bfa9d7c91146260178d9a584"
 
@@ -217,13 +219,12 @@ def until() -> Callable[[Callable[[], Any]], None]:
 
 
 @pytest.fixture
-def raw_peer(call_node: Any) -> Iterator[Callable[..., RawPeer]]:
-    """Return a function that connects to the TCPROS port of a node."""
+def raw_peer() -> Iterator[Callable[..., RawPeer]]:
+    """Return a function that connects to a node's TCPROS port; it takes the node or the port."""
     peers: list[RawPeer] = []
 
     def make(node: Any, **options: Any) -> RawPeer:
-        (_, _, [_, _, port]) = call_node(node, "requestTopic", "/raw", "/rosout", [["TCPROS"]])
-        peer = RawPeer(port, **options)
+        peer = RawPeer(node if isinstance(node, int) else tcpros_port(node), **options)
         peers.append(peer)
         return peer
 

@@ -57,9 +57,9 @@ def test_waiting(in_thread: Any) -> None:
 def test_wake_ends_a_wait(in_thread: Any) -> None:
     queue = CallbackQueue()
     waiting = in_thread(queue.wait, 30.0)
-    while not queue._changed._waiters:
+    while waiting.thread.is_alive():  # it may not have begun to wait yet
+        queue.wake()
         waiting.thread.join(0.001)
-    queue.wake()
     assert waiting.join() is False
 
 

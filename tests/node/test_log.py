@@ -14,7 +14,9 @@ import pytest
 
 from pyros1.errors import ServiceError
 from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
+from pyros1.net.log_file import LogFile
 from pyros1.node.log import DEBUG, ERROR, FATAL, INFO, WARN, Log, LogSink, default_log_file, level_from_name
+from pyros1.node.publishing.publisher import Publisher
 from pyros1.timing import Time
 
 
@@ -309,11 +311,11 @@ def test_an_error_is_told_though_no_file_can_be_opened(
             raise OSError(24, "Too many open files")
         return real(name, *rest, **more)
 
-    def publish(record: Any) -> None:
+    def publish(*_: Any) -> None:
         raise OSError(24, "Too many open files")
 
-    node._sink.publish = publish
     with monkeypatch.context() as patch:
+        patch.setattr(Publisher, "publish", publish)
         patch.setattr(builtins, "__import__", refuse)
         node.log.exception("bad callback", ValueError("five"))
     said = capfd.readouterr().err
@@ -322,19 +324,30 @@ def test_an_error_is_told_though_no_file_can_be_opened(
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
-def test_a_forked_process_may_log_whatever_other_threads_were_doing(tmp_path: Path, in_thread: Any) -> None:
+def test_a_forked_process_may_log_whatever_other_threads_were_doing(
+    tmp_path: Path, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     setting = Setting(path=str(tmp_path / "n.log"))
     setting.log.info("before")
     sink = setting.sink
-    held, go_on = threading.Event(), threading.Event()
+    held, go_on = threading.Semaphore(0), threading.Event()
+    write = LogFile.write
 
     def hold() -> None:
-        with sink._lock, sink.repeats._lock:
-            held.set()
+        if threading.current_thread().name == "test":
+            held.release()
             go_on.wait(20)
 
-    holder = in_thread(hold)
-    assert held.wait(5)
+    class Place:
+        """Is looked up for long."""
+
+        def __hash__(self) -> int:
+            hold()
+            return 1
+
+    monkeypatch.setattr(LogFile, "write", lambda file, text: (hold(), write(file, text)))
+    holders = [in_thread(setting.log.info, "held"), in_thread(sink.repeats.say, Place(), "text", lambda _: None)]
+    assert held.acquire(timeout=10) and held.acquire(timeout=10)
     child = os.fork()
     if not child:
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
@@ -345,9 +358,10 @@ def test_a_forked_process_may_log_whatever_other_threads_were_doing(tmp_path: Pa
         os._exit(0)
     _, status = os.waitpid(child, 0)
     go_on.set()
-    holder.join()
+    for holder in holders:
+        holder.join()
     setting.log.info("after")
     sink.close()
     assert status == 0
     lines = (tmp_path / "n.log").read_text().splitlines()
-    assert [line.partition(": ")[2] for line in lines] == ["before", "in the child", "of a peer", "after"]
+    assert [line.partition(": ")[2] for line in lines] == ["before", "in the child", "of a peer", "held", "after"]

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -18,6 +19,8 @@ from pyros1.launch.running.core import Core
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.master_client import MasterClient
 from pyros1.net.repeats import MOST_TEXTS
+
+from ..parts import context_of
 
 BAD = {"topic": "/nothing", "md5sum": "*", "type": "*"}
 
@@ -90,7 +93,7 @@ def test_what_pyros1_says_of_callbacks_waits_for_no_terminal(
 def test_what_pyros1_says_comes_before_what_the_program_says_next(make_node: Any, capsys: Any) -> None:
     node = make_node("n", rosout=False)
     for number in range(20):
-        node._on_loop_error(ValueError(f"theirs {number}"))
+        context_of(node).loop.report(ValueError(f"theirs {number}"))
         node.log.error("ours %d", number)
     said = [line for line in capsys.readouterr().err.splitlines() if "ours" in line or "theirs" in line]
     assert ["ours" in line for line in said] == [False, True] * 20
@@ -152,7 +155,7 @@ def test_an_internal_error_that_a_peer_repeats_is_counted(
 ) -> None:
     node = make_node("talker")
     log = watch_log(node)
-    monkeypatch.setattr(node._slave, "_dispatch", lambda *_: 1 // 0)
+    monkeypatch.setattr("pyros1.node.slave.os", SimpleNamespace(getpid=lambda: 1 // 0))
     for _ in range(5):
         with pytest.raises(Exception, match="division"):
             call_node(node, "getPid", "/tool")
@@ -165,7 +168,7 @@ PROGRAM = """
 import sys
 import pyros1
 node = pyros1.Node("talker")
-node.log.info("ready %s", node._tcpros.port)
+node.log.info("ready %s", node.master.lookup_service("/talker/get_loggers"))
 if "crash" in sys.argv:
     node.log.warn("the last words")
     import os
@@ -175,7 +178,7 @@ node.spin()
 
 
 def test_a_pipe_that_nobody_reads_harms_nobody_and_keeps_what_fits(
-    environ: dict[str, str], raw_peer: Any, tmp_path: Path
+    environ: dict[str, str], raw_peer: Any, service_port: Any
 ) -> None:
     reader, writer = os.pipe()
     if hasattr(fcntl, "F_SETPIPE_SZ"):
@@ -186,13 +189,12 @@ def test_a_pipe_that_nobody_reads_harms_nobody_and_keeps_what_fits(
     os.close(writer)
     assert process.stdout is not None
     try:
-        port = int(process.stdout.readline().rsplit(" ", 1)[1])
-        node = type("Away", (), {"_tcpros": type("Port", (), {"port": port})})
+        port = service_port(process.stdout.readline().split()[-1])
         for number in range(2 * MOST_TEXTS):
-            peers = raw_peer(node).greet(topic="/t" + "x" * 8000, md5sum="*", callerid=f"/{number}" + "y" * 8000)
+            peers = raw_peer(port).greet(topic="/t" + "x" * 8000, md5sum="*", callerid=f"/{number}" + "y" * 8000)
             assert peers.answer()["error"]
         for number in range(2 * MOST_TEXTS):
-            raw_peer(node).greet(service="/s" + "x" * 8000, md5sum="*", callerid=f"/{number}" + "y" * 8000).answer()
+            raw_peer(port).greet(service="/s" + "x" * 8000, md5sum="*", callerid=f"/{number}" + "y" * 8000).answer()
         process.send_signal(signal.SIGTERM)
         assert process.wait(20) == 0
         with open(reader, closefd=False) as pipe:

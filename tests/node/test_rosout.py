@@ -25,11 +25,11 @@ def aggregate(make_node: Any, tmp_path: Path, collect: Any) -> Any:
 
     def run(*messages: Any, path: Path | None = tmp_path / "log" / "rosout.log") -> tuple[list[Any], str]:
         node, observer, talker, got = make_node("rosout"), make_node("observer"), make_node("talker"), collect()
-        aggregator = RosoutAggregator(node, None if path is None else str(path))
-        observer.subscribe("/rosout_agg", LogMessage, got)
+        RosoutAggregator(node, None if path is None else str(path))
+        subscriber = observer.subscribe("/rosout_agg", LogMessage, got)
         publisher = talker.advertise("/rosout", LogMessage)
         assert publisher.wait_for_subscribers(timeout=5)
-        assert aggregator._publisher.wait_for_subscribers(timeout=5)
+        assert subscriber.wait_for_publishers(timeout=5)
         for item in messages:
             publisher.publish(item)
         assert got.until(lambda items: len([m for m in items if m.name == "/n"]) >= len(messages))

@@ -16,6 +16,7 @@ from pyros1.msgs.std_msgs.msg import Empty, Float64, Float64MultiArray, Header, 
 from pyros1.node.topic_type import topic_type
 
 from ..bodies import encode
+from ..parts import context_of, publication_of
 
 FLOAT64_MD5 = "fdb28210bfa9d7c91146260178d9a584"
 
@@ -306,7 +307,7 @@ def test_what_waits_is_sent_before_a_publisher_closes(pair: Any, collect: Any) -
 def test_links_are_gone_when_the_subscriber_is(pair: Any) -> None:
     publisher, subscriber = connect(*pair, Float64, print)
     gone = threading.Event()
-    publisher._publication.on_change.append(gone.set)
+    publication_of(pair[0]).on_change.append(gone.set)
     subscriber.unregister()
     assert gone.wait(5)
     assert publisher.num_connections == 0 and subscriber.num_connections == 0
@@ -493,7 +494,7 @@ def test_refused_registration_leaves_nothing_behind(make_node: Any) -> None:
     node = make_node("a")
     with pytest.raises(MessageError, match="no_such_msgs/Thing"):
         node.subscribe("t", "no_such_msgs/Thing", print)
-    assert "/t" not in node._topics.subscriptions
+    assert "/t" not in context_of(node).subscriptions
 
 
 # Publishing -----------------------------------------------------------------------------------------------------------
@@ -663,7 +664,7 @@ def test_wait_for_message(pair: Any, in_thread: Any) -> None:
     assert publisher.wait_for_subscribers(timeout=5)
     publisher.publish(6)
     assert waiting.join().data == 6
-    assert "/t" not in listener._topics.subscriptions
+    assert "/t" not in context_of(listener).subscriptions
 
 
 def test_wait_for_message_in_a_node_that_spins(make_node: Any, transport: str) -> None:

@@ -22,6 +22,8 @@ from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTw
 from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
 from pyros1.wire.header import encode_header
 
+from ...parts import context_of, tcpros_port
+
 
 @pytest.fixture
 def server(make_node: Any) -> Any:
@@ -136,8 +138,7 @@ def test_large_requests_and_responses(server: Any, caller: Any) -> None:
 
 def test_each_call_has_its_connection_unless_persistent_t29_t30(server: Any, caller: Any) -> None:
     seen: list[int] = []
-    server.advertise_service("s", Empty, lambda request: seen.append(id(request._connection_header)) or {})
-    service = server._services.servers["/s"]
+    service = server.advertise_service("s", Empty, lambda request: seen.append(id(request._connection_header)) or {})
     accepted: list[Any] = []
     accept = service.accept
     service.accept = lambda *args: (accepted.append(args[1]), accept(*args))[1]
@@ -372,7 +373,7 @@ def test_a_call_that_comes_after_the_end_is_not_served(server: Any, raw_peer: An
     peer = raw_peer(server).greet(service="/s", md5sum="*", callerid="/p", persistent="1")
     peer.answer()
     busy, leave = threading.Event(), threading.Event()
-    server._context.loop.call_soon(lambda: busy.set() or leave.wait(10))
+    context_of(server).loop.call_soon(lambda: busy.set() or leave.wait(10))
     assert busy.wait(10)
     service.close()
     peer.sock.sendall(b"\x01\0\0\0\x01")
@@ -447,7 +448,7 @@ def test_a_node_that_ends_without_spinning_answers_with_an_error(make_node: Any,
     node = make_node("spinner", callbacks="spin")
     node.advertise_service("s", Empty, lambda request: {})
     call = in_thread(caller.service("s", Empty))
-    assert node._callbacks.wait(5)
+    assert context_of(node).callbacks.wait(5)
     node.shutdown()
     with pytest.raises(ServiceError):
         call.join()
@@ -599,7 +600,7 @@ def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pyt
     server = make_node("server")
     server.advertise_service("s", SetBool, lambda request: (True, ""))
     header = {"callerid": "/slow", "service": "/s", "md5sum": "*", "persistent": "1"}
-    with socket.create_connection(("localhost", server._tcpros.port)) as peer:
+    with socket.create_connection(("localhost", tcpros_port(server))) as peer:
         peer.sendall(encode_header(header))
         peer.settimeout(0.01)
         request = (1000).to_bytes(4, "little") + bytes(900)

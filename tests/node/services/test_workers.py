@@ -17,16 +17,16 @@ def workers() -> Any:
     workers.close()
 
 
-def test_a_thread_is_reused(workers: Workers) -> None:
-    seen = []
-    for _ in range(20):
-        done = threading.Event()
-        assert workers.submit(lambda done=done: (seen.append(threading.get_ident()), done.set()))  # type: ignore[misc]
-        assert done.wait(5)
-        with workers._changed:
-            workers._changed.wait_for(lambda: workers._idle == len(workers._threads), 0.2)
-    assert len(set(seen)) <= 2
-    assert len(workers._threads) <= 2
+def threads() -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread.name.startswith("test-")]
+
+
+def test_threads_are_reused(workers: Workers, until: Any) -> None:
+    seen: list[threading.Thread] = []
+    for count in range(1, 21):
+        until(lambda: workers.submit(lambda: seen.append(threading.current_thread())))
+        until(lambda: len(seen) == count)  # noqa: B023
+    assert len(set(seen)) <= 3
 
 
 def test_jobs_run_at_the_same_time_up_to_the_limit(workers: Workers) -> None:
@@ -47,7 +47,7 @@ def test_idle_threads_end(monkeypatch: pytest.MonkeyPatch, workers: Workers) -> 
     done = threading.Event()
     workers.submit(done.set)
     assert done.wait(5)
-    for thread in list(workers._threads):
+    for thread in threads():
         thread.join(5)
         assert not thread.is_alive()
     assert workers.submit(lambda: None), "a new one is made"
