@@ -28,7 +28,7 @@ def subscription_of(node: Node, topic: str = "/t") -> Any:
 
 def tcpros_port(node: Node) -> int:
     """Return the port where a node takes connections: every node offers a service, whose address has it."""
-    return parse_uri(node.master.lookup_service(f"{node.name}/get_loggers"), "rosrpc")[1]
+    return parse_uri(context_of(node).services[f"{node.name}/get_loggers"].uri, "rosrpc")[1]
 
 
 def on_loop(node: Node) -> None:

@@ -7,20 +7,24 @@ import json
 import signal
 from collections.abc import Callable
 from functools import partial
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import pyros1.bag
+from pyros1.bag.format import writer
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.writer import BagWriter
+from pyros1.bag.format.records import BAG_HEADER_SIZE
 from pyros1.cli.running import run_command
 from pyros1.timing import Duration
 
 from ..conftest import Make, values
 
 Run = Callable[..., tuple[int, str, str]]
+BEGIN = 13 + 8 + BAG_HEADER_SIZE
+"""Where the first chunk begins."""
 
 
 @pytest.fixture
@@ -221,13 +225,15 @@ def test_a_signal_in_the_middle_leaves_nothing_half(
 ) -> None:
     path = make_bag()
     before = path.read_bytes()
-    put = BagWriter._put_chunk
 
-    def interrupted(self: BagWriter, *args: Any) -> None:
-        put(self, *args)
-        signal.raise_signal(number)
+    class Interrupted(FileIO):
+        def write(self, data: Any) -> int:
+            count = super().write(data)
+            if self.tell() > BEGIN:
+                signal.raise_signal(number)
+            return count
 
-    monkeypatch.setattr(BagWriter, "_put_chunk", interrupted)
+    monkeypatch.setattr(writer, "FileIO", Interrupted)
     code, _, err = run(*words)
     assert code == 128 + number and "interrupted" in err
     assert [file.name for file in tmp_path.iterdir()] == ["x.bag"] and path.read_bytes() == before
@@ -239,10 +245,13 @@ def test_a_full_disk_leaves_nothing_half(
 ) -> None:
     make_bag()
 
-    def full(self: BagWriter, *args: Any) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
+    class Full(FileIO):
+        def write(self, data: Any) -> int:
+            if self.tell() + len(data) > BEGIN:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(data)
 
-    monkeypatch.setattr(BagWriter, "_put_chunk", full)
+    monkeypatch.setattr(writer, "FileIO", Full)
     for words in (["compress", "x.bag"], ["merge", "new.bag", "x.bag"], ["split", "x.bag", "--count", "9"]):
         code, out, err = run(*words)
         assert (code, out) == (1, "") and "No space left" in err

@@ -92,7 +92,7 @@ def test_a_definition_cannot_break_out_of_its_rule(tmp_path: Path) -> None:
     migrator = Migrator(lambda name: new)
     migrator.read_rules(str(rules))
     assert [cls._full_text.strip() for cls, _ in migrator.missing(old, new)] == [old._full_text.strip()]
-    assert [(rule.old_class._md5sum, rule.valid) for rule in migrator._rules.values()] == [(old._md5sum, False)]
+    assert [(rule.old_class._md5sum, rule.valid) for rule in migrator.rules.values()] == [(old._md5sum, False)]
 
 
 def test_fields_named_by_reserved_words_are_migrated(run: Any, tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from pyros1.bag.export.legal_names import LegalNames
 from pyros1.cli.running import run_command
 from pyros1.errors import Error
 from pyros1.msgs import Message, from_definition, load_message
+from pyros1.msgs.base import nested_classes
 from pyros1.timing import Duration, Time
 
 from ...bodies import encode
@@ -85,7 +86,7 @@ def test_csv_writes_fields_as_stock_does(run: Run, tmp_path: Path) -> None:
     """What stock `rostopic echo -b -p` prints of the same message."""
     definition = "bool b\nbool[] bs\nuint8[] data\nchar[2] c\nint8[] n\nstring s\nduration d\nfloat32 f\nk/Sub[] subs\n"
     cls = from_definition("k/Kinds", f"{definition}{'=' * 80}\nMSG: k/Sub\ntime t\nuint8[] y\nbool x\n")
-    sub = cls._classes["k/Sub"]
+    sub = nested_classes(cls)["k/Sub"]
     message = cls(
         b=True, bs=[True, False], data=b"xyz", c=b"ab", n=[-1], s='a,"b', d=Duration(-1, 5), f=0.1, subs=[sub()]
     )
@@ -396,7 +397,7 @@ FIELD = r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*"
 def test_names_that_ros_2_does_not_allow_are_made_ones_that_it_does(run: Run, tmp_path: Path, output: str) -> None:
     cls: Any = from_definition("Mocap/rigid_body", STRANGE)
     body = cls(timeStamp=Time(5, 6), X=1.5, x=2.5)
-    body.markerSets = [cls._classes["Mocap/MarkerSet"](setName="s", num__markers=3)]
+    body.markerSets = [nested_classes(cls)["Mocap/MarkerSet"](setName="s", num__markers=3)]
     body.Corners_[1].y = 4.0
     body.from_ = "me"
     write_bag(tmp_path / "x.bag", ("/body", body), ("/text", load_message("std_msgs/String")(data="hello")))

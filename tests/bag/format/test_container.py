@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import struct
+from io import FileIO
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -102,34 +103,30 @@ def test_a_time_that_does_not_fit_does_not_spoil_the_bag(tmp_path: Path) -> None
         assert bag.count() == 1
 
 
-class FullDisk:
+class FullDisk(FileIO):
     """A file on a disk that is full after some bytes; a part of what does not fit is written."""
 
-    def __init__(self, file: Any, room: int) -> None:
-        self._file = file
-        self.room = room
+    room = 6000
 
     def write(self, data: Any) -> int:
         if self.room <= 0:
             raise OSError(errno.ENOSPC, "No space left on device")
         part = data[: self.room]
         self.room -= len(part)
-        return int(self._file.write(part))
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._file, name)
+        return super().write(part)
 
 
-def test_a_full_disk_leaves_a_bag_that_can_be_closed(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_a_bag_that_can_be_closed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files: list[FullDisk] = []
+    monkeypatch.setattr("pyros1.bag.format.writer.FileIO", lambda *words: files.append(FullDisk(*words)) or files[0])
     writer = BagWriter(tmp_path / "x.bag", chunk_threshold=500)
     conn = writer.add_connection("/x", HEADER)
-    full = writer._file = FullDisk(writer._file, 2000)  # type: ignore[assignment]
     written = 0
     with pytest.raises(OSError, match="No space"):
         while True:
             writer.write(conn, written, bytes(50))
             written += 1
-    full.room = 1 << 20  # what was cut off, or someone else's files, make room for the index
+    files[0].room = 1 << 20  # what was cut off, or someone else's files, make room for the index
     writer.close()
     with BagReader(tmp_path / "x.bag") as bag:
         assert 0 < bag.count() == writer.messages < written

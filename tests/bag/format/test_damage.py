@@ -19,8 +19,9 @@ from pyros1.bag.edit.reindex import reindex
 from pyros1.bag.errors import BagError, NotABagError, UnindexedError
 from pyros1.bag.format.files import BagFile
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.records import Connection, RecordError, make_bag_header, make_fields, make_record, parse_fields
+from pyros1.bag.format.records import RecordError, make_bag_header, make_fields, make_record, parse_fields
 from pyros1.bag.format.scanner import Scanner
+from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.info import summarize
 from pyros1.cli.running import run_command
 
@@ -279,7 +280,7 @@ def test_records_in_each_other_are_not_read_again_and_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begin: bytes, record: bytes
 ) -> None:
     """Each claims that it holds the rest of the file; a file of some megabytes would take hours."""
-    monkeypatch.setattr("pyros1.bag.format.scanner._LEAST_WORK", 1 << 20)
+    monkeypatch.setattr("pyros1.bag.format.scanner.LEAST_WORK", 1 << 20)
     path = tmp_path / "x.bag"
     count = (1 << 18) // len(record)
     path.write_bytes((begin or b"#ROSBAG V2.0\n" + make_bag_header()) + record * count)
@@ -291,7 +292,7 @@ def test_records_in_each_other_are_not_read_again_and_again(
 
 
 def test_what_was_not_searched_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.bag.format.scanner._LEAST_WORK", 0)
+    monkeypatch.setattr("pyros1.bag.format.scanner.LEAST_WORK", 0)
     (tmp_path / "x.bag").write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + chunk_head(b"none", 1 << 30, 5) * 500)
     saved = reindex(tmp_path / "x.bag", tmp_path / "new.bag")
     assert "so much is damaged that the rest of the file was not searched" in saved.damages[-1].reason
@@ -309,15 +310,19 @@ def test_chunks_in_each_other_are_not_read(tmp_path: Path) -> None:
         list(bag.messages())
 
 
-def test_there_is_an_end_to_fields_and_definitions(make_bag: Make) -> None:
+def test_there_is_an_end_to_fields_and_definitions(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match="more than 4096 fields"):
         parse_fields(b"".join(struct.pack("<I", 6) + b"%05x=" % i for i in range(5000)))
-    file = BagFile(make_bag(close=False), limit=100)
+    header = {"type": b"a/B", "md5sum": b"*", "message_definition": bytes(29)}
+    with BagWriter(tmp_path / "x.bag") as writer:
+        for number in range(9):
+            writer.write(writer.add_connection(f"/{number}", header), 0, b"")
+    file = BagFile(tmp_path / "x.bag", limit=100)
     scanner = Scanner(file)
-    for number in range(9):
-        scanner._define(Connection(number, "/a", {"message_definition": bytes(30)}))
+    with contextlib.closing(file):
+        for _ in scanner.chunks():
+            pass
     assert len(scanner.connections) == 3
-    file.close()
 
 
 def swap_times(path: Path) -> Path:

@@ -42,7 +42,7 @@ class Gpg:
 @pytest.fixture
 def gpg(monkeypatch: pytest.MonkeyPatch) -> Gpg:
     fake = Gpg()
-    monkeypatch.setattr(encryption, "_gpg", fake)
+    monkeypatch.setattr(encryption, "gpg", fake)
     return fake
 
 

@@ -18,6 +18,7 @@ from pyros1.msgs.std_msgs.msg import Header, String
 from pyros1.timing import Time
 
 from ...bodies import encode
+from ...parts import publication_of
 
 PATIENCE = 20.0
 BEGIN = 1_700_000_000 * 10**9
@@ -30,16 +31,29 @@ def header_of(cls: Any, **more: str) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def player(make_node: Any) -> Iterator[Callable[..., Player]]:
+def control() -> Iterator[Control]:
+    """What the user of the player wants."""
+    control = Control()
+    yield control
+    control.close()
+
+
+@pytest.fixture
+def node(make_node: Any) -> Any:
+    """The player's node."""
+    return make_node("play")
+
+
+@pytest.fixture
+def player(node: Any, control: Control) -> Iterator[Callable[..., Player]]:
     """Makes players of a bag, which is closed after the test."""
-    control, opened = Control(), []
+    opened: list[Bags] = []
 
     def make(path: Path, **settings: Any) -> Player:
         opened.append(Bags([str(path)]))
-        return Player(make_node("play"), opened[-1], PlayOptions(**settings), control)
+        return Player(node, opened[-1], PlayOptions(**settings), control)
 
     yield make
-    control.close()
     for bags in opened:
         bags.close()
 
@@ -66,7 +80,7 @@ class Heard:
 
 
 def test_waits_until_every_topic_has_a_subscriber_at_a_time(
-    make_node: Any, player: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    make_node: Any, node: Any, player: Any, control: Control, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One that leaves before the others come does not count."""
     path = tmp_path / "x.bag"
@@ -75,8 +89,8 @@ def test_waits_until_every_topic_has_a_subscriber_at_a_time(
             bag.write(bag.add_connection(topic, header_of(String)), BEGIN, encode(String("x")))
     made = player(path)
     looked = threading.Semaphore(0)
-    wait = made._control.wait
-    monkeypatch.setattr(made._control, "wait", lambda seconds: (looked.release(), wait(seconds)))
+    wait = control.wait
+    monkeypatch.setattr(control, "wait", lambda seconds: (looked.release(), wait(seconds)))
     waiting = threading.Thread(target=made.wait_for_subscribers)
     waiting.start()
     ear = make_node("ear")
@@ -84,8 +98,7 @@ def test_waits_until_every_topic_has_a_subscriber_at_a_time(
         leaving = Heard(ear, "/a", String).subscriber
         assert leaving.wait_for_publishers(timeout=PATIENCE)
         leaving.unregister()
-        publisher = next(one for one in made._publishers.values() if one.name == "/a")
-        while publisher.num_connections:
+        while publication_of(node, "/a").links:
             assert looked.acquire(timeout=PATIENCE)
         Heard(ear, "/b", String)
         for _ in range(5):
@@ -94,7 +107,7 @@ def test_waits_until_every_topic_has_a_subscriber_at_a_time(
         waiting.join(PATIENCE)
         assert not waiting.is_alive()
     finally:
-        made._control.end()
+        control.end()
         waiting.join(PATIENCE)
 
 
@@ -156,7 +169,7 @@ def test_topics_that_the_player_publishes_itself(make_node: Any, player: Any, tm
     assert [one.clock for one in clocks.wait(len)] == [Time(7, 8)]
 
 
-def test_reading_that_began_ends_though_nothing_is_played(player: Any, tmp_path: Path) -> None:
+def test_reading_that_began_ends_though_nothing_is_played(player: Any, control: Control, tmp_path: Path) -> None:
     """The user may end it while subscribers are waited for."""
     path = tmp_path / "x.bag"
     with BagWriter(path) as bag:
@@ -165,5 +178,5 @@ def test_reading_that_began_ends_though_nothing_is_played(player: Any, tmp_path:
             bag.write(conn, BEGIN + number * MS, encode(String(str(number))))
     made = player(path, start=0.05)
     made.read_ahead()
-    made._control.end()
+    control.end()
     assert made.run() == 0

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from datetime import datetime, timezone
 from functools import partial
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -26,6 +26,7 @@ STATUS = [
     DiagnosticStatus(0, "/Motors", "OK", "m", []),
     DiagnosticStatus(3, "/Lidar", "silent", "", []),
 ]
+MOMENT = datetime.fromtimestamp(5.5, timezone.utc).astimezone()
 RULE, THIN = "=" * 69, "-" * 69
 
 
@@ -34,7 +35,6 @@ def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
-    monkeypatch.setattr(diagnostic, "_moment", lambda message: "MOMENT")  # it depends on where the test runs
     return partial(call_main, partial(run_command, "diagnostic"))
 
 
@@ -49,7 +49,7 @@ def robot(make_node: Callable[..., Any]) -> Any:
 
 def test_what_is_not_well_is_shown_the_worst_first_l202(run: Run, robot: Any) -> None:
     lines = ["[ STALE ] /Lidar - silent", "[ ERROR ] /Power/Charger - not there", "[ WARN  ] /Power/Battery - low"]
-    around = [RULE, "Diagnostics generated on: MOMENT", THIN, *lines, RULE, ""]
+    around = [RULE, f"Diagnostics generated on: {MOMENT}", THIN, *lines, RULE, ""]
     assert run() == (0, "\n".join(around), "")
     assert run("--topic", "diagnostics_agg", "--nocolor") == (0, "\n".join(around), "")
 
@@ -59,7 +59,7 @@ def test_level_filter_and_detail_l202(run: Run, robot: Any) -> None:
     assert "[  OK   ] /Motors - OK\n" in run("--level", "0")[1] and "OK" not in run("-l", "warn")[1]
     detail = [
         "[ WARN  ] /Power/Battery - low",
-        "    timestamp:   MOMENT",
+        f"    timestamp:   {MOMENT}",
         "    hardware_id: b1",
         "    - voltage: 11.5",
         "    - cells: 3",
@@ -74,30 +74,34 @@ def test_json(run: Run, robot: Any) -> None:
     assert code == 0 and json.loads(out) == {"stamp": 5.5, "status": [{**status, "values": values}]}
 
 
-def test_where_else_to_look_is_said(run: Run, make_node: Callable[..., Any]) -> None:
-    """Whoever follows is stopped by the end of its node, here before anything comes."""
+def end_at_the_first_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the first line that is printed end the command, as Ctrl-C does."""
+    printed = print
+
+    def ending(*words: Any, **options: Any) -> None:
+        printed(*words, **options)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("builtins.print", ending)
+
+
+def test_where_else_to_look_is_said(
+    run: Run, make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     make_node("driver").advertise("diagnostics", DiagnosticArray, latch=True).publish(DiagnosticArray(status=STATUS))
     code, out, err = run("--topic", "/diagnostics", "-l", "error")
     assert (code, err) == (0, "") and out.count("ERROR") == 1
-    said: list[str] = []
-    invocation: Any = SimpleNamespace(graph=SimpleNamespace(published_types=lambda: {"/d": diagnostic._TYPE}))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("builtins.print", lambda text, **options: said.append(text))
-        diagnostic._say_if_unpublished(invocation, "/d_agg")
-    assert said == ["WARNING: topic [/d_agg] does not appear to be published yet; there is /d"]
+    end_at_the_first_line(monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        run("--topic", "/nothing")
+    said = "WARNING: topic [/nothing] does not appear to be published yet; there is /diagnostics\n"
+    assert capsys.readouterr().err == said
 
 
 def test_following_prints_lines_only(
     run: Run, robot: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The first line that is printed ends the command, as Ctrl-C does."""
-    printed = diagnostic._print
-
-    def ending(lines: Any) -> None:
-        printed(lines)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(diagnostic, "_print", ending)
+    end_at_the_first_line(monkeypatch)
     with pytest.raises(KeyboardInterrupt):
         run("-f", "-l", "3")
     assert capsys.readouterr().out == "[ STALE ] /Lidar - silent\n"

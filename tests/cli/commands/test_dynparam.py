@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.commands.dynparam._server import Server
 from pyros1.cli.commands.dynparam._values import (
     ParameterError,
     choices,
@@ -36,6 +35,7 @@ from pyros1.msgs.dynamic_reconfigure.msg import (
     StrParameter,
 )
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
+from pyros1.node import Node
 
 Run = Callable[..., tuple[int, str, str]]
 SIZES = "{'enum': [{'name': 'Small', 'type': 'int', 'value': 0}, {'name': 'Large', 'type': 'int', 'value': 2}]}"
@@ -173,20 +173,20 @@ def test_a_node_that_is_not_there(run: Run, camera: Any) -> None:
 def test_ctrl_c_ends_the_waiting_quietly_l04(
     run: Run, camera: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def stopped(server: Server) -> None:
+    def stopped(*_: object) -> None:
         raise NodeShutdownError("stopped")
 
-    monkeypatch.setattr(Server, "_description", stopped)
+    monkeypatch.setattr(Node, "wait_for_message", stopped)
     for words in (["get", "/camera"], ["set", "/camera", "gain", "1"], ["set_from_parameters", "/camera", "_gain:=1"]):
         assert run(*words) == (0, "", "")
     assert run("dump", "/camera", str(tmp_path / "file")) == (0, "", "") and not (tmp_path / "file").exists()
 
 
 def test_a_node_that_describes_nothing(run: Run, camera: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def nothing(server: Server, *words: str) -> None:
+    def nothing(*_: object) -> None:
         raise WaitTimeoutError("no message came")
 
-    monkeypatch.setattr(Server, "_message", nothing)
+    monkeypatch.setattr(Node, "wait_for_message", nothing)
     assert run("dump", "/camera", str(tmp_path / "file"))[:2] == (1, "couldn't get parameters from node /camera\n")
     assert run("get", "/camera")[:2] == (0, "")
     assert run("set", "/camera", "gain", "1")[:2] == (1, "couldn't set parameters at node /camera\n")

@@ -49,7 +49,7 @@ def shell(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> pytest.Mo
         monkeypatch.delenv(key, raising=False)
     monkeypatch.setattr(here, "MASTER_PORTS", range(0))
     monkeypatch.setattr(here, "ros_processes", list)
-    monkeypatch.setattr(system, "_SETTLE", 0.05)
+    monkeypatch.setattr(system, "SETTLE", 0.05)
     return monkeypatch
 
 
@@ -94,13 +94,14 @@ def fake_node(
 
     answers = {"getPid": 4, "getBusInfo": connections or [], "getSubscriptions": subscriptions or []}
 
-    def dispatch(method: str, params: Any) -> Any:
-        if asked is not None:
-            asked.append(method)
-        return [1, "", answers[method]]
+    class Answers:
+        def _dispatch(self, method: str, params: Any) -> Any:
+            if asked is not None:
+                asked.append(method)
+            return [1, "", answers[method]]
 
     with SimpleXMLRPCServer(("127.0.0.1", 0), Handler, logRequests=False) as server:
-        server._dispatch = dispatch  # type: ignore[method-assign]
+        server.register_instance(Answers())
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         yield f"http://127.0.0.1:{server.server_address[1]}/"

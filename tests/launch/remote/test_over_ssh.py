@@ -199,19 +199,19 @@ def test_a_stuck_node_is_killed_and_restarted(bench: Bench, tmp_path: Path) -> N
     runner.join(DEADLINE)
 
 
-def test_a_broken_connection_ends_the_nodes_over_there(bench: Bench, tmp_path: Path) -> None:
+def test_a_broken_connection_ends_the_nodes_over_there(opened: list[Any], bench: Bench, tmp_path: Path) -> None:
     assert bench.start("stuck")
     until((tmp_path / "home" / "up").exists, "the node runs")
     process = bench.process
-    ssh = bench.machine._ssh
-    assert ssh is not None and ssh.stdin is not None
-    ssh.stdin.close()  # all that the other side sees of a connection that breaks
+    opened[0].stdin.close()  # all that the other side sees of a connection that breaks
     bench.supervisor.run()
     assert process.exit_code == -signal.SIGKILL
     until(lambda: not group_exists(process.pid), "nothing is left")
 
 
-def test_a_machine_that_comes_back_gets_its_respawning_nodes_again(environ: dict[str, str], tmp_path: Path) -> None:
+def test_a_machine_that_comes_back_gets_its_respawning_nodes_again(
+    opened: list[Any], environ: dict[str, str], tmp_path: Path
+) -> None:
     bench = Bench(environ)
     assert bench.start("polite", respawn=True)
     until((tmp_path / "home" / "up").exists, "the node runs")
@@ -220,9 +220,7 @@ def test_a_machine_that_comes_back_gets_its_respawning_nodes_again(environ: dict
     runner = threading.Thread(target=bench.supervisor.run)
     runner.start()
     try:
-        ssh = bench.machine._ssh
-        assert ssh is not None and ssh.stdin is not None
-        ssh.stdin.close()
+        opened[0].stdin.close()
         until(lambda: process.spawn_count == 2, "it is started again")
         assert process.alive and process.pid != first and not process.stranded
         until(lambda: not group_exists(first), "the first one has ended")

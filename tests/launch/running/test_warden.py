@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -57,20 +58,19 @@ def test_killed_launcher_leaves_nothing() -> None:
         wait_gone(group)
 
 
-def test_a_started_but_unreported_process_is_found() -> None:
+def test_a_started_but_unreported_process_is_found(opened: list[Any]) -> None:
     mark = f"__log:=/tmp/{os.getpid()}-{time.monotonic_ns()}"
     warden = Warden(0.2, 0.2)
+    (guard,) = opened
     warden.expect(mark)
     words = ["sh", "-c", "echo up; sleep 100; :", mark]
     with subprocess.Popen(words, stdout=subprocess.PIPE, start_new_session=True) as node:
         assert node.stdout is not None
         node.stdout.readline()
         assert processes_with(mark) == {node.pid}
-        pipe = warden._process.stdin
-        assert pipe is not None
-        pipe.close()  # as the system does when the launcher is killed
+        guard.stdin.close()  # as the system does when the launcher is killed
         assert node.wait(DEADLINE) < 0 or node.returncode == 130
-    warden._process.wait(DEADLINE)
+    guard.wait(DEADLINE)
 
 
 def test_released_groups_are_left_alone() -> None:

@@ -43,7 +43,7 @@ from pyros1.bag.format.records import U32, U64, Connection
 CHUNK_THRESHOLD = 1 << 20
 """Bytes beyond which a chunk is closed."""
 
-_MOST = (1 << 16) - 1
+MOST = (1 << 16) - 1
 """Numbers of channels and types have 16 bits."""
 _PROFILE = "ros1"
 _LATCHING = {"1": "true", "0": "false"}
@@ -140,8 +140,8 @@ class Ros1McapWriter:
         key = (connection.topic, tuple(connection.header.items()))
         if key in self._channels:
             return self._channels[key].id
-        if max(len(self._channels), len(self._schemas)) >= _MOST:
-            raise BagError(self.path, f"an MCAP file holds at most {_MOST} connections and types")
+        if max(len(self._channels), len(self._schemas)) >= MOST:
+            raise BagError(self.path, f"an MCAP file holds at most {MOST} connections and types")
         if known not in self._schemas:
             schema = Schema(len(self._schemas) + 1, connection.type, ROS1_SCHEMA, definition)
             self._schemas[known] = schema
