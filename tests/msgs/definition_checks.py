@@ -79,8 +79,11 @@ def most_empty(definition: Definition) -> int:
     """Return how many messages the field has that has most of them and takes no bytes."""
     sizes = {}  # full type name: (least bytes, messages)
     most = 0
+    used = {definition.name, *definition.used()}
     root, *others = definition.fields.items()
     for name, fields in (*others, root):  # each after those that it uses
+        if name not in used:
+            continue
         least, messages = 0, 1
         for slot_type, _ in fields:
             base, bracket, count = slot_type.partition("[")

@@ -121,10 +121,16 @@ class Definition(NamedTuple):
 
     def full_text(self, name: str | None = None) -> str:
         """Return the text as connection headers carry it."""
-        used: dict[str, None] = {}
         first = name or self.name
-        self._collect(first, used)
-        return self.texts[first] + "".join(f"\n{SEPARATOR}\nMSG: {each}\n{self.texts[each]}" for each in used)
+        return self.texts[first] + "".join(
+            f"\n{SEPARATOR}\nMSG: {each}\n{self.texts[each]}" for each in self.used(first)
+        )
+
+    def used(self, name: str | None = None) -> dict[str, None]:
+        """Return the types that a type uses, in the order of connection headers."""
+        used: dict[str, None] = {}
+        self._collect(name or self.name, used)
+        return used
 
     def _collect(self, name: str, used: dict[str, None]) -> None:
         for slot_type, _ in self.fields[name]:

@@ -14,11 +14,12 @@ from pyros1.node.publishing.publication import FAREWELL, Publication
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber, array_view
-from pyros1.node.subscribing.subscription import Subscription
+from pyros1.node.subscribing.subscription import Stream, Subscription
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.registrar import Registrar
+    from pyros1.node.subscribing.drivers import Driver
     from pyros1.wire.handshake import TopicType
 
 
@@ -108,6 +109,8 @@ class Topics:
         hints: Hints = Hints(),  # noqa: B008 - immutable
         direct: bool = False,
         arrays: str | None = None,
+        stream: Stream | None = None,
+        driver: Driver | None = None,
     ) -> Subscriber[Any]:
         """Subscribe to a topic; see ``Node.subscribe``.
 
@@ -115,6 +118,8 @@ class Topics:
             hints: how to be linked to publishers.
             direct: call from the reader thread even in a node that spins.
             arrays: see `array_view`.
+            stream: gets the messages undecoded, in place of the callback.
+            driver: what receives for topics that have streams only; None for the node's threads.
         """
         context = self._context
         view = array_view(arrays)
@@ -123,9 +128,11 @@ class Topics:
             subscription = self.subscriptions.get(name)
             new = subscription is None
             if subscription is None:
-                subscription = Subscription(context, name, message_class, hints)
+                subscription = Subscription(context, name, message_class, hints, driver)
                 self._subscribe_to({**self.subscriptions, name: subscription})
-            subscriber = Subscriber(subscription, message_class, callback, queue_size, self._unsubscribe, direct, view)
+            subscriber = Subscriber(
+                subscription, message_class, callback, queue_size, self._unsubscribe, direct, view, stream
+            )
             try:
                 subscription.add(subscriber)
             except BaseException:

@@ -15,6 +15,9 @@ Rules:
   `spin` is bounded always, see UNBOUNDED_LIMIT.)
 * While messages flow on an only link the owner waits in its receive, for PATIENCE seconds at most; all else that may
   happen then waits as long.
+* While a subscriber that has a queue of its own holds too many messages, nothing is received: TCP holds the publishers
+  back (see `Holding`).
+* A driver runs all this: threads of the node, or an asyncio loop, which gets its thread back after each round of turns.
 * A message that cannot be decoded, or a callback that raises, is logged and costs nothing but itself.
 """
 
@@ -24,13 +27,13 @@ import threading
 import time
 from collections import deque
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import ProtocolError
 from pyros1.msgs.large import SplitBody
 from pyros1.node.subscribing.backlog import Backlog
 from pyros1.node.subscribing.flood import Flood
 from pyros1.node.subscribing.inbox import Handover, Inbox
+from pyros1.node.subscribing.links import Links
 from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT, Item, Rest, Source
 from pyros1.node.subscribing.spin_queues import Spinning
 from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
@@ -40,24 +43,29 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pyros1.node.callback_queue import CallbackQueue
-    from pyros1.node.subscribing.threads import DeliveryThreads
+    from pyros1.node.subscribing.drivers import Driver, Holding
 
 
 class Delivery:
     """Receives and delivers for one subscription.
 
     Args:
-        threads: the node's threads.
+        driver: runs this.
         deliver: called with (source, buffer, start, end) for each frame: decodes and runs the callbacks.
         deliver_item: the same for a message that stands alone, called with (source, item).
         on_lost: called, by the owner, with (link, reason) when a link broke; reason is None for an orderly end.
         on_arrival: in a node that spins, called with (source, item) at once; tells whether to queue the item.
         callbacks: where deliveries are queued, for a node that spins.
+
+    Attributes:
+        limit: messages of each publisher that may wait for slow callbacks; None for no limit.
+        holding: those who may hold publishers back; changed by whole replacement.
+        links: its TCP links, and what drives it.
     """
 
     def __init__(
         self,
-        threads: DeliveryThreads,
+        driver: Driver,
         deliver: Callable[[Source, bytes, int, int], None],
         deliver_item: Callable[[Source, Item], None],
         on_lost: Callable[[TcpSource, str | None], None],
@@ -65,13 +73,11 @@ class Delivery:
         callbacks: CallbackQueue | None,
     ) -> None:
         self.limit: int | None = None
-        self._threads = threads
+        self.holding: tuple[Holding, ...] = ()
         self._deliver = deliver
         self._deliver_item = deliver_item
-        self._on_lost = on_lost
         self._on_arrival = on_arrival
         self._callbacks = callbacks
-        self._links: dict[int, TcpSource] = {}
         self._new: deque[TcpSource] = deque()
         self._readable: deque[int] = deque()
         self._jobs: deque[Callable[[], None]] = deque()
@@ -80,6 +86,12 @@ class Delivery:
         self._local = self.handover.line
         self._spinning: Spinning[Source, Item] = Spinning(deliver_item)
         self._dropped = 0  # but for those of these two
+        self.links = Links(self, driver, self._spinning.forget, on_lost)
+        self._queues: tuple[tuple[deque[Any], Callable[[Any], None]], ...] = (
+            (self._begun, self._go_on),
+            (self._readable, self._receive_from),
+            (self._local, self._take_from),
+        )
         self._ownership = threading.Lock()
         self._owner = 0  # the owner's thread
         self._woken = False  # a thread is on its way
@@ -104,7 +116,7 @@ class Delivery:
         if not self._woken and not self._ownership.locked():
             self._woken = True
             try:
-                self._threads.wake(self)
+                self.links.driver.wake(self)
             except BaseException:  # of a signal handler
                 self._woken = False
                 raise
@@ -160,7 +172,7 @@ class Delivery:
         if self._owner == threading.get_ident():
             return  # a callback ends its own subscription: the owner does the rest
         if self._ownership.acquire(timeout=timeout):
-            self._dispose()
+            self.links.driver.call(self._dispose, timeout)
             self._ownership.release()
 
     # By the owner -----------------------------------------------------------------------------------------------------
@@ -174,6 +186,7 @@ class Delivery:
         if fd is not None:
             self._readable.append(fd)
         self._woken = False
+        cooperative = self.links.driver.cooperative
         while self._something or self._closed:
             if not self._ownership.acquire(blocking=False):
                 return  # the owner sees what is there when it has ended
@@ -182,11 +195,20 @@ class Delivery:
                 self._work()
             except BaseException:
                 self._give_back()
-                self._threads.wake(self)  # for what was left
+                self.links.driver.wake(self)  # for what was left
                 raise
             self._give_back()
             if self._closed:
                 return
+            if cooperative:
+                if self._something:
+                    self.wake()
+                return
+
+    @property
+    def driver(self) -> Driver:
+        """What runs this."""
+        return self.links.driver
 
     def _give_back(self) -> None:
         self._owner = 0
@@ -195,23 +217,33 @@ class Delivery:
     @property
     def _something(self) -> object:
         """Whether there is something to do."""
-        return self._new or self._readable or self._jobs or self._local or self._begun
+        if self._new or self._jobs:
+            return True
+        return (self._readable or self._local or self._begun) and not self._held
+
+    @property
+    def _held(self) -> bool:
+        """Whether publishers are held back."""
+        holding = self.holding
+        return bool(holding) and any(each.full for each in holding) and not any(each.urgent for each in holding)
 
     def _work(self) -> None:
+        cooperative = self.links.driver.cooperative
         while not self._closed and self._something:
             self._run_jobs()
             # One turn for each that is there by now: whoever comes meanwhile comes after them.
             for _ in range(len(self._new)):
                 # If callbacks fall behind, `_catch_up` takes the others, too.
-                if self._new and (frames := self._open(link := self._new.popleft())):
+                if self._new and (frames := self.links.open(link := self._new.popleft())):
                     self._take(link, frames)
-            for _ in range(len(self._begun)):
-                self._go_on(self._begun.popleft())
-            for _ in range(len(self._readable)):
-                self._receive_from(self._readable.popleft())
-            for _ in range(len(self._local)):
-                self._take_from(self._local.popleft())
+            for queue, go_on in self._queues:
+                for _ in range(len(queue)):
+                    if self._held:
+                        break
+                    go_on(queue.popleft())
             self.handover.ring()
+            if cooperative:
+                break
         if self._closed:
             self._dispose()
 
@@ -220,7 +252,7 @@ class Delivery:
             self._jobs.popleft()()
 
     def _receive_from(self, fd: int) -> None:
-        link = self._links.get(fd)
+        link = self.links.get(fd)
         if link is None or self._is_begun(link):
             return
         now = perf_counter()
@@ -228,15 +260,15 @@ class Delivery:
         link.last_time = now
         try:
             self._receive(link)
-            if flowing and link.patient and len(self._links) == 1 and not self.handover.inboxes:
+            if flowing and link.patient and len(self.links) == 1 and not self.handover.inboxes:
                 self._stay_with(link)
         finally:
             self._rearm(link)
 
     def _rearm(self, link: TcpSource) -> None:
         """Wait for a link again: one that is neither lost nor waited for, nor has its turn to come, would be deaf."""
-        if self._links.get(link.fd) is link and not self._is_begun(link):
-            self._threads.rearm(link.fd)
+        if not self._is_begun(link):
+            self.links.rearm(link)
 
     def _is_begun(self, link: TcpSource) -> bool:
         """Whether a link still has to deliver what it has received: until then, it receives nothing."""
@@ -249,44 +281,25 @@ class Delivery:
             self._rearm(rest.link)
 
     def _dispose(self) -> None:
-        for link in list(self._links.values()):
-            self.drop(link)
+        for link in self.links:
+            self.links.close(link)
         while self._new:
             self._new.popleft().sock.close()
         self._jobs.clear()
         self._begun.clear()
         self.handover.ring()
 
-    def _open(self, link: TcpSource) -> list[tuple[int, int]]:
-        """Wait for a new link; return what came together with its header."""
-        self._links[link.fd] = link
-        self._threads.register(link.fd, self)
-        return self._split(link, 0)
-
-    def drop(self, link: TcpSource) -> None:
-        """Close a link, without reporting it as lost. By the owner only."""
-        if self._links.pop(link.fd, None) is not None:
-            link.connected = False
-            self._spinning.forget(link)
-            self._threads.unregister(link.fd)
-            link.sock.close()
-
-    def _lose(self, link: TcpSource, reason: str | None) -> None:
-        if link.fd in self._links:
-            self.drop(link)
-            self._on_lost(link, reason)
-
     def _stay_with(self, link: TcpSource) -> None:
         """While messages flow on the only link, wait in its receive: one system call less for each."""
         flood = Flood(link)
-        while not (self._closed or self._something) and self._threads.someone_waits:
+        while not (self._closed or self._something or self._begun) and self.links.driver.someone_waits:
             if not self._receive(link, wait=True):
                 break
             flood.pause()
 
     def _receive(self, link: TcpSource, wait: bool = False) -> bool:
         """Receive once and deliver; return whether there may be more."""
-        frames = self._receive_frames(link, wait)
+        frames = self.links.receive(link, wait)
         if self._jobs:  # they are older than what was waited for: a new subscriber must get it
             self._run_jobs()
         if frames is None:
@@ -296,28 +309,6 @@ class Delivery:
         elif frames:
             self._take(link, frames)  # type: ignore[arg-type]  # a list, then
         return True
-
-    def _receive_frames(self, link: TcpSource, wait: bool = False) -> list[tuple[int, int]] | SplitBody | None:
-        try:
-            came = link.receive(wait)
-        except BlockingIOError:
-            return None
-        except OSError as error:
-            self._lose(link, error.strerror or str(error))
-            return None
-        if isinstance(came, SplitBody):
-            return came
-        if not came:
-            self._lose(link, None)
-            return None
-        return self._split(link, came)
-
-    def _split(self, link: TcpSource, count: int) -> list[tuple[int, int]]:
-        try:
-            return link.split(count)
-        except ProtocolError as error:
-            self._lose(link, str(error))
-            return []
 
     def _take(self, link: TcpSource, frames: list[tuple[int, int]]) -> None:
         if frames[-1][1] > LARGE and len(frames) == 1:  # a body that stands alone is not copied again
@@ -350,11 +341,12 @@ class Delivery:
             if position >= len(frames):
                 return
             now = perf_counter()
-            if now < begun + EARLY:
-                stride = min(2 * stride, STRIDE)
-            elif now > begun + TURN and self._something:
+            over = now > begun + TURN and (self._something or self.links.driver.cooperative)
+            if over or self._held:
                 self._begun.append(Rest(link, data, frames, position))
                 return
+            if now < begun + EARLY:
+                stride = min(2 * stride, STRIDE)
 
     def _take_item(self, source: Source, item: Item) -> None:
         if self._callbacks is not None:
@@ -390,10 +382,10 @@ class Delivery:
         """Take what has arrived, from all."""
         for _ in range(len(self._new)):
             link = self._new.popleft()
-            backlog.put_frames(link, self._open(link))
-        for link in list(self._links.values()):
-            until = perf_counter() + DRAIN_TIME / (len(self._links) or 1)
-            while perf_counter() < until and (frames := self._receive_frames(link)) is not None:
+            backlog.put_frames(link, self.links.open(link))
+        for link in self.links:
+            until = perf_counter() + DRAIN_TIME / (len(self.links) or 1)
+            while perf_counter() < until and (frames := self.links.receive(link)) is not None:
                 backlog.put_frames(link, frames)
         for _ in range(len(self._local)):
             inbox = self._local.popleft()
@@ -411,7 +403,7 @@ class Delivery:
         """Give an inbox its turn."""
         deliver = self._deliver_item if self._callbacks is None else self._queue_for_spin
         stride, begun, now = 1, perf_counter(), 0.0
-        while now < begun + TURN:
+        while now < begun + TURN and not self._held:
             for _ in range(stride):
                 item = inbox.take()
                 if item is None or self._closed:

@@ -13,8 +13,8 @@ from pyros1.msgs.large import Layout, SplitBody, decode_split, layout
 from pyros1.node.context import wait_for_links
 
 if TYPE_CHECKING:
-    from pyros1.node.subscribing.sources import Item
-    from pyros1.node.subscribing.subscription import Subscription
+    from pyros1.node.subscribing.sources import Item, Source
+    from pyros1.node.subscribing.subscription import Stream, Subscription
 
 _M = TypeVar("_M")
 Decode = Callable[[bytes, int, int], Any]
@@ -60,6 +60,7 @@ class Subscriber(Generic[_M]):
         type: the message class.
         queue_size: most messages that may wait for the callback; None for no limit.
         decode: makes a message from a part of a buffer.
+        stream: gets the messages undecoded, in place of the callback.
     """
 
     def __init__(
@@ -71,12 +72,14 @@ class Subscriber(Generic[_M]):
         unregister: Callable[[Subscriber[Any]], None],
         direct: bool = False,
         view: View | None = None,
+        stream: Stream | None = None,
     ) -> None:
         self.direct = direct  # called in the reader thread even in a node that spins
         self.name = subscription.topic
         self.type = message_class
         self.queue_size = queue_size
         self.decode: Decode = message_class._decode if view is None else _viewing(message_class, view)  # type: ignore[attr-defined]  # Message or AnyMsg
+        self.stream = stream
         self._view = view
         self._subscription = subscription
         self._callback = callback
@@ -117,6 +120,15 @@ class Subscriber(Generic[_M]):
             self._subscription.context.log.exception(text, error=error)
         except Exception as error:
             self._subscription.context.log.exception(f"bad callback of {self.name}: {self._callback!r}", error=error)
+
+    def message(self, source: Source, item: Item) -> _M | None:
+        """Return the message that the stream was given; None, after a word in the log, if it cannot be decoded."""
+        message: _M | None = self._subscription.message(self, source, item)
+        return message
+
+    def hold_no_more(self) -> None:
+        """Let messages come again that were held back because the stream had too many. Any thread."""
+        self._subscription.delivery.wake()
 
     @property
     def num_connections(self) -> int:

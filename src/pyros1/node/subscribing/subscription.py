@@ -15,6 +15,7 @@ from pyros1.msgs.large import layout
 from pyros1.node.log import ERROR
 from pyros1.node.subscribing.connector import Connector
 from pyros1.node.subscribing.delivery import Delivery
+from pyros1.node.subscribing.drivers import Holding
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.sources import HandingSource, Item, Source
 from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
@@ -23,15 +24,28 @@ from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context, Published
+    from pyros1.node.subscribing.drivers import Driver
     from pyros1.node.subscribing.udp_source import UdpSource
 
 
+class Stream(Holding, Protocol):
+    """A subscriber's own queue."""
+
+    def put(self, source: Source, item: Item) -> None:
+        """Take a message. One thread at a time."""
+
+
 class Taker(Protocol):
-    """What a subscription needs of a subscriber; see `subscriber.Subscriber`."""
+    """What a subscription needs of a subscriber; see `subscriber.Subscriber`.
+
+    Attributes:
+        stream: gets the messages undecoded, in place of a callback.
+    """
 
     type: type[Any]
     queue_size: int | None
     direct: bool
+    stream: Stream | None
     decode: Callable[[Any, int, int], Any]
 
     def take(self, item: Item) -> Any:
@@ -49,9 +63,12 @@ class Subscription:
         topic: full name.
         message_class: of the first subscriber; AnyMsg takes every type.
         hints: how to be linked to publishers.
+        driver: receives, as long as all subscribers are streams; None for the node's threads.
     """
 
-    def __init__(self, context: Context, topic: str, message_class: type[Any], hints: Hints) -> None:
+    def __init__(
+        self, context: Context, topic: str, message_class: type[Any], hints: Hints, driver: Driver | None = None
+    ) -> None:
         self.context = context
         self.topic = topic
         self.type = topic_type(message_class)
@@ -69,8 +86,14 @@ class Subscription:
         # Those of both that have got what came before them, and get what comes from now on.
         self._active: tuple[Taker, ...] = ()
         self._active_direct: tuple[Taker, ...] = ()
+        self._streams: tuple[Stream, ...] = ()
         self.delivery = Delivery(
-            context.delivery_threads, self._deliver, self._deliver_item, self._lost, self._arrived, context.callbacks
+            driver or context.delivery_threads,
+            self._deliver,
+            self._deliver_item,
+            self._lost,
+            self._arrived,
+            context.callbacks,
         )
 
     # Subscribers ------------------------------------------------------------------------------------------------------
@@ -95,6 +118,8 @@ class Subscription:
             else:
                 self.subscribers = (*self.subscribers, subscriber)
             self._set_limit()
+        if subscriber.stream is None and self.delivery.driver.cooperative:  # callbacks may wait
+            self.delivery.submit(lambda: self.delivery.links.move(self.context.delivery_threads))
         self.delivery.submit(lambda: self._activate(subscriber))
 
     def remove(self, subscriber: Taker) -> bool:
@@ -104,6 +129,7 @@ class Subscription:
             self._direct = tuple(other for other in self._direct if other is not subscriber)
             self._active = tuple(other for other in self._active if other is not subscriber)
             self._active_direct = tuple(other for other in self._active_direct if other is not subscriber)
+            self._set_streams(tuple(other for other in self._streams if other is not subscriber.stream))
             self._set_limit()
         return bool(self.subscribers or self._direct)
 
@@ -112,16 +138,23 @@ class Subscription:
         with self._lock:
             early = subscriber.direct and self.context.callbacks is not None
             latched = list((self._arrived_latched if early else self._latched).values())
-            if subscriber in self.subscribers:
+            if subscriber in self.subscribers and subscriber.stream is not None:
+                self._set_streams((*self._streams, subscriber.stream))
+            elif subscriber in self.subscribers:
                 self._active = (*self._active, subscriber)
             elif subscriber in self._direct:
                 self._active_direct = (*self._active_direct, subscriber)
         self._replay(subscriber, latched)
 
+    def _set_streams(self, streams: tuple[Stream, ...]) -> None:
+        self._streams = self.delivery.holding = streams
+        self.delivery.wake()  # who held publishers back may be gone
+
     def _set_limit(self) -> None:
-        """The links are shared, so the most patient subscriber decides how much may wait."""
+        """The links are shared, so the most patient subscriber decides how much may wait; streams limit themselves."""
         sizes = [subscriber.queue_size for subscriber in self.subscribers]
-        self.delivery.limit = None if None in sizes or not sizes else max(size for size in sizes if size is not None)
+        no_limit = None in sizes or all(subscriber.stream is not None for subscriber in self.subscribers)
+        self.delivery.limit = None if no_limit else max(size for size in sizes if size is not None)
 
     # Publishers -------------------------------------------------------------------------------------------------------
 
@@ -242,13 +275,21 @@ class Subscription:
         active = self._active
         if source.header.get("latching") == "1":
             active = self._keep(source, data[start:end])
+        if self._streams:
+            self._put(source, data[start:end])
         self._call(active, source, data, start, end)
 
     def _deliver_item(self, source: Source, item: Item) -> None:
         active = self._active
         if source.header.get("latching") == "1":
             active = self._keep(source, item)
+        if self._streams:
+            self._put(source, item)
         self._call(active, source, item)
+
+    def _put(self, source: Source, item: Item) -> None:
+        for stream in self._streams:
+            stream.put(source, item)
 
     def _keep(self, source: Source, item: Item) -> tuple[Taker, ...]:
         """Keep a latched message for those who subscribe later; return who gets it now."""
@@ -270,8 +311,7 @@ class Subscription:
                 try:
                     message = subscriber.decode(data, start, end) if end >= 0 else subscriber.take(data)
                 except MessageError as error:
-                    who = header.get("callerid", "?")
-                    self.context.log.peer(ERROR, "%s from %s: %s (message dropped)", self.topic, who, error)
+                    self._refuse(source, error)
                     continue
                 message._connection_header = header
                 made_by = subscriber.decode
@@ -281,8 +321,27 @@ class Subscription:
                     _learn(source, message, len(data))
             subscriber.call(message)
 
+    def message(self, subscriber: Taker, source: Source, item: Item) -> Any:
+        """Return the message that a stream was given; None, after a word in the log, if it cannot be decoded."""
+        try:
+            message = subscriber.take(item)
+        except MessageError as error:
+            self._refuse(source, error)
+            return None
+        message._connection_header = source.header
+        if isinstance(item, bytes) and len(item) >= LARGE:
+            _learn(source, message, len(item))
+        return message
+
+    def _refuse(self, source: Source, error: MessageError) -> None:
+        who = source.header.get("callerid", "?")
+        self.context.log.peer(ERROR, "%s from %s: %s (message dropped)", self.topic, who, error)
+
     def _replay(self, subscriber: Taker, latched: list[tuple[Source, Item]]) -> None:
         for source, item in latched:
+            if subscriber.stream is not None:
+                subscriber.stream.put(source, item)
+                continue
             try:
                 message = subscriber.take(item)
             except MessageError:

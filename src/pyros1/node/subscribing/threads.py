@@ -13,24 +13,19 @@ import sys
 import threading
 from collections import deque
 from time import perf_counter
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from pyros1.net.poller import BELL, Poller
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from pyros1.node.subscribing.drivers import Channel
+
 SPARE = 2
 """Threads that wait for ever."""
 REST = 5.0
 """Seconds after which further threads end that nothing woke."""
-
-
-class Channel(Protocol):
-    """What threads work for: a subscription's Delivery."""
-
-    def run(self, fd: int | None) -> None:
-        """Do what there is to do; ``fd`` can be read."""
 
 
 class DeliveryThreads:
@@ -40,6 +35,8 @@ class DeliveryThreads:
         name: of the node, for the threads' names.
         on_error: called with an exception that a channel did not handle.
     """
+
+    cooperative = False
 
     def __init__(self, name: str, on_error: Callable[[BaseException], None]) -> None:
         self._name = name
@@ -74,6 +71,10 @@ class DeliveryThreads:
         self._woken.append(channel)
         self._poller.wake()
         self._begin()
+
+    def call(self, function: Callable[[], None], timeout: float) -> None:
+        """Call a function: sockets may be unregistered by any thread."""
+        function()
 
     def close(self, timeout: float = 5.0) -> None:
         """End the threads; wait for them at most ``timeout`` seconds."""

@@ -1,47 +1,28 @@
-"""The asyncio face: the same verbs as :class:`pyros1.Node`, awaitable.
-
-::
-
-    import asyncio
-    import pyros1.aio
-    from pyros1.msgs.std_msgs.msg import Float64
-
-    async def main():
-        async with pyros1.aio.Node("listener") as node:
-            async for message in node.messages("topic1", Float64):
-                print(message.data)
-
-    asyncio.run(main())
-
-Messages are received by the node's own threads and handed to the asyncio loop in batches, so that a flood of messages
-costs one wake-up, not one each; whoever takes them slowly holds the publishers back. Nothing here blocks the asyncio
-loop: what must talk to the master or to another node runs in a worker thread.
-
-SIGINT and SIGTERM end the node: its hooks run, iterations and waits end, and with them the body of ``async with``, so
-that the program comes to its end with exit code 0. Other tasks of the program are its own affair. A second signal ends
-the program at once.
-"""
+"""A node for asyncio programs."""
 
 from __future__ import annotations
 
 import asyncio
 import concurrent.futures
 import contextlib
-from collections import deque
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from types import TracebackType
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 from weakref import WeakSet
 
+from pyros1.aio.driver import LoopDriver, can_drive
+from pyros1.aio.messages import Messages
 from pyros1.errors import Error, NodeShutdownError, WaitTimeoutError
 from pyros1.msgs import Service
-from pyros1.net.bell import STEP, Bell
+from pyros1.net.bell import STEP
 from pyros1.node import Node as SyncNode
-from pyros1.node.checks import check_callback, check_name, check_queue_size, check_timeout
+from pyros1.node.checks import check_callback, check_name, check_queue_size, check_timeout, message_class
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.services.client import ServiceClient
 from pyros1.node.services.server import ServiceServer
 from pyros1.node.signals import SignalHandlers
+from pyros1.node.subscribing.drivers import Driver
+from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.timing import Time
 
@@ -49,99 +30,9 @@ _M = TypeVar("_M")
 _R = TypeVar("_R")
 
 
-MOST_WAITING = 100
-"""Messages that wait for an iteration without ``queue_size``; then the connections to the publishers fill up."""
 GRACE = 0.5
 """Seconds that the body of ``async with`` has for ending by itself, when a signal has ended the node."""
 _INTERRUPTED = 130
-
-
-class Messages(Generic[_M]):
-    """The messages of one topic, for ``async for``; made by ``Node.messages``. Ends when the node shuts down.
-
-    Has no lock: a signal handler that comes in the middle of an iteration may wait for the thread that receives.
-
-    Args:
-        loop: the asyncio loop that iterates.
-        limit: most messages that wait; older ones are dropped. None drops nothing: publishers are held back.
-        wanted: tells whether somebody else in the node waits for a message of the topic; nothing is held back then.
-    """
-
-    def __init__(
-        self, loop: asyncio.AbstractEventLoop, limit: int | None, wanted: Callable[[], bool] = lambda: False
-    ) -> None:
-        self._loop = loop
-        self._holds_back = limit is None
-        self._wanted = wanted
-        self._waiting: deque[_M] = deque(maxlen=limit)
-        self._ready = asyncio.Event()
-        self._told = False  # the loop will look
-        self._ended = False
-        self._room = Bell()
-        self._subscriber: Subscriber[_M] | None = None
-
-    def _push(self, message: _M) -> None:
-        """Take a message, in the reader thread, which waits while there are too many."""
-        while self._holds_back and not self._takes_more():
-            self._room.wait(self._takes_more, 0.5)
-        self._waiting.append(message)
-        if not self._told:
-            self._told = True
-            self._tell()
-
-    def _takes_more(self) -> bool:
-        return len(self._waiting) < MOST_WAITING or self._ended or self._wanted()
-
-    def _look_again(self) -> None:
-        self._room.ring()
-
-    def _tell(self) -> None:
-        try:
-            self._loop.call_soon_threadsafe(self._ready.set)
-        except RuntimeError:  # the asyncio loop is closed: nobody listens any more
-            self._ended = True
-
-    @property
-    def waiting(self) -> int:
-        """Messages that wait for the iteration."""
-        return len(self._waiting)
-
-    def end(self) -> None:
-        """End the iteration. Any thread."""
-        self._ended = True
-        self._room.ring()
-        self._tell()
-
-    def __aiter__(self) -> AsyncIterator[_M]:
-        return self
-
-    async def __anext__(self) -> _M:
-        while True:
-            if self._waiting:
-                message = self._waiting.popleft()
-                if len(self._waiting) == MOST_WAITING // 2:
-                    self._room.ring()
-                return message
-            self._told = False
-            self._ready.clear()
-            if self._waiting:  # put there by somebody who still believed that the loop looks
-                continue
-            if self._ended:
-                raise StopAsyncIteration
-            await self._ready.wait()
-
-    async def aclose(self) -> None:
-        """Unsubscribe."""
-        self.end()
-        subscriber, self._subscriber = self._subscriber, None
-        if subscriber is not None:
-            await asyncio.to_thread(subscriber.unregister)
-
-    async def __aenter__(self) -> Messages[_M]:
-        return self
-
-    async def __aexit__(self, *_: object) -> None:
-        await self.aclose()
 
 
 class _Signals(SignalHandlers):
@@ -167,6 +58,10 @@ class _Signals(SignalHandlers):
         raise SystemExit(128 + number)
 
 
+def _no_callback(message: object) -> None:
+    """Stand in for the callback of a subscriber that has a stream."""
+
+
 class _Node(SyncNode):
     """The node underneath, which is known before it has found its master.
 
@@ -183,6 +78,16 @@ class _Node(SyncNode):
         self._begins(self)
         super()._open(*args)
 
+    def subscribe_stream(
+        self, topic: str, type: Any, stream: Messages[Any], queue_size: int | None, nodelay: bool, driver: Driver | None
+    ) -> Subscriber[Any]:
+        """Subscribe a stream; see :meth:`Node.subscribe`."""
+        cls = message_class(type, "subscribe")
+        hints = Hints(tcp_nodelay=nodelay)
+        return self._topics.subscribe(
+            self.resolve(topic), cls, _no_callback, queue_size, hints, stream=stream, driver=driver
+        )
+
 
 class Node:
     """A ROS node for asyncio programs. Use it with ``async with``.
@@ -197,16 +102,16 @@ class Node:
     def __init__(self, name: str, *, handle_signals: bool = True, **options: Any) -> None:
         if "callbacks" in options:
             raise TypeError("pyros1.aio.Node has no callbacks=: messages are for async for")
-        self._make: Callable[[], SyncNode] = lambda: _Node(self._begins, name, handle_signals=False, **options)
+        self._make: Callable[[], _Node] = lambda: _Node(self._begins, name, handle_signals=False, **options)
         self._signals = _Signals(self._on_signal) if handle_signals else None
         self._ends: asyncio.TimerHandle | None = None  # cancels the body
         self._looks: asyncio.TimerHandle | None = None
         self._cancelled = False
         self._making: SyncNode | None = None
-        self._node: SyncNode | None = None
+        self._node: _Node | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._streams: WeakSet[Messages[Any]] = WeakSet()
-        self._waits: deque[tuple[str, Messages[Any]]] = deque()  # topics of which somebody waits for one message
+        self._driver: LoopDriver | None = None
 
     async def __aenter__(self) -> Node:
         self._loop = asyncio.get_running_loop()
@@ -226,6 +131,8 @@ class Node:
                 if self._signals.count and isinstance(error, Error):
                     raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master's answer, or for it
             raise
+        if can_drive(self._loop):
+            self._driver = LoopDriver(self._loop, self._on_trouble)
         self._node.on_shutdown(self._end_streams)
         if self._signals is not None and self._signals.count:  # a signal came just before
             self._set_limit()
@@ -283,6 +190,9 @@ class Node:
             self._cancelled = True
             self._task.cancel()
 
+    def _on_trouble(self, error: BaseException) -> None:
+        self.sync.log.exception("trouble with subscriptions", error=error)
+
     def _end_streams(self) -> None:
         for stream in list(self._streams):
             stream.end()
@@ -327,18 +237,23 @@ class Node:
         """Subscribe to a topic; returns when the master knows it.
 
         Args:
-            queue_size: messages that may wait for the iteration; older ones are dropped. None drops nothing: publishers
-                are held back while some wait, and so are other subscriptions of the topic in this node, but for
-                `wait_for_message`.
+            queue_size: messages of each publisher that may wait for the iteration; older ones are dropped, undecoded.
+                None drops nothing: a publisher of which 100 wait is held back, and so are other subscriptions of the
+                topic in this node, but for `wait_for_message`.
         """
+        return await self._subscribe(topic, type, queue_size, tcp_nodelay)
+
+    async def _subscribe(
+        self, topic: str, type: type[_M] | str, queue_size: int | None, nodelay: bool = True, urgent: bool = False
+    ) -> Messages[_M]:
         check_name(topic, "subscribe(topic, type)")
         check_queue_size(queue_size, 1)
-        name = self.sync.resolve(topic)
-        assert self._loop is not None
-        stream: Messages[_M] = Messages(self._loop, queue_size, lambda: self._waited_for(name))
+        node, loop = self.sync, self._loop
+        assert isinstance(node, _Node) and loop is not None
+        stream: Messages[_M] = Messages(loop, queue_size, urgent)
         self._streams.add(stream)
-        stream._subscriber = await asyncio.to_thread(
-            lambda: self.sync.subscribe(topic, type, stream._push, queue_size=queue_size, tcp_nodelay=tcp_nodelay)
+        stream.attach(
+            await asyncio.to_thread(node.subscribe_stream, topic, type, stream, queue_size, nodelay, self._driver)
         )
         return stream
 
@@ -360,31 +275,14 @@ class Node:
         """
         check_name(topic, "wait_for_message(topic, type)")
         check_timeout(timeout)
-        name = self.sync.resolve(topic)
 
         async def first() -> _M:
-            async with await self.subscribe(topic, type, queue_size=1) as stream:
-                with self._waiting_for(name, stream):
-                    async for message in stream:
-                        return message
+            async with await self._subscribe(topic, type, 1, urgent=True) as stream:
+                async for message in stream:
+                    return message
             raise NodeShutdownError(f"{self.name} is shutting down")
 
         return await _within(first(), timeout, f"timeout exceeded while waiting for message on topic {topic}")
-
-    @contextlib.contextmanager
-    def _waiting_for(self, topic: str, stream: Messages[Any]) -> Iterator[None]:
-        """Let no iteration hold messages of a topic back until this stream has one."""
-        wait = (topic, stream)
-        self._waits.append(wait)
-        for other in self._streams:
-            other._look_again()
-        try:
-            yield
-        finally:
-            self._waits.remove(wait)
-
-    def _waited_for(self, topic: str) -> bool:
-        return any(topic == name and not stream.waiting for name, stream in list(self._waits))
 
     async def wait_for_service(self, name: str, timeout: float | None = None) -> None:
         """Wait until a service is provided; see :meth:`pyros1.Node.wait_for_service`."""

@@ -16,9 +16,10 @@ from typing import Any
 import pytest
 
 import pyros1.aio
-from pyros1.aio import MOST_WAITING
+from pyros1.aio.messages import MOST_WAITING
 from pyros1.errors import NodeShutdownError, ServiceError, WaitTimeoutError
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.node.subscribing.turns import STRIDE
 
 
 def run(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
@@ -136,7 +137,7 @@ def test_closing_a_stream_unsubscribes_and_ends_it(environ: dict[str, str]) -> N
             await stream.aclose()
             await stream.aclose()
             assert await task == []
-            assert "/t" not in node.sync._topics.subscriptions
+            assert "/t" not in dict(node.sync.master.get_system_state()[1])
 
     async def _all(stream: Any) -> list[Any]:
         return [message async for message in stream]
@@ -167,7 +168,7 @@ def test_a_wait_for_a_message_in_the_body_of_a_full_iteration(
             try:
                 for _ in range(3):
                     got.append((await stream.__anext__()).data)
-                    while stream.waiting < MOST_WAITING:
+                    while max(stream.waiting, other.waiting) < MOST_WAITING:
                         await asyncio.sleep(0.001)
                     waited = await node.wait_for_message("/t", Float64, timeout=10)
                     assert waited.data > got[-1]
@@ -231,7 +232,7 @@ def test_who_takes_messages_slowly_holds_the_publisher_back(
                 if len(got) == count:
                     break
             assert got == [float(number) for number in range(count)]
-            assert most <= MOST_WAITING
+            assert most < MOST_WAITING + STRIDE
             await publishing
 
     run(work)

@@ -1,0 +1,101 @@
+"""Runs deliveries on an asyncio loop, in place of threads."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import threading
+from collections.abc import Callable
+
+from pyros1.node.subscribing.drivers import Channel
+
+
+class LoopDriver:
+    """The driver of one node's iterations; all but `wake` and `call` is for the loop's thread.
+
+    Args:
+        loop: the running loop.
+        on_error: called with an exception that a channel did not handle.
+    """
+
+    cooperative = True
+    someone_waits = False
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, on_error: Callable[[BaseException], None]) -> None:
+        self._loop = loop
+        self._thread = threading.get_ident()
+        self._on_error = on_error
+        self._channels: dict[int, Channel] = {}
+        self._read: int | None = None  # the socket for which a channel runs now, until it is armed again
+
+    def register(self, fd: int, channel: Channel) -> None:
+        """Run a channel when a socket can be read: once, then again after each `rearm`."""
+        self._channels[fd] = channel
+        self._loop.add_reader(fd, self._on_readable, fd)
+
+    def rearm(self, fd: int) -> None:
+        """Wait again for a socket for which its channel was run."""
+        if fd == self._read:
+            self._read = None  # the loop still waits for it
+        elif fd in self._channels:
+            self._loop.add_reader(fd, self._on_readable, fd)
+
+    def unregister(self, fd: int) -> None:
+        """Forget a socket; to be called before it is closed."""
+        self._channels.pop(fd, None)
+        with contextlib.suppress(RuntimeError):  # the loop is closed
+            self._loop.remove_reader(fd)
+
+    def wake(self, channel: Channel) -> None:
+        """Run a channel soon. Any thread."""
+        with contextlib.suppress(RuntimeError):  # the loop is closed
+            self._loop.call_soon_threadsafe(self._run, channel)
+
+    def call(self, function: Callable[[], None], timeout: float) -> None:
+        """Call a function in the loop's thread; wait for it at most ``timeout`` seconds."""
+        if threading.get_ident() != self._thread:
+            done = threading.Event()
+
+            def call() -> None:
+                function()
+                done.set()
+
+            with contextlib.suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(call)
+                done.wait(timeout)
+                return
+        function()
+
+    def _on_readable(self, fd: int) -> None:
+        channel = self._channels.get(fd)
+        if channel is None:
+            return
+        self._read = fd
+        self._run(channel, fd)
+        if self._read is not None and fd in self._channels:
+            self._loop.remove_reader(fd)
+        self._read = None
+
+    def _run(self, channel: Channel, fd: int | None = None) -> None:
+        try:
+            if channel.driver is self:
+                channel.run(fd)
+            else:
+                channel.driver.wake(channel)  # it has moved
+        except Exception as error:  # noqa: BLE001  a fault of ours; the other subscriptions must go on
+            self._on_error(error)
+
+
+def can_drive(loop: asyncio.AbstractEventLoop) -> bool:
+    """Tell whether a loop can wait for sockets. Windows' usual one cannot."""
+    near, far = socket.socketpair()
+    try:
+        loop.add_reader(near, lambda: None)
+        loop.remove_reader(near)
+    except NotImplementedError:
+        return False
+    finally:
+        near.close()
+        far.close()
+    return True

@@ -1,0 +1,171 @@
+"""The messages of one topic, for ``async for``."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import AsyncIterator
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from pyros1.node.subscribing.inbox import Handover, Inbox
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from pyros1.node.subscribing.sources import Item, Source
+    from pyros1.node.subscribing.subscriber import Subscriber
+
+_M = TypeVar("_M")
+
+MOST_WAITING = 100
+"""Messages of a publisher that wait for an iteration without ``queue_size`` before the publisher is held back."""
+
+
+class Messages(Generic[_M]):
+    """The messages of one topic, for ``async for``; made by ``Node.subscribe``. Ends when the node shuts down.
+
+    They wait still encoded, in a queue for each publisher; publishers take turns, as in a subscriber with a callback.
+
+    Has no lock: whoever puts messages and the loop that takes them may be different threads, and a signal handler may
+    come at any moment.
+
+    Args:
+        loop: the asyncio loop that iterates.
+        limit: messages of each publisher that may wait; older ones are dropped. None drops nothing: publishers are held
+            back.
+        urgent: whether nobody may hold back the message that this waits for.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, limit: int | None, urgent: bool = False) -> None:
+        self._loop = loop
+        self._thread = threading.get_ident()
+        self._limit = limit
+        self._urgent = urgent
+        self._inboxes: dict[Source, Inbox[Source, Item]] = {}
+        self._queue: Handover[Source, Item] = Handover()
+        self._ready = asyncio.Event()
+        self._told = False  # the loop will look
+        self._ended = False
+        self._holds = False  # publishers may have been held back
+        self._subscriber: Subscriber[_M] | None = None
+
+    # For the subscription ---------------------------------------------------------------------------------------------
+
+    def put(self, source: Source, item: Item) -> None:
+        """Take a message. One thread at a time."""
+        inbox = self._inboxes.get(source)
+        if inbox is None:
+            inbox = self._open(source)
+        inbox.put(item, self._limit)
+        if not inbox.in_line:
+            self._queue.line_up(inbox)
+        if self._limit is None and inbox.full(MOST_WAITING):
+            self._holds = True
+        if not self._told:
+            self._told = True
+            self._tell()
+
+    def _open(self, source: Source) -> Inbox[Source, Item]:
+        """Begin a queue for a publisher; forget those that went."""
+        for old, inbox in list(self._inboxes.items()):
+            if not old.connected and not len(inbox):
+                self._queue.forget(inbox)
+                del self._inboxes[old]
+        inbox = self._inboxes[source] = Inbox(source)
+        self._queue.open(inbox)
+        return inbox
+
+    @property
+    def full(self) -> bool:
+        """Whether publishers are to be held back."""
+        return self._limit is None and not self._ended and self._has(MOST_WAITING)
+
+    def _has(self, count: int) -> bool:
+        """Tell whether that many messages of a publisher wait."""
+        return any(inbox.full(count) for inbox in list(self._inboxes.values()))
+
+    @property
+    def urgent(self) -> bool:
+        """Whether it waits for a message that nobody may hold back."""
+        return self._urgent and not self._ended and not self._queue.line
+
+    def _tell(self) -> None:
+        if threading.get_ident() == self._thread:
+            self._ready.set()
+            return
+        try:
+            self._loop.call_soon_threadsafe(self._ready.set)
+        except RuntimeError:  # the asyncio loop is closed: nobody listens any more
+            self._ended = True
+
+    def attach(self, subscriber: Subscriber[_M]) -> None:
+        """Take the handle of the subscription; messages may have come before."""
+        self._subscriber = subscriber
+        self._tell()
+
+    # For the program --------------------------------------------------------------------------------------------------
+
+    @property
+    def waiting(self) -> int:
+        """Messages that wait for the iteration."""
+        return len(self._queue)
+
+    @property
+    def dropped(self) -> int:
+        """Messages lost because the iteration was too slow, see ``queue_size``."""
+        return self._queue.dropped
+
+    def end(self) -> None:
+        """End the iteration, after what waits already. Any thread."""
+        self._ended = True
+        self._tell()
+        if self._subscriber is not None:
+            self._subscriber.hold_no_more()
+
+    def __aiter__(self) -> AsyncIterator[_M]:
+        return self
+
+    async def __anext__(self) -> _M:
+        while True:
+            while self._queue.line:
+                message = self._take()
+                if message is not None:
+                    return message
+            self._told = False
+            self._ready.clear()
+            if self._queue.line:  # put there by somebody who still believed that the loop looks
+                continue
+            if self._ended:
+                raise StopAsyncIteration
+            await self._ready.wait()
+
+    def _take(self) -> _M | None:
+        """Return the next message of the publisher whose turn it is; None if there is none, or it cannot be decoded."""
+        inbox = self._queue.line[0]
+        item = inbox.take()
+        if len(inbox):
+            self._queue.line.rotate(-1)
+        else:
+            self._queue.line.popleft()
+            self._queue.leave_line(inbox)
+        if self._holds and not self._has(MOST_WAITING // 2):
+            self._holds = False
+            if self._subscriber is not None:
+                self._subscriber.hold_no_more()
+        if item is None or self._subscriber is None:
+            return None
+        return self._subscriber.message(inbox.source, item)
+
+    async def aclose(self) -> None:
+        """Unsubscribe."""
+        self.end()
+        if self._subscriber is not None:
+            await asyncio.to_thread(self._subscriber.unregister)
+
+    async def __aenter__(self) -> Messages[_M]:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self.aclose()
