@@ -1,4 +1,4 @@
-"""callbacks: the queue of a node that spins."""
+"""callback_queue: the queue of a node that spins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""values: private parameters on the command line mean what YAML says they mean (N13)."""
+"""private_parameters: private parameters on the command line mean what YAML says they mean (N13)."""
 
 from __future__ import annotations
 

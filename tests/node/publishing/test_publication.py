@@ -1,4 +1,4 @@
-"""publisher: new links and the end of a publication hold nobody up."""
+"""publication: new links and the end of a publication hold nobody up."""
 
 from __future__ import annotations
 

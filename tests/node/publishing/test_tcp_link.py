@@ -1,4 +1,4 @@
-"""link: a slow or stuck subscriber harms nobody; nothing is reordered, torn or left unsent."""
+"""tcp_link: a slow or stuck subscriber harms nobody; nothing is reordered, torn or left unsent."""
 
 from __future__ import annotations
 

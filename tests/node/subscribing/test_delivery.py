@@ -1,4 +1,4 @@
-"""reader: fresh data for slow callbacks, nothing lost without a bound, and peers that send nonsense."""
+"""delivery: fresh data for slow callbacks, nothing lost without a bound, and peers that send nonsense."""
 
 from __future__ import annotations
 

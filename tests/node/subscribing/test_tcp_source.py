@@ -1,4 +1,4 @@
-"""inlink: large frames arrive in pieces, everything else through the buffer, whatever the order and the cuts."""
+"""tcp_source: large frames arrive in pieces, everything else through the buffer, whatever the order and the cuts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""readers: few threads for many subscriptions, and none that waits for another's callback."""
+"""threads: few threads for many subscriptions, and none that waits for another's callback."""
 
 from __future__ import annotations
 
