@@ -273,7 +273,8 @@ def main() -> None:
     scenario, transport, *rest = [*sys.argv[1:], "local"][:4] if len(sys.argv) < 3 else sys.argv[1:]
     sys.argv[1:] = []
     if "PORTABLE" in os.environ:  # as on systems without epoll
-        del select.epoll, select.EPOLLONESHOT
+        for name in ("epoll", "EPOLLONESHOT"):
+            vars(select).pop(name, None)
     if transport == "tcp":
         import pyros1.node.subscribing.connector
 

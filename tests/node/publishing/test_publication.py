@@ -16,7 +16,7 @@ import pytest
 from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.node.lane import TURN, Lane
+from pyros1.node.lane import Lane
 from pyros1.node.publishing.local_link import UNBOUNDED_LIMIT
 from pyros1.node.publishing.publication import Publication
 from pyros1.node.publishing.tcp_link import TcpLink
@@ -202,14 +202,15 @@ def test_who_is_connected_and_who_comes_later_end_with_the_same_message(
 
 @pytest.mark.parametrize("message_class", [Float64, Image])
 def test_a_message_comes_after_all_that_its_thread_has_left_to_others(
-    make_node: Any, raw_peer: Any, message_class: Any
+    make_node: Any, raw_peer: Any, message_class: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("pyros1.node.lane.TURN", turn := 8)
     talker = make_node("talker")
     publisher = talker.advertise("t", message_class, queue_size=0)
     peer = greet(raw_peer(talker), message_class)
     assert publisher.wait_for_subscribers(timeout=5)
     lane = publication_of(talker).lane
-    count = 3 * TURN
+    count = 3 * turn
     field = "data" if message_class is Float64 else "height"
     occupy(lane)
     for number in range(count):

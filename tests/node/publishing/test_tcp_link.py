@@ -19,7 +19,7 @@ from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink, wait_writable
 from ...bodies import decode
 from ...parts import publication_of
 
-IMAGE_SIZE = 1 << 20
+IMAGE_SIZE = 1 << 19
 
 
 @pytest.fixture(autouse=True)
@@ -159,7 +159,8 @@ def test_the_death_of_the_peer_ends_the_wait(blocked: Any) -> None:
     thread.join()
 
 
-def test_shutdown_ends_the_wait(blocked: Any, in_thread: Any) -> None:
+def test_shutdown_ends_the_wait(blocked: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.topics.FAREWELL", 0.1)
     talker, _, thread, _ = blocked
     in_thread(talker.shutdown).join()
     thread.join()

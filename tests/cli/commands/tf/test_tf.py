@@ -126,15 +126,18 @@ def test_echo_of_what_is_not_there(run: Run, robot: Node, make_node: Make) -> No
     assert out.count('Exception thrown:"bose" passed to lookupTransform argument source_frame does not exist. \n') == 2
     assert err.count("There is no frame 'bose' (did you mean 'base'?); there are: base, map, odom") == 1
     StaticTransformBroadcaster(make_node("isle")).send_transform(stamped("isle", "palm", Time(1)))
-    code, _, err = run("echo", "palm", "base", "-l", "1")
+    code, _, err = run("echo", "palm", "base", "-r", "50", "-l", "1")
     assert code == 1 and "The roots of their trees are 'isle' and 'map'" in err
-    code, out, _ = run("echo", "map", "base", "-l", "1", "-t", "5")
+    code, out, _ = run("echo", "map", "base", "-r", "50", "-l", "1", "-t", "5")
     assert code == 1 and "extrapolation" in out
 
 
-def test_nothing_publishes(run: Run, make_node: Make) -> None:
-    assert "Nothing publishes /tf or /tf_static" in run("echo", "map", "base", "-l", "1")[2]
-    assert "Nothing publishes /transforms or" in run("echo", "map", "base", "-l", "1", "/tf:=/transforms")[2]
+def test_nothing_publishes(run: Run, make_node: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.cli.commands.tf.echo.FIRST_WAIT", 0.1)
+    assert "Nothing publishes /tf or /tf_static" in run("echo", "map", "base", "-r", "50", "-l", "1")[2]
+    assert (
+        "Nothing publishes /transforms or" in run("echo", "map", "base", "-r", "50", "-l", "1", "/tf:=/transforms")[2]
+    )
     make_node("silent").advertise("/tf", "tf2_msgs/TFMessage")
     code, _, err = run("tree", "-t", "0.1")
     assert code == 1 and "No transform has come yet from /silent: do they run?" in err
