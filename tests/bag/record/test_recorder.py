@@ -350,17 +350,19 @@ def test_a_full_disk_closes_the_file_properly(start: Any, make_node: Any, tmp_pa
 def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp_path: Path) -> None:
     """At random moments: all messages sent a while before the end are there, whole and in order, none twice."""
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
-    moments = random.Random(7)
-    for number in range(3):
-        child = start("bag", "record", "-O", f"killed{number}", "/t")
-        until(lambda: publisher.num_connections, "the recorder")
-        sent: list[tuple[float, float]] = []
-        end = time.monotonic() + moments.uniform(1.0, 2.5)
-        while time.monotonic() < end:
-            sent.append((time.time(), float(len(sent))))
-            publisher.publish(sent[-1][1])
-            time.sleep(0.0005)
-        child.kill()
+    moments, count = random.Random(7), 3
+    children = [start("bag", "record", "-O", f"killed{number}", "/t") for number in range(count)]
+    until(lambda: publisher.num_connections == count, "the recorders")
+    sent: list[tuple[float, float]] = []
+    ends = {child: time.monotonic() + moments.uniform(1.0, 2.5) for child in children}
+    while ends:
+        sent.append((time.time(), float(len(sent))))
+        publisher.publish(sent[-1][1])
+        time.sleep(0.0005)
+        for child in [child for child, end in ends.items() if time.monotonic() > end]:
+            child.kill()
+            del ends[child]
+    for number, child in enumerate(children):
         child.wait(DEADLINE)
         path = tmp_path / f"killed{number}.bag.active"
         with BagReader(path, unindexed=True) as bag:
@@ -372,7 +374,7 @@ def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp
         assert len(found) >= len(before)
         assert start("bag", "reindex", "-q", str(path)).wait(DEADLINE) == 0
         assert numbers(path) == [value for _, value in found]
-        until(lambda: not publisher.num_connections, "the end of the link")
+    until(lambda: not publisher.num_connections, "the end of the links")
 
 
 def test_sim_time_is_recorded(start: Any, make_node: Any, tmp_path: Path) -> None:
