@@ -21,7 +21,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.main import entry
 from pyros1.errors import ServiceError
 from pyros1.msgs import load_message
-from pyros1.node.log import LogSink, Record
+from pyros1.node.log.sink import LogSink, Record
 from pyros1.tf import Buffer
 from pyros1.wire.header import encode_header
 

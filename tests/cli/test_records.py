@@ -51,15 +51,16 @@ def test_the_table_is_current() -> None:
     assert make_index.TARGET.read_text(encoding="utf-8") == make_index.text()
 
 
-def test_the_table_in_readme_is_current() -> None:
+@pytest.mark.parametrize("path", make_index.DOCUMENTS, ids=lambda path: path.name)
+def test_the_table_in_a_document_is_current(path: Path) -> None:
     """If not: python -m pyros1.cli.make_index"""
-    text = make_index.README.read_text(encoding="utf-8")
-    assert make_index.readme(text) == text
+    assert path.read_text(encoding="utf-8") == make_index.document(path)
 
 
 def test_names_are_unique() -> None:
     known = registry.commands()
     names = [word for name, each in known.items() for word in {name, each.stock, *each.aliases, *each.also} if word]
+    names += [told.program for name in known for told in registry.verbs(name).values() if told.program]
     assert [name for name, count in Counter(names).items() if count > 1] == []
     for command in known:
         verbs = registry.verbs(command)
@@ -75,6 +76,7 @@ def test_a_command_says_what_it_is(name: str) -> None:
     for words in command.also.values():
         assert not words or words[0].startswith("-") or registry.find_verb(name, words[0])
     assert {*command.order} <= {*registry.verbs(name)}
+    assert command.stock or not any(verb.of_tool for verb in registry.verbs(name).values()), "verbs of which tool?"
 
 
 @pytest.mark.parametrize(("line", "verb"), RECORDS)
@@ -204,6 +206,19 @@ def test_a_new_verb_is_completed(new: Pyros1) -> None:
     assert offered("pyros1 topic shout a m") == offered("pyros1 topic yell a b m") == ["messages"]
     assert offered("pyros1 mega") == ["megaphone"]
     assert offered("rosmegaphone --str") == ["--strength"]
+
+
+def test_a_new_verb_may_have_a_program_of_stock(package: Path, new: Pyros1) -> None:
+    """By that program's name the verb is known, and it stays out of the list that the command's stock tool prints."""
+    record = package / "pyros1/cli/commands/topic/shout.py"
+    record.write_text(SHOUT.replace("run=run,", 'stock="rosshout",\n    run=run,'))
+    try:
+        assert "shout" not in new("rostopic")[1] and "pyros1 topic shout\t" in new("pyros1 topic")[1]
+        assert new("pyros1 __complete bash '' 1 rosshout --")[1].split("\0")[:-1] == [
+            "--help", "--strength", "--unsure",
+        ]  # fmt: skip
+    finally:
+        record.write_text(SHOUT)
 
 
 def test_wrong_usage_of_a_new_verb(new: Pyros1) -> None:

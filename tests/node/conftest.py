@@ -16,7 +16,7 @@ from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.xmlrpc_client import XmlRpcClient
 from pyros1.net.xmlrpc_server import XmlRpcServer
-from pyros1.node.log import LogSink, Record
+from pyros1.node.log.sink import LogSink, Record
 from pyros1.wire.header import HeaderReader, encode_header
 
 from ..parts import tcpros_port

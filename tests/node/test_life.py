@@ -158,7 +158,7 @@ def test_a_node_that_cannot_start_leaves_nothing(environ: dict[str, str], monkey
     def refuse(*_: Any) -> None:
         raise MasterError("no", 0)
 
-    monkeypatch.setattr("pyros1.node.logging_api.offer_log", refuse)
+    monkeypatch.setattr("pyros1.node.node.offer_log", refuse)
     with pytest.raises(MasterError):
         Node("a", argv=[], environ=environ, handle_signals=False)
 

@@ -1,7 +1,12 @@
-"""``python -m pyros1.cli.make_index``: makes the tables of commands from their records: `index`, and README's."""
+"""``python -m pyros1.cli.make_index``: makes the tables of commands from their records.
+
+These are `index`, and, in a source tree, that of README.md and that of interop/commands.md.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -40,32 +45,85 @@ def text() -> str:
     return "".join([*lines, "}\n"])
 
 
-README = Path(__file__).parents[3] / "README.md"
-"""In a source tree; an installed pyros1 has none."""
+ROOT = Path(__file__).parents[3]
+"""Of a source tree."""
 _BEGIN = "<!-- made by python -m pyros1.cli.make_index -->\n"
 _END = "<!-- end -->\n"
+_ROW = re.compile(r"^\| (?:L\d+)? ?\| [^|]+ \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
+"""A row on what stock has: which verbs it is about, and its tests."""
+_TESTS = re.compile(r"`((?:tests|interop)/[^`:]+)(?:::[^`]+)?`")
 
 
-def readme_table() -> str:
+def readme_table(_: str = "") -> str:
     """Return README's table of commands."""
     lines = ["| `pyros1 ...` | stock ROS 1 | what it does | verbs; those that stock lacks |\n", "|---|---|---|---|\n"]
     for name, entry in registry.commands().items():
-        stock = ", ".join(f"`{each}`" for each in dict.fromkeys(filter(None, [entry.stock, *entry.also])))
         known = registry.verbs(name)
-        as_stock = " ".join(verb for verb, told in known.items() if not told.own)
-        more = " ".join(verb for verb, told in known.items() if told.own)
+        programs = [entry.stock, *entry.also, *(told.program for told in known.values())]
+        stock = ", ".join(f"`{each}`" for each in dict.fromkeys(filter(None, programs)))
+        as_stock = " ".join(verb for verb, told in known.items() if told.stock != "")
+        more = " ".join(verb for verb, told in known.items() if told.stock == "")
         verbs = f"{as_stock}; *{more}*" if more else as_stock
         lines.append(f"| `{name}` | {stock} | {entry.about} | {verbs} |\n")
     return "".join(lines)
 
 
-def readme(text: str) -> str:
-    """Return README's text with its table as the records have it."""
+def verbs_table(text: str) -> str:
+    """Return the table of all verbs and commands without verbs, with what stock has for each and its test files.
+
+    Args:
+        text: interop/commands.md, whose rows say in their third column which verbs they are about, and in the last
+            which tests show it.
+    """
+    shown = _test_files(text)
+    lines = ["| `pyros1 ...` | stock ROS 1 | what it does | tests |\n", "|---|---|---|---|\n"]
+    for line, stock, about in _commands():
+        tests = " ".join(f"`{file}`" for file in shown.get(line, ()))
+        lines.append(f"| `{line}` | {stock and f'`{stock}`'} | {about} | {tests} |\n")
+    return "".join(lines)
+
+
+def _commands() -> Iterator[tuple[str, str, str]]:
+    """Yield what is typed behind ``pyros1``, what is typed for it in stock ROS 1, and the line of help on it."""
+    for name, entry in registry.commands().items():
+        known = registry.verbs(name)
+        if not known:
+            yield name, entry.stock, entry.about
+        for verb, told in known.items():
+            yield f"{name} {verb}", f"{entry.stock} {verb}" if told.of_tool else told.stock or "", told.about
+
+
+def _test_files(text: str) -> Mapping[str, list[str]]:
+    """Return the test files that the rows of interop/commands.md name, for each verb.
+
+    A command that has verbs stands for those that stock's tool has.
+    """
+    found: dict[str, set[str]] = {}
+    for about, tests in _ROW.findall(text):
+        for line in re.findall(r"`([^`]+)`", about):
+            name, *words = line.partition(" -")[0].split()
+            verbs = words or [verb for verb, told in registry.verbs(name).items() if told.of_tool]
+            for each in verbs or [""]:
+                found.setdefault(f"{name} {each}".rstrip(), set()).update(_TESTS.findall(tests))
+    return {line: sorted(files) for line, files in found.items()}
+
+
+DOCUMENTS: Mapping[Path, Callable[[str], str]] = {
+    ROOT / "README.md": readme_table,
+    ROOT / "interop" / "commands.md": verbs_table,
+}
+"""Files with a table between two marks, and what makes that of the file's text."""
+
+
+def document(path: Path) -> str:
+    """Return the text of a document with its table as the records have it."""
+    text = path.read_text(encoding="utf-8")
     before, _, rest = text.partition(_BEGIN)
-    return before + _BEGIN + readme_table() + _END + rest.partition(_END)[2]
+    return before + _BEGIN + DOCUMENTS[path](text) + _END + rest.partition(_END)[2]
 
 
 if __name__ == "__main__":
     TARGET.write_text(text(), encoding="utf-8")
-    if README.exists():
-        README.write_text(readme(README.read_text(encoding="utf-8")), encoding="utf-8")
+    for each in DOCUMENTS:
+        if each.exists():
+            each.write_text(document(each), encoding="utf-8")

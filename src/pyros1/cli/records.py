@@ -3,7 +3,7 @@
 A command is a module or folder in `pyros1.cli.commands` with a `Command` record named ``COMMAND``, which is in
 ``__init__.py`` if it is a folder. One that has verbs, such as ``topic``, is a folder with a file for each verb, which
 has the verb's record, ``VERB``; nearly the same verbs may share a file, which then has a list of records, ``VERBS``.
-Files whose names begin with ``_`` are shared by the verbs of a command.
+Files and folders whose names begin with ``_`` are shared by the verbs of a command.
 
 This module imports nothing that takes time: records are made whenever a command starts.
 """
@@ -103,14 +103,16 @@ class Verb:
         examples: pairs of what is typed behind the name, or a whole line if it begins with ``pyros1``, and what that
             does.
         aliases: other names of it.
-        own: stock's tool does not have it: the list of commands under that tool's name leaves it out.
+        stock: what has the same task in stock ROS 1: a program, such as ``rosls``, with the words behind it, if any;
+            empty if nothing has. None: the verb of that name of the command's stock tool. Under that tool's name, the
+            list of verbs has only these.
         stock_about: the line in that list under the stock tool's name, where it must be another; empty: there is none.
         stock_examples: help under the stock tool's name has the examples, too.
         parse: makes options and arguments of the words, see `pyros1.cli.parsing`; None: `parse_words`.
     """
 
     __slots__ = (
-        "about", "aliases", "arguments", "description", "examples", "name", "options", "own", "parse", "run",
+        "about", "aliases", "arguments", "description", "examples", "name", "options", "parse", "run", "stock",
         "stock_about", "stock_examples", "usage",
     )  # fmt: skip
 
@@ -124,7 +126,7 @@ class Verb:
         description: str = "",
         examples: Sequence[tuple[str, str]] = (),
         aliases: Sequence[str] = (),
-        own: bool = False,
+        stock: str | None = None,
         stock_about: str | None = None,
         stock_examples: bool = False,
         parse: Parse | None = None,
@@ -138,7 +140,7 @@ class Verb:
         self.description = description
         self.examples = examples
         self.aliases = tuple(aliases)
-        self.own = own
+        self.stock = stock
         self.stock_about = about if stock_about is None else stock_about
         self.stock_examples = stock_examples
         self.parse = parse
@@ -189,7 +191,8 @@ class Command:
         group: under which of `GROUPS` that lists it.
         verb: what it does, of a command without verbs.
         stock: the stock tool's name; empty if there is none.
-        also: other names of the stock tool's family, each with the words behind this command that do the same.
+        also: further programs of stock ROS 1, each with the words behind this command that do the same; those that one
+            verb stands for are in its record.
         aliases: other names of the command.
         heading: the first lines of the list of its verbs, with ``{program}`` for how it was called.
         order: verbs that come first in that list, in this order; the others follow by name.

@@ -24,14 +24,14 @@ _FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "commands")
 class VerbEntry:
     """What is known of a verb without importing it; see `records.Verb`."""
 
-    __slots__ = ("about", "aliases", "completes", "module", "own", "stock_about", "usage")
+    __slots__ = ("about", "aliases", "completes", "module", "stock", "stock_about", "usage")
 
     def __init__(
         self,
         module: str,
         about: str,
         stock_about: str,
-        own: bool,
+        stock: str | None,
         usage: str,
         completes: tuple[str, ...],
         aliases: tuple[str, ...],
@@ -39,10 +39,20 @@ class VerbEntry:
         self.module = module
         self.about = about
         self.stock_about = stock_about
-        self.own = own
+        self.stock = stock
         self.usage = usage
         self.completes = completes
         self.aliases = aliases
+
+    @property
+    def of_tool(self) -> bool:
+        """The command's stock tool has this verb."""
+        return self.stock is None
+
+    @property
+    def program(self) -> str:
+        """The program of stock ROS 1 that does the same without any word behind its name; empty if there is none."""
+        return "" if self.stock is None or " " in self.stock else self.stock
 
 
 class CommandEntry:
@@ -97,6 +107,8 @@ def stock_names() -> dict[str, tuple[str, ...]]:
         if entry.stock:
             names[entry.stock] = (name,)
         names.update({stock: (name, *words) for stock, words in entry.also.items()})
+        found = {told.program: (name, verb) for verb, told in verbs(name).items()}
+        names.update({stock: words for stock, words in found.items() if stock not in ("", *SHELL_FUNCTIONS)})
     return dict(sorted(names.items()))
 
 
@@ -170,7 +182,7 @@ def describe(module: str) -> tuple[str, tuple[Any, ...]]:
 def describe_verbs(module: str) -> dict[str, tuple[Any, ...]]:
     """Import a file of verbs and return what their entries are made of, by name."""
     return {
-        verb.name: (module, verb.about, verb.stock_about, verb.own, verb.usage, _kinds(verb), verb.aliases)
+        verb.name: (module, verb.about, verb.stock_about, verb.stock, verb.usage, _kinds(verb), verb.aliases)
         for verb in _records(module)
     }
 

@@ -93,7 +93,7 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
     for name in command.sorted(known):
         entry = known[name]
         about = entry.stock_about if as_stock else entry.about
-        if about and not (as_stock and entry.own):
+        if about and (entry.of_tool or not as_stock):
             lines.append(command.row.format(program=program, name=name, about=about, usage=entry.usage))
     return "\n".join([*lines, command.footing.format(program=program)])
 

@@ -19,7 +19,7 @@ _MAX_DIGITS = 400
 
 MATH: Mapping[str, Any] = {
     name: getattr(math, name)
-    for name in dir(math)
+    for name in dir(math)  # sorted
     # Those left out take very long for arguments that are soon written.
     if not name.startswith("_") and name not in ("factorial", "comb", "perm", "prod")
 }
@@ -76,6 +76,11 @@ def name_of(function: Callable[..., Any]) -> str:
 def applies(function: Callable[..., Any]) -> bool:
     """Return whether a function calls its first argument, as ``map`` does."""
     return getattr(function, "func", function) in (_map, _filter)
+
+
+def takes_key(function: Callable[..., Any]) -> bool:
+    """Return whether a function calls what it gets as ``key``."""
+    return function in (max, min, sorted)
 
 
 def _join(limit: int, separator: str, items: Iterable[str]) -> str:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 from pyros1.expressions import costs
-from pyros1.expressions.functions import applies, formatted, owner_of
+from pyros1.expressions.functions import MATH, applies, formatted, method, owner_of, takes_key
 from pyros1.expressions.limits import (
     CALL,
     MAX_ITEMS,
@@ -23,7 +23,6 @@ from pyros1.expressions.limits import (
     MAX_WORK,
     SCALARS,
     STEP,
-    TEXTS,
     TOO_MUCH,
     ExpressionError,
     check_bits,
@@ -57,9 +56,6 @@ _METHODS: dict[type[ast.expr], str] = {
     ast.Tuple: "_tuple",
     ast.UnaryOp: "_unaryop",
 }
-_COMPREHENSIONS = (ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
-_F_STRINGS = (ast.JoinedStr, ast.FormattedValue)
-_OPTIONAL = {ast.Attribute, ast.Call, ast.Dict, ast.Set, *_COMPREHENSIONS, *_F_STRINGS}
 _FAILURES = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
 _SMALL = 1 << 63
 
@@ -84,7 +80,7 @@ class Interpreter:
     """One checked expression.
 
     A subclass widens or narrows the language by the class attributes, `check`, `constant`, `name` and `attribute`.
-    As it stands, there are operators, constants, lists and the names given.
+    As it stands, there are the names given, what can be written down, methods of plain values, and math.
 
     Args:
         text: the expression.
@@ -93,20 +89,14 @@ class Interpreter:
         ExpressionError: it is malformed, too long, or uses what is not allowed.
     """
 
-    nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_METHODS) - _OPTIONAL
+    nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_METHODS)
     """The kinds of syntax nodes allowed, of those that this class knows."""
 
     max_items: ClassVar[int] = MAX_ITEMS
     """Greatest `size` of a calculated value."""
 
-    formatting: ClassVar[bool] = False
-    """Whether ``text % values`` is allowed."""
-
     max_work: ClassVar[int] = MAX_WORK
     """Most work, see `limits`."""
-
-    modules: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
-    """Modules whose functions can be written ``module.function``: what is in them by name."""
 
     def __init__(self, text: str) -> None:
         self._work = 0
@@ -182,23 +172,10 @@ class Interpreter:
         Raises:
             ExpressionError: there is none of that name, or it is not for expressions.
         """
-        raise ExpressionError(f"{type(owner).__name__!r} object has no attribute {name!r}")
-
-    def has(self, owner: Any, name: str) -> bool:
-        """hasattr(), of what expressions can see."""
-        missing = object()
-        return self.get(owner, name, missing) is not missing
-
-    def get(self, owner: Any, name: str, *default: Any) -> Any:
-        """getattr(), of what expressions can see."""
-        if not isinstance(name, str) or name.startswith("_") or len(default) > 1:
-            raise ExpressionError(f"{name!r} is not accessible")
-        try:
-            return self.attribute(owner, name)
-        except (ExpressionError, AttributeError):
-            if default:
-                return default[0]
-            raise
+        found = method(owner, name, self.max_items)
+        if found is None:
+            raise ExpressionError(f"{type(owner).__name__!r} object has no attribute {name!r}")
+        return found
 
     # The nodes -----------------------------------------------------------------------------------------------------
 
@@ -240,12 +217,10 @@ class Interpreter:
         return self.name(node.id, names)
 
     def _attribute(self, node: ast.Attribute, names: Mapping[str, Any]) -> Any:
-        if isinstance(node.value, ast.Name) and node.value.id in self.modules:
-            module = self.modules[node.value.id]
-            if node.attr not in module:
-                known = ", ".join(sorted(module))
-                raise ExpressionError(f"there is no {node.value.id}.{node.attr} for expressions; there are: {known}")
-            return module[node.attr]
+        if isinstance(node.value, ast.Name) and node.value.id == "math":  # which is no value itself
+            if node.attr not in MATH:
+                raise ExpressionError(f"there is no math.{node.attr} for expressions; there are: {', '.join(MATH)}")
+            return MATH[node.attr]
         return self.attribute(self.value(node.value, names), node.attr)
 
     def _list(self, node: ast.List, names: Mapping[str, Any]) -> Any:
@@ -347,8 +322,6 @@ class Interpreter:
 
     def _binop(self, node: ast.BinOp, names: Mapping[str, Any]) -> Any:
         left, right = self.value(node.left, names), self.value(node.right, names)
-        if not self.formatting and isinstance(node.op, ast.Mod) and isinstance(left, TEXTS):
-            raise ExpressionError("texts cannot be formatted")
         require_small(node.op, left, right, self.max_items)
         self._spend(costs.binary(node.op, left, right, self.max_work))
         return self._bounded(BINARY[type(node.op)](left, right))
@@ -363,6 +336,8 @@ class Interpreter:
         self._spend(CALL + costs.call(function, arguments, keywords, self.max_work))
         if applies(function) and arguments and arguments[0] is not None:
             arguments = (functools.partial(self._called, arguments[0]), *arguments[1:])
+        if takes_key(function) and keywords.get("key") is not None:
+            keywords["key"] = self._key(keywords["key"])
         owner = owner_of(function)
         if function is set or isinstance(owner, set):
             for argument in arguments:
@@ -370,6 +345,19 @@ class Interpreter:
         elif function is dict and arguments and not isinstance(arguments[0], dict):
             spread(pair[0] for pair in map(tuple, arguments[0]) if pair)
         return self._bounded(function(*arguments, **keywords))
+
+    def _key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
+        """What is called for each item that is sorted: its values are kept until all are there, so all are bounded."""
+        total = 0
+
+        def key(item: Any) -> Any:
+            nonlocal total
+            value = self._called(function, item)
+            total += 1 + measure(value, self.max_items)[0]
+            require(total, self.max_items)
+            return value
+
+        return key
 
     def _joined(self, node: ast.JoinedStr, names: Mapping[str, Any]) -> Any:
         return self._bounded("".join(self.value(part, names) for part in node.values))

@@ -3,6 +3,10 @@
 Programs parse what ``rostopic echo`` prints, so the quoting and the folding of long strings are part of the interface.
 A message needs only two forms: a string alone, always in double quotes, and a block sequence of strings, each plain
 where YAML 1.1 would read it back as a string, else quoted. https://yaml.org/spec/1.1/
+
+PyYAML itself, with which the tests compare every form, does not serve: of short strings its emitter is five to eight
+times slower, which `echo` would pay for each field, and it holds a long one in memory several times, where this one
+gives it in pieces. Its fast variant, libyaml's, folds at other places.
 """
 
 from __future__ import annotations
@@ -52,18 +56,13 @@ _ASCII_ONLY = re.compile(r"[\n\x20-\x7e]*\Z")
 _RUN = re.compile(r" +|\n+|[^ \n']{1,9999}|'")
 
 
-def double_quoted(text: str, column: int = 0) -> str:
-    """Return ``text`` in double quotes, folded behind column 80.
+def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
+    """Yield a text in double quotes, folded behind column 80, in pieces, none of them large.
 
     Args:
         text: any string.
         column: where the opening quote stands.
     """
-    return "".join(quoted_pieces(text, column))
-
-
-def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
-    """Yield the same in pieces, none of them large; arguments as of `double_quoted`."""
     yield '"'
     column += 1
     start = 0
@@ -87,14 +86,6 @@ def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
                 column += 1
     yield text[start:]
     yield '"'
-
-
-def block_sequence(values: list[object]) -> list[str]:
-    """Return the lines of a block sequence of strings, without indentation; other values as ``str`` gives them."""
-    lines: list[str] = []
-    for value in values:
-        lines += ("- " + ("".join(item_pieces(value)) if isinstance(value, str) else str(value))).split("\n")
-    return lines
 
 
 def item_pieces(text: str) -> Iterator[str]:

@@ -14,7 +14,7 @@ from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
     from pyros1.node.callback_queue import CallbackQueue
-    from pyros1.node.log import Log
+    from pyros1.node.log.logger import Log
 
 LONGEST_PERIOD = 1e9
 """Of a timer, in seconds."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.rpc_caller import RpcCaller
     from pyros1.node.callback_queue import CallbackQueue
-    from pyros1.node.log import Log
+    from pyros1.node.log.logger import Log
     from pyros1.node.subscribing.sources import HandingSource, Receiver
     from pyros1.wire.handshake import TopicType
 

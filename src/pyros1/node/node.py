@@ -18,15 +18,18 @@ from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import XmlRpcServer
-from pyros1.node import checks, logging_api
+from pyros1.node import checks
 from pyros1.node.callback_queue import CallbackQueue
 from pyros1.node.clock import Clock, Rate, Timer, TimerEvent
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
 from pyros1.node.life import Life
-from pyros1.node.log import ERROR, WARN, Log, LogSink, default_log_file, level_from_name, trace_of
-from pyros1.node.parameters import Parameters
-from pyros1.node.private_parameters import left_over, misspelt, set_private
+from pyros1.node.log.levels import ERROR, WARN, level_from_name
+from pyros1.node.log.logger import Log, trace_of
+from pyros1.node.log.offered import offer_log
+from pyros1.node.log.sink import LogSink, default_log_file
+from pyros1.node.parameters.parameters import Parameters
+from pyros1.node.parameters.private import left_over, misspelt, set_private
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.registrar import Registrar, await_master
 from pyros1.node.server import TcprosServer
@@ -160,7 +163,7 @@ class Node:
         self._registrar.start()
         if sim_time is True:
             self._use_simulated_time()
-        logging_api.offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout)
+        offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout)
 
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()

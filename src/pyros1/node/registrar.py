@@ -23,7 +23,7 @@ from pyros1.errors import (
 )
 from pyros1.net.bell import Bell, Event
 from pyros1.net.master_client import MasterClient
-from pyros1.node.log import WARN
+from pyros1.node.log.levels import WARN
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error, XmlRpcFault
 from pyros1.net.hosts import parse_uri
-from pyros1.node.log import WARN
+from pyros1.node.log.levels import WARN
 from pyros1.wire.handshake import Refusal
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
-    from pyros1.node.parameters import Parameters
+    from pyros1.node.parameters.parameters import Parameters
 
 Triple = list[Any]
 

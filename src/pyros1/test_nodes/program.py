@@ -14,7 +14,7 @@ from pyros1.test_nodes.check import run_case
 
 _OUTPUT = "--gtest_output=xml:"
 _SUITE = "unittest.suite.TestSuite"
-_NODES = {
+NODES = {
     "hztest": ("HzTest", hz.tests),
     "paramtest": ("ParamTest", param.tests),
     "publishtest": ("PublishTest", publish.tests),
@@ -35,7 +35,7 @@ def main(argv: list[str]) -> int:
         The exit code: 0 when all is well, 1 when not.
     """
     name = Path(argv[0]).name
-    classname, make_tests = _NODES[name]
+    classname, make_tests = NODES[name]
     try:
         with Node(name, argv=argv[1:]) as node:
             cases = [run_case(title, f"__main__.{classname}", test) for title, test in make_tests(node).items()]

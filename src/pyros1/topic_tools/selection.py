@@ -12,7 +12,7 @@ from typing import Any
 
 from pyros1.errors import InvalidNameError, NodeError
 from pyros1.node import Node
-from pyros1.node.log import WARN
+from pyros1.node.log.levels import WARN
 from pyros1.node.publishing.publisher import Publisher
 
 NONE = "__none"

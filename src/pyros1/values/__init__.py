@@ -9,12 +9,11 @@ from pyros1.values.reading import YamlError, load_all_yaml, load_yaml
 __all__ = ["YamlError", "dump_yaml", "load_all_yaml", "load_yaml"]
 
 
-def dump_yaml(value: Any, *, block: bool = True) -> str:
-    """Return a value as YAML 1.1, laid out as the ROS 1 tools lay it out.
+def dump_yaml(value: Any) -> str:
+    """Return a value as YAML 1.1, laid out as the ROS 1 tools lay it out: one entry per line.
 
     Args:
         value: None, bool, int, float, str, bytes, date, datetime, and lists, tuples, dicts and sets of these.
-        block: one entry per line if True, else everything inline as ``{a: 1, b: [1, 2]}``.
 
     Returns:
         The text, keys sorted, ASCII only, ending in a newline; a bare plain scalar is followed by a line ``...``.
@@ -24,4 +23,4 @@ def dump_yaml(value: Any, *, block: bool = True) -> str:
     """
     from pyros1.values.writing import dump  # noqa: PLC0415 - most programs only read
 
-    return dump(value, inline=lambda _: not block)
+    return dump(value, inline=lambda _: False)

@@ -1,4 +1,8 @@
-"""The arithmetic of ``rad(...)`` and ``!radians`` (https://wiki.ros.org/rosparam#YAML_Format)."""
+"""The arithmetic of ``rad(...)`` and ``!radians`` (https://wiki.ros.org/rosparam#YAML_Format).
+
+Stock has Python evaluate the text. Values come from others, so here it is the safe language of `pyros1.expressions`,
+without everything but numbers.
+"""
 
 from __future__ import annotations
 

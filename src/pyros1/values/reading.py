@@ -3,6 +3,10 @@
 The latter are ``deg(90)``, ``rad(pi/2)``, ``!degrees 90`` and ``!radians pi/2``
 (https://wiki.ros.org/rosparam#YAML_Format). Nothing in a text can name a Python object: the only values made are None,
 bool, int, float, str, bytes, date, datetime, list, dict and set.
+
+What is ours: angles, of which YAML knows nothing; bounds, since a text of a few hundred bytes can stand for billions of
+values or keep PyYAML busy for minutes; errors with file and line; and a short cut for single words and numbers, since
+PyYAML takes longer to import than most commands take to run.
 """
 
 from __future__ import annotations
@@ -55,6 +59,17 @@ class YamlError(Error, ValueError):
         super().__init__(place + message)
 
 
+def simple_value(text: str) -> str | int | float | None:
+    """Return the value of a text that is one word or number and needs no YAML machinery, None for any other text."""
+    if _SIMPLE_WORD.fullmatch(text) and text.lower() not in _SPECIAL_WORDS:
+        return text
+    if _SIMPLE_INT.fullmatch(text):
+        return int(text)
+    if _SIMPLE_FLOAT.fullmatch(text):
+        return float(text)
+    return None
+
+
 def load_yaml(text: str, where: str | None = None) -> Any:
     """Return the value of one YAML document by ROS 1's rules.
 
@@ -70,13 +85,9 @@ def load_yaml(text: str, where: str | None = None) -> Any:
             nested too deeply; or its aliases stand for too much: they share their values here, but who looks at all of
             them would never end.
     """
-    word = text.strip(" ")
-    if _SIMPLE_WORD.fullmatch(word) and word.lower() not in _SPECIAL_WORDS:
-        return word
-    if _SIMPLE_INT.fullmatch(word):
-        return int(word)
-    if _SIMPLE_FLOAT.fullmatch(word):
-        return float(word)
+    value = simple_value(text.strip(" "))
+    if value is not None:
+        return value
     documents = load_all_yaml(text, where)
     if len(documents) > 1:
         raise YamlError("expected a single YAML document, but found another one", where)

@@ -1,4 +1,8 @@
-"""Values to YAML text: PyYAML's, whose layout scripts around the ROS 1 tools have come to expect."""
+"""Values to YAML text: PyYAML's, whose layout scripts around the ROS 1 tools have come to expect.
+
+What is ours: the choice of what stands in brackets, texts that look like angles, and numpy's numbers, all of which
+PyYAML leaves to those who use it.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
-from pyros1.values.reading import ANGLES, YamlError
+from pyros1.values.reading import ANGLES, YamlError, simple_value
 
 
 def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) -> str:
@@ -20,7 +24,11 @@ def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) ->
     Raises:
         YamlError: see `pyros1.values.dump_yaml`.
     """
-    import yaml  # noqa: PLC0415 - slow to import
+    if value.__class__ in (str, int, float):
+        text = str(value)
+        if simple_value(text) == value:
+            return f"{text}\n...\n"
+    import yaml  # noqa: PLC0415 - slow to import, and most parameters are one word or number
 
     dumper = _dumper_class()
     try:

@@ -11,7 +11,7 @@ import pytest
 
 from pyros1.bag.record.model import Topic
 from pyros1.bag.record.names import FileNames, Selection
-from pyros1.cli.commands.bag._live import LiveLine, RecordLine, record_table, size_text
+from pyros1.cli.commands.bag._running.live import LiveLine, RecordLine, record_table, size_text
 from pyros1.errors import Error
 
 MOMENT = time.mktime((2026, 11, 20, 20, 24, 3, 0, 0, -1))

@@ -1,7 +1,4 @@
-"""Reads MCAP files (https://mcap.dev/spec) from their beginning to the end of their data; needs no index.
-
-Why not the rosbags library's reader: it takes files of ROS 2 only.
-"""
+"""Reads MCAP files (https://mcap.dev/spec) from their beginning to the end of their data; needs no index."""
 
 from __future__ import annotations
 

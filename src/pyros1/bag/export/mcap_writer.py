@@ -1,7 +1,4 @@
-"""Writes MCAP files (https://mcap.dev/spec) with messages of ROS 1 as they are: the profile ``ros1``.
-
-Why not the rosbags library's writer: it writes ROS 2's profile only.
-"""
+"""Writes MCAP files (https://mcap.dev/spec) with messages of ROS 1 as they are: the profile ``ros1``."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Writes bags: sorted indexes, connection headers as they came, every chunk on its way to the disk when it is full.
-
-Why not the rosbags library's writer: it drops fields of connection headers, keeps 132 bytes per message until the bag
-is closed, and its bag header has another size than that of stock tools, which then spoil the file.
-"""
+"""Writes bags: sorted indexes, connection headers as they came, every chunk on its way to the disk when it is full."""
 
 from __future__ import annotations
 

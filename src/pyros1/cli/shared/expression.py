@@ -8,10 +8,10 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from pyros1.expressions import ExpressionError, Interpreter
-from pyros1.expressions.functions import MATH, functions, method
+from pyros1.expressions.functions import MATH, functions
 from pyros1.msgs import Message
 from pyros1.timing import TVal
 
@@ -26,8 +26,6 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 """Functions that every expression may call, besides hasattr and getattr."""
 TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "is_zero"})
 """What expressions may use of times and durations."""
-_KEYS = frozenset({"abs", "float", "int", "len"})
-"""Functions that may be the key of sorted, min and max: those whose values are small."""
 _LOOKS = frozenset({"getattr", "hasattr"})
 
 
@@ -66,27 +64,14 @@ class Expression:
 class MessageLanguage(Interpreter):
     """What expressions of messages have in common, here and in topic_tools; see `Interpreter`."""
 
-    nodes = Interpreter.nodes | {
-        *(ast.Attribute, ast.Call, ast.Dict, ast.Set, ast.JoinedStr, ast.FormattedValue),
-        *(ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp),
-    }
     max_items = MAX_ITEMS
-    formatting = True
-
-    def check(self, node: ast.AST) -> None:
-        """Refuse a node of the tree; see `Interpreter`."""
-        super().check(node)
-        if not isinstance(node, ast.keyword) or node.arg != "key":
-            return
-        if not isinstance(node.value, ast.Name) or node.value.id not in _KEYS:
-            raise ExpressionError(f"key can only be one of: {', '.join(sorted(_KEYS))}")
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         """Return what a name stands for; see `Interpreter`."""
         if name in names:
             return names[name]
         if name in _LOOKS:
-            return self.has if name == "hasattr" else self.get
+            return self._has if name == "hasattr" else self._get
         if name in FUNCTIONS:
             return FUNCTIONS[name]
         raise ExpressionError(f"there is no name {name!r}; there are: {self.known(names)}")
@@ -103,12 +88,26 @@ class MessageLanguage(Interpreter):
             allowed = isinstance(owner, TVal) and name in TIME_METHODS
         if allowed:
             return getattr(owner, name)
-        return method(owner, name, self.max_items) or super().attribute(owner, name)
+        return super().attribute(owner, name)
+
+    def _has(self, owner: Any, name: str) -> bool:
+        """hasattr(), of what expressions can see."""
+        missing = object()
+        return self._get(owner, name, missing) is not missing
+
+    def _get(self, owner: Any, name: str, *default: Any) -> Any:
+        """getattr(), of what expressions can see."""
+        if not isinstance(name, str) or name.startswith("_") or len(default) > 1:
+            raise ExpressionError(f"{name!r} is not accessible")
+        try:
+            return self.attribute(owner, name)
+        except (ExpressionError, AttributeError):
+            if default:
+                return default[0]
+            raise
 
 
 class _Filter(MessageLanguage):
-    modules: ClassVar = {"math": MATH}
-
     def check(self, node: ast.AST) -> None:
         super().check(node)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not is_function(node.func.id):

@@ -5,13 +5,12 @@ The language is that of `pyros1.expressions`, with all its functions, and those 
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from pyros1.errors import LaunchError
 from pyros1.expressions import MAX_ITEMS, ExpressionError, Interpreter, bounded
-from pyros1.expressions.functions import MATH, functions, method
+from pyros1.expressions.functions import MATH, functions
 
 _BUILTINS: dict[str, Any] = {**functions(MAX_ITEMS), "true": True, "false": False, **MATH}
 
@@ -44,20 +43,10 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
 
 
 class _Eval(Interpreter):
-    nodes = Interpreter.nodes | {
-        *(ast.Attribute, ast.Call, ast.Dict, ast.Set, ast.JoinedStr, ast.FormattedValue),
-        *(ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp),
-    }
-    formatting = True
-    modules: ClassVar = {"math": MATH}
-
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         if name == "math":
             raise ExpressionError("'math' can only be used as in math.sqrt(x)")
         return bounded(super().name(name, names))
-
-    def attribute(self, owner: Any, name: str) -> Any:
-        return method(owner, name, self.max_items) or super().attribute(owner, name)
 
 
 def _is_text(value: str) -> bool:

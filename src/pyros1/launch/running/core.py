@@ -119,8 +119,8 @@ class Core:
             self._rosout_error = error
 
     def _make_rosout(self) -> None:
+        from pyros1.node.log.rosout import RosoutAggregator  # noqa: PLC0415 - only if no master runs yet
         from pyros1.node.node import Node  # noqa: PLC0415 - only if no master runs yet
-        from pyros1.node.rosout import RosoutAggregator  # noqa: PLC0415 - only if no master runs yet
 
         log = str(self._log_folder / "rosout.log")
         arguments = [f"__log:={self._log_folder / 'rosout-1.log'}"]

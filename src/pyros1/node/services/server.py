@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import MessageError, NodeError
 from pyros1.msgs import Message, Service
-from pyros1.node.log import WARN
+from pyros1.node.log.levels import WARN
 from pyros1.node.services.connection import ServiceLink
 from pyros1.wire.handshake import ServiceType, answer_service_client, is_true
 from pyros1.wire.header import encode_header

@@ -13,7 +13,7 @@ from pyros1.errors import Error
 from pyros1.net.connect import connect
 from pyros1.net.keepalive import keep_alive
 from pyros1.node.context import Context, find_local_context
-from pyros1.node.log import ERROR, WARN
+from pyros1.node.log.levels import ERROR, WARN
 from pyros1.node.subscribing import dialogue as do
 from pyros1.node.subscribing.dialogue import Action, Dialogue, State
 from pyros1.node.subscribing.tcp_source import TcpSource

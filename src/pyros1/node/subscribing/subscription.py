@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.errors import MessageError, NodeError
 from pyros1.msgs.large import layout
-from pyros1.node.log import ERROR
+from pyros1.node.log.levels import ERROR
 from pyros1.node.subscribing.connector import Connector
 from pyros1.node.subscribing.delivery import Delivery
 from pyros1.node.subscribing.drivers import Holding

@@ -8,7 +8,7 @@ from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.encryption import AES, ENCRYPTORS, Cipher, KeyUnavailableError, new_cipher
 from pyros1.bag.format.reader import BagReader
 from pyros1.cli.commands.bag._options import compression
-from pyros1.cli.commands.bag._rewrite import BAGS, OPTIONS, USAGE, rewrite_each
+from pyros1.cli.commands.bag._writing.rewrite import BAGS, OPTIONS, USAGE, rewrite_each
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Option, Verb

@@ -12,8 +12,8 @@ from typing import Any
 from pyros1.bag.api import Bag
 from pyros1.bag.edit.editing import Choice
 from pyros1.bag.format.reader import RawMessage
-from pyros1.cli.commands.bag._files import different, whole_or_nothing
 from pyros1.cli.commands.bag._options import CHOICE, QUIET, choice_of
+from pyros1.cli.commands.bag._writing.files import different, whole_or_nothing
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -122,6 +122,7 @@ VERB = Verb(
         ("run.bag -o run.mcap --ros1", "the messages unchanged, as `mcap convert` does"),
         ("run.bag --format ros2", "for `ros2 bag play run_ros2`"),
     ],
+    stock="",
     run=run,
 )
 
@@ -157,7 +158,7 @@ def _extension(path: str) -> str:
 def _writer(kind: str, part: str, topics: list[str], options: Any) -> Any:
     if kind in ("csv", "jsonl"):
         # Here and below: what is needed, and no more.
-        from pyros1.cli.commands.bag._export_text import CsvWriter, JsonWriter  # noqa: PLC0415
+        from pyros1.cli.commands.bag._writing.text import CsvWriter, JsonWriter  # noqa: PLC0415
 
         return CsvWriter(part, topics, options) if kind == "csv" else JsonWriter(part, options)
     if kind == "images":

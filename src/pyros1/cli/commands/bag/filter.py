@@ -11,8 +11,8 @@ from pyros1.bag.api import Bag
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import RECORD_OVERHEAD
-from pyros1.cli.commands.bag._files import different, new_file
 from pyros1.cli.commands.bag._options import CHOICE, choice_of, chosen, warn_of_strangers
+from pyros1.cli.commands.bag._writing.files import different, new_file
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option, Verb

@@ -7,8 +7,8 @@ import os
 import sys
 from typing import Any
 
-from pyros1.cli.commands.bag._files import different, whole_or_nothing
 from pyros1.cli.commands.bag._options import QUIET, TOPICS, compression, parted
+from pyros1.cli.commands.bag._writing.files import different, whole_or_nothing
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -63,6 +63,7 @@ VERB = Verb(
     description="Make a bag of a ROS 2 bag: its folder, or an .mcap or .db3 file; or of an .mcap file with messages of "
     "ROS 1.",
     examples=[("run.mcap -o run.bag", "of ROS 1 or ROS 2"), ("rosbag2_folder", "into rosbag2_folder.bag")],
+    stock="",
     run=run,
 )
 

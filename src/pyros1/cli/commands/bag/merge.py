@@ -8,8 +8,8 @@ from typing import Any
 
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
-from pyros1.cli.commands.bag._files import different, new_file
 from pyros1.cli.commands.bag._options import CHOICE, choice_of, compression, warn_of_strangers
+from pyros1.cli.commands.bag._writing.files import different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -48,5 +48,6 @@ VERB = Verb(
     usage="[options] OUTBAG INBAG1 [INBAG2 ...]",
     description="Merge bags into one, by time.",
     examples=[("all.bag a.bag b.bag", "by time")],
+    stock="",
     run=run,
 )

@@ -8,23 +8,22 @@ import sys
 import time
 from math import inf, isfinite
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pyros1.bag.play.control import Control
-from pyros1.bag.play.keyboard import Keyboard
-from pyros1.bag.play.player import Player, PlayOptions, Status
-from pyros1.bag.play.source import Bags
-from pyros1.cli.commands.bag._live import LiveLine
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
-from pyros1.cli.shared.subscribing import Decoder
 from pyros1.errors import MessageError
 from pyros1.interrupts import catch
-from pyros1.msgs import AnyMsg
-from pyros1.node import Node
 from pyros1.shown import one_line
+
+if TYPE_CHECKING:
+    from pyros1.bag.play.control import Control
+    from pyros1.bag.play.player import Player, PlayOptions, Status
+    from pyros1.bag.play.source import Bags
+    from pyros1.msgs import AnyMsg
+    from pyros1.node import Node
 
 _SWITCH_INTERVAL = 0.00005
 """Seconds after which the thread that reads ahead lets the one that plays go on."""
@@ -40,6 +39,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if not paths:
         raise UsageError("You must specify at least 1 bag file to play back.")
     _check(options)
+    from pyros1.bag.play.control import Control  # noqa: PLC0415 - help does without
+    from pyros1.bag.play.source import Bags  # noqa: PLC0415
+    from pyros1.node import Node  # noqa: PLC0415
+
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with Bags(paths, options.topics) as bags:
         _check_content(bags, options)
@@ -158,6 +161,10 @@ def _wake_on_time() -> None:
 
 
 def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
+    from pyros1.bag.play.keyboard import Keyboard  # noqa: PLC0415
+    from pyros1.bag.play.player import Player  # noqa: PLC0415
+    from pyros1.cli.commands.bag._running.live import LiveLine  # noqa: PLC0415
+
     line = LiveLine(not options.quiet)
 
     def show(status: Status) -> None:
@@ -224,6 +231,9 @@ def _pause(control: Control, paused: bool) -> tuple[bool, str]:
 
 def _control_rate(node: Node, player: Player, topic: str) -> None:
     """Let a topic's stamps hold the player back (B38); the times of arrival, if the topic has no header."""
+    from pyros1.cli.shared.subscribing import Decoder  # noqa: PLC0415
+    from pyros1.msgs import AnyMsg  # noqa: PLC0415
+
     decoder = Decoder()
     player.rate_stamp = 0
 
@@ -268,6 +278,8 @@ def _plain(topic: str) -> str:
 
 
 def _settings(options: Any) -> PlayOptions:
+    from pyros1.bag.play.player import PlayOptions  # noqa: PLC0415
+
     return PlayOptions(
         prefix=options.prefix,
         immediate=options.immediate,

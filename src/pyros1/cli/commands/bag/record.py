@@ -5,23 +5,21 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pyros1 import names
-from pyros1.bag.errors import BagError
-from pyros1.bag.record.follow import Ending, follow, wait_for_time
-from pyros1.bag.record.model import RecordOptions
-from pyros1.bag.record.names import FileNames, Selection
-from pyros1.bag.record.recorder import Events, Recorder
-from pyros1.bag.record.topics import TopicSearch
-from pyros1.cli.commands.bag._live import LiveLine, RecordLine, record_table
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_guarded
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.errors import Error
-from pyros1.node import Node
 from pyros1.shown import one_line
+
+if TYPE_CHECKING:
+    from pyros1.bag.record.follow import Ending
+    from pyros1.bag.record.model import RecordOptions
+    from pyros1.bag.record.names import Selection
+    from pyros1.node import Node
 
 _UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
 _SECONDS = {"": 1, "s": 1, "m": 60, "h": 3600}
@@ -31,6 +29,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Write what topics bring into bags."""
     selection = _selection(options, [*args, *(options.topics or ())])
     settings = _settings(options)
+    from pyros1.bag.record.follow import Ending  # noqa: PLC0415 - help does without
+    from pyros1.node import Node  # noqa: PLC0415
+
     try:
         node = Node(f"record_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
     except SystemExit:
@@ -38,7 +39,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     try:
         ending = Ending(node)
         if options.snapshot:
-            from pyros1.cli.commands.bag._snapshot import keep_snapshots  # noqa: PLC0415 - few ask for it
+            from pyros1.cli.commands.bag._running.snapshot import keep_snapshots  # noqa: PLC0415 - few ask for it
 
             return keep_snapshots(node, selection, settings, options, ending)
         return _record(node, selection, settings, options, ending)
@@ -170,6 +171,12 @@ VERB = Verb(
 
 
 def _record(node: Node, selection: Selection, settings: RecordOptions, options: Any, ending: Ending) -> int:
+    from pyros1.bag.errors import BagError  # noqa: PLC0415
+    from pyros1.bag.record.follow import follow, wait_for_time  # noqa: PLC0415
+    from pyros1.bag.record.recorder import Events, Recorder  # noqa: PLC0415
+    from pyros1.bag.record.topics import TopicSearch  # noqa: PLC0415
+    from pyros1.cli.commands.bag._running.live import LiveLine, RecordLine, record_table  # noqa: PLC0415
+
     line = LiveLine(not options.quiet, log=node.log)
     announce = _announcer(node) if options.publish else lambda path: None
 
@@ -236,6 +243,8 @@ def _selection(options: Any, topics: list[str]) -> Selection:
             raise CommandError(f"{name!r} is not the name of a topic")
     if options.limit and (everything or options.regex or options.node):
         raise CommandError("--limit goes with named topics only, not with -a, -e, -x or --node")
+    from pyros1.bag.record.names import Selection  # noqa: PLC0415
+
     try:
         return Selection(topics, options.regex, everything, options.exclude, options.node)
     except Error as error:
@@ -253,6 +262,9 @@ def _settings(options: Any) -> RecordOptions:
             raise UsageError(f"--{name.replace('_', '-')} must be a number, and not negative")
     if options.bz2 and options.lz4:
         raise UsageError("choose one of --bz2 and --lz4")
+    from pyros1.bag.record.model import RecordOptions  # noqa: PLC0415
+    from pyros1.bag.record.names import FileNames  # noqa: PLC0415
+
     name = options.output_name
     return RecordOptions(
         names=FileNames(name or options.output_prefix or "", dated=name is None, numbered=options.split),

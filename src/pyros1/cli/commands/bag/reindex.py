@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.bag.edit.reindex import Saved, reindex
 from pyros1.bag.errors import BagError
-from pyros1.cli.commands.bag._rewrite import BAGS, OPTIONS, USAGE, rewrite_each
+from pyros1.cli.commands.bag._writing.rewrite import BAGS, OPTIONS, USAGE, rewrite_each
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 from pyros1.cli.shared.progress import Progress

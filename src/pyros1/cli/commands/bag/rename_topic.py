@@ -7,8 +7,8 @@ from typing import Any
 
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
-from pyros1.cli.commands.bag._files import different, new_file
 from pyros1.cli.commands.bag._options import compression
+from pyros1.cli.commands.bag._writing.files import different, new_file
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -58,6 +58,7 @@ VERB = Verb(
         ("run.bag out.bag /scan /front/scan", "one topic"),
         ("run.bag out.bag /robot1/ /robot2/", "all topics of a namespace"),
     ],
+    stock="rosrun rosbag topic_renamer.py",
     run=run,
 )
 

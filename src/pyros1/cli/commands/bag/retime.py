@@ -8,8 +8,8 @@ from typing import Any
 from pyros1.bag.api import Bag
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import RawMessage
-from pyros1.cli.commands.bag._files import different, new_file
 from pyros1.cli.commands.bag._options import compression, parse_time
+from pyros1.cli.commands.bag._writing.files import different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -60,6 +60,7 @@ VERB = Verb(
         ("run.bag out.bag --offset -3600", "an hour earlier"),
         ("run.bag out.bag --header-stamp", "as the messages' headers say"),
     ],
+    stock="",
     run=run,
 )
 

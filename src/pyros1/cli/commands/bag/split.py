@@ -11,8 +11,8 @@ from typing import Any
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
-from pyros1.cli.commands.bag._files import interruptible
 from pyros1.cli.commands.bag._options import CHOICE, choice_of, compression, warn_of_strangers
+from pyros1.cli.commands.bag._writing.files import interruptible
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -73,6 +73,7 @@ VERB = Verb(
     Argument("INBAG", "bag"),
     description="Split a bag into NAME_0.bag, NAME_1.bag, ... at every limit given.",
     examples=[("run.bag --duration 5m --repeat-latched", "into run_0.bag, run_1.bag, ...")],
+    stock="",
     run=run,
 )
 

@@ -44,6 +44,6 @@ VERB = Verb(
         ("my_robot", "for mypy, pyright and editors: from pyros1.msgs.my_robot.msg import State"),
         ("", "of all packages, for example after a change"),
     ],
-    own=True,
+    stock="",
     run=run,
 )

@@ -44,7 +44,7 @@ def _verb(name: str, done: str, about: str, example: str) -> Verb:
         Argument("node", "node", many=True),
         usage="node1 [node2...]",
         examples=[("/driver", example)],
-        own=True,
+        stock="",
         run=partial(_run, name, done),
     )
 

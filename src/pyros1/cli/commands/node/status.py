@@ -34,7 +34,7 @@ VERB = Verb(
     "list the processes of running launches: pid, CPU, memory, restarts, uptime",
     Flag("-1", "--once", help="do not measure the CPU, which takes half a second"),
     examples=[("", "processes of all running launches"), ("-1", "at once, without their CPU")],
-    own=True,
+    stock="",
     run=run,
 )
 

@@ -37,7 +37,7 @@ VERB = Verb(
     Flag("--json", help="print a JSON list of objects: node, publishes, subscribes, services", own=True),
     Argument("/namespace", "namespace", optional=True),
     examples=[("", "nodes by namespace, with what they publish and subscribe")],
-    own=True,
+    stock="",
     run=run,
 )
 

@@ -6,14 +6,14 @@ from pyros1.cli import registry
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command
 from pyros1.cli.running import run_verb
-from pyros1.cli.shared.rospack import run_tool
+from pyros1.cli.shared.rospack.tool import run_tool
 
 
 def _dispatch(invocation: Invocation) -> int:
     """Run a verb; options of rospack's may stand before it."""
     words = invocation.argv
     entry = registry.verbs("pkg").get(words[0]) if words else None
-    if entry is not None and entry.own:
+    if entry is not None and not entry.of_tool:
         return run_verb(registry.load_verb("pkg", words[0]), invocation)
     return run_tool(invocation, "pkg")
 
@@ -23,15 +23,7 @@ COMMAND = Command(
     "find and make packages",
     group="develop",
     stock="rospack",
-    also={
-        "catkin_create_pkg": ["create"],
-        "roscreate-pkg": ["create"],
-        "rosls": ["ls"],
-        "rosed": ["edit"],
-        "roscat": ["cat"],
-        "roscp": ["cp"],
-        "rosmv": ["mv"],
-    },
+    also={"roscreate-pkg": ["create"]},
     heading="USAGE: {program} <command> [options] [package]\n  Allowed commands:",
     order=["help"],
     row="    {about}",

@@ -55,7 +55,7 @@ def files_verb(
             print(f"{tool}: {error}", file=sys.stderr)
             return 1
 
-    verb = Verb(name, about, *parts, own=True, examples=examples, parse=leave_words, run=run)
+    verb = Verb(name, about, *parts, stock=tool, examples=examples, parse=leave_words, run=run)
     return verb
 
 

@@ -97,7 +97,7 @@ VERB = Verb(
         ("my_robot std_msgs", "nodes, a message and a launch file, ready to run"),
         ("my_robot --no-examples roscpp", "package.xml and CMakeLists.txt only"),
     ],
-    own=True,
+    stock="catkin_create_pkg",
     parse=_parse,
     run=run,
 )

@@ -6,8 +6,8 @@ import os
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
-from pyros1.cli.shared.rospack import Request, pack_verb
-from pyros1.cli.shared.rospack_graph import depends_verbs, graph, must_be
+from pyros1.cli.shared.rospack.graph import depends_verbs, graph, must_be
+from pyros1.cli.shared.rospack.tool import Request, pack_verb
 
 
 def _generated(invocation: Invocation, request: Request, args: list[str]) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 from pyros1.cli.commands.pkg import COMMAND
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.running import verb_list
-from pyros1.cli.shared.rospack import pack_verb
+from pyros1.cli.shared.rospack.tool import pack_verb
 
 _MORE = """
   Also:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.shared.rospack import Request, pack_verb, packages
+from pyros1.cli.shared.rospack.tool import Request, pack_verb, packages
 
 
 def run(invocation: Invocation, request: Request, args: list[str]) -> None:

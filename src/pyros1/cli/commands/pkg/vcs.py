@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
-from pyros1.cli.shared.rospack import Request, pack_verb
-from pyros1.cli.shared.rospack_graph import graph, must_be
+from pyros1.cli.shared.rospack.graph import graph, must_be
+from pyros1.cli.shared.rospack.tool import Request, pack_verb
 
 
 def _vcs(invocation: Invocation, request: Request, args: list[str]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command
-from pyros1.cli.shared.rospack import run_tool
+from pyros1.cli.shared.rospack.tool import run_tool
 
 
 def _dispatch(invocation: Invocation) -> int:

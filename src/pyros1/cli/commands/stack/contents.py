@@ -6,7 +6,7 @@ import os
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
-from pyros1.cli.shared.rospack import PkgError, Request, pack_verb
+from pyros1.cli.shared.rospack.tool import PkgError, Request, pack_verb
 from pyros1.finding.crawl import all_packages
 
 

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from pyros1.cli.shared.rospack_graph import depends_verbs
+from pyros1.cli.shared.rospack.graph import depends_verbs
 
 VERBS = depends_verbs("stack", 0)

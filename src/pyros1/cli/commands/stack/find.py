@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from pyros1.cli.shared.rospack_names import find_verb
+from pyros1.cli.shared.rospack.names import find_verb
 
 VERB = find_verb("stack")

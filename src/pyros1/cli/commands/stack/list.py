@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from pyros1.cli.shared.rospack_names import list_verbs
+from pyros1.cli.shared.rospack.names import list_verbs
 
 VERBS = list_verbs(duplicates=False)

@@ -8,7 +8,6 @@ COMMAND = Command(
     "tf",
     "show and publish coordinate frames",
     group="look",
-    also={"tf_remap": ("remap",), "view_frames": ("view_frames",)},
     heading="{program} shows and publishes coordinate frames.\n\nCommands:",
     order=[
         "echo",

@@ -36,5 +36,6 @@ VERB = Verb(
         ("", "answer on the action tf2_buffer_server"),
         ("_buffer_size:=600", "and remember ten minutes"),
     ],
+    stock="rosrun tf2_ros buffer_server",
     run=run,
 )

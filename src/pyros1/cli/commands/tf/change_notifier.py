@@ -72,6 +72,7 @@ VERB = Verb(
         ("_frame_pairs:='[{source_frame: arm, target_frame: base_link}]'", "when the arm moves"),
     ],
     aliases=["tf_change_notifier"],
+    stock="rosrun tf tf_change_notifier",
     run=run,
 )
 

@@ -58,6 +58,7 @@ VERB = Verb(
         ("map base_link --json", "one JSON object per line"),
     ],
     aliases=["tf_echo"],
+    stock="rosrun tf tf_echo",
     run=run,
 )
 

@@ -43,6 +43,7 @@ VERB = Verb(
         ("map base_link", "the frames between two, and how old the transform is"),
     ],
     aliases=["tf_monitor"],
+    stock="rosrun tf tf_monitor",
     run=run,
 )
 

@@ -43,6 +43,7 @@ VERB = Verb(
         ("pyros1 bag play a.bag /tf:=/tf_old", "and play a bag with the old names"),
     ],
     aliases=["tf_remap"],
+    stock="tf_remap",
     run=run,
 )
 

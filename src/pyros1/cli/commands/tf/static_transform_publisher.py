@@ -79,6 +79,7 @@ VERB = Verb(
         ("/lidar_pose", "as the parameter says, a geometry_msgs/TransformStamped"),
     ],
     aliases=["static"],
+    stock="rosrun tf static_transform_publisher",
     parse=leave_words,
     run=run,
 )

@@ -57,6 +57,7 @@ VERB = Verb(
         ("--once -t 3", "once, after 3 s of listening"),
         ("--json", "once, as JSON"),
     ],
+    stock="",
     run=run,
 )
 

@@ -50,6 +50,7 @@ VERB = Verb(
         ("-o frames.png", "by Graphviz, if it is installed"),
     ],
     aliases=["view"],
+    stock="view_frames",
     run=run,
 )
 

@@ -79,7 +79,7 @@ VERB = Verb(
         ("/velocity/data", "one curve in the terminal"),
         ("/imu/linear_acceleration/x:y:z", "three fields of one message"),
     ],
-    own=True,
+    stock="",
     run=run,
 )
 

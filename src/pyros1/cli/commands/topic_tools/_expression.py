@@ -6,7 +6,6 @@ A module is a list of what is allowed of it; nothing else can be reached, and no
 from __future__ import annotations
 
 import ast
-import math
 from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
@@ -14,6 +13,7 @@ from typing import Any
 from pyros1.cli.shared.expression import FUNCTIONS, MessageLanguage
 from pyros1.errors import Error, UnknownTypeError
 from pyros1.expressions import ExpressionError
+from pyros1.expressions.functions import MATH
 from pyros1.msgs import Message, load_message
 from pyros1.timing import Duration, Time
 
@@ -87,8 +87,7 @@ def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any
     Raises:
         ModuleError: there is no such module.
     """
-    maths = Module("math", {k: v for k, v in vars(math).items() if k in _MATH.split()})
-    modules: dict[str, Any] = {"math": maths, "numpy": _numpy()}
+    modules: dict[str, Any] = {"math": Module("math", MATH), "numpy": _numpy()}
     for name in {name.partition(".")[0] for name in names} - modules.keys():
         if name == "rospy":
             modules[name] = _rospy(now)
@@ -129,12 +128,6 @@ def _tf() -> Module:
 
     members = {name: getattr(transformations, name) for name in transformations.__all__ if name != "random_vector"}
     return Module("tf", {"transformations": Module("tf.transformations", members)})
-
-
-_MATH = """
-acos acosh asin asinh atan atan2 atanh ceil copysign cos cosh degrees e exp expm1 fabs floor fmod fsum hypot inf
-isclose isfinite isinf isnan log log10 log1p log2 nan pi radians sin sinh sqrt tan tanh tau trunc
-"""
 
 
 class MessageExpression(MessageLanguage):

@@ -35,6 +35,7 @@ class Tool(Verb):
         usage: what usage shows behind the name; None: made of the arguments.
         parameters: lines of help on the node's parameters.
         examples: as `Verb` has them.
+        own: the package topic_tools of stock ROS 1 has none of that name.
     """
 
     __slots__ = ("_parameters", "_work")
@@ -48,8 +49,12 @@ class Tool(Verb):
         usage: str | None = None,
         parameters: Sequence[str] = (),
         examples: Sequence[tuple[str, str]] = (),
+        own: bool = False,
     ) -> None:
-        super().__init__(name, about, *arguments, run=self._run, usage=usage, examples=examples, parse=leave_words)
+        stock = "" if own else f"rosrun topic_tools {name}"
+        super().__init__(
+            name, about, *arguments, run=self._run, usage=usage, examples=examples, stock=stock, parse=leave_words
+        )
         self._work = run
         self._parameters = parameters
 

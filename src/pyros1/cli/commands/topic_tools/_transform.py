@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pyros1 import names
 from pyros1.cli.commands.topic_tools._expression import load_modules
@@ -17,8 +17,9 @@ from pyros1.cli.shared.subscribing import Decoder
 from pyros1.errors import Error
 from pyros1.graph import Graph
 from pyros1.msgs import AnyMsg, Message, load_message
-from pyros1.node import Node
-from pyros1.topic_tools.output import QUEUE_SIZE
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
 
 ARGUMENTS = (
     Argument("input", "topic", help="input topic, or a field of it: /topic/field"),
@@ -31,7 +32,7 @@ OPTIONS = (
 )
 Make = Callable[[Any], list[Any]]
 """Makes the values to publish of a message or field."""
-Maker = Callable[[Mapping[str, Any], type[Message], Node], Make]
+Maker = Callable[[Mapping[str, Any], type[Message], "Node"], Make]
 """Takes modules by name, the type of the output, and the node."""
 
 _LOOK_AGAIN = 0.2
@@ -67,6 +68,8 @@ class _Transform:
     """The node: decodes, picks the field, lets ``make`` make values of it, publishes them."""
 
     def __init__(self, node: Node, options: Any, output_class: type[Message], make: Make) -> None:
+        from pyros1.topic_tools.output import QUEUE_SIZE  # noqa: PLC0415 - help needs no node
+
         self._node = node
         self._make = make
         self._decoder = Decoder()

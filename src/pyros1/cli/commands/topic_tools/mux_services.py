@@ -92,6 +92,7 @@ VERBS = [
         _DEMUX,
         _TOPIC,
         examples=[("demux /right/cmd", "as `demux /cmd /left/cmd /right/cmd` has it")],
+        own=True,
         run=_run("demux", "select"),
     ),
     Tool(
@@ -100,6 +101,7 @@ VERBS = [
         _DEMUX,
         _TOPIC,
         examples=[("demux /arm/cmd", "one more")],
+        own=True,
         run=_run("demux", "add"),
     ),
     Tool(
@@ -108,6 +110,7 @@ VERBS = [
         _DEMUX,
         _TOPIC,
         examples=[("demux /left/cmd", "")],
+        own=True,
         run=_run("demux", "delete"),
     ),
     Tool(
@@ -115,6 +118,7 @@ VERBS = [
         "lists the outputs",
         _DEMUX,
         examples=[("demux", "what there is to select")],
+        own=True,
         run=_run("demux", "list"),
     ),
     Tool(

@@ -37,6 +37,7 @@ VERB = Verb(
     description="Publishes a message whose fields are given as YAML. Texts in it that are\n"
     "expressions with known names are calculated from the message m of a topic, or of a field of it.",
     examples=[("/chatter /header std_msgs/Header 'stamp: now\nframe_id: m.data'", "")],
+    stock="rosrun topic_tools relay_field",
     parse=parse,
     run=run,
 )

@@ -40,6 +40,7 @@ VERB = Verb(
         ("/imu/orientation /norm std_msgs/Float64 'numpy.linalg.norm([m.x, m.y, m.z, m.w])'", ""),
         ("/odom /pose geometry_msgs/PoseStamped '[m.header, m.pose.pose]'", ""),
     ],
+    stock="rosrun topic_tools transform",
     parse=parse,
     run=run,
 )

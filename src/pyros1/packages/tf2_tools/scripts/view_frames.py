@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
-"""See `pyros1 tf view_frames -h`."""
+"""One of pyros1's programs: the table in pyros1/cli/package_scripts.py says which."""
 
-import sys
+from pyros1.cli.package_scripts import run
 
-from pyros1.cli.main import entry
-
-sys.exit(entry(["pyros1", "tf", "view_frames", *sys.argv[1:]], alone=True))
+run(__file__)

@@ -1,4 +1,4 @@
-"""private_parameters: private parameters on the command line mean what YAML says they mean (N13)."""
+"""private: private parameters on the command line mean what YAML says they mean (N13)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pyros1.errors import Error
-from pyros1.node.private_parameters import left_over, private_parameter
+from pyros1.node.parameters.private import left_over, private_parameter
 from pyros1.values import load_yaml
 
 

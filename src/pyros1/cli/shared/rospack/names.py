@@ -8,7 +8,7 @@ from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.cli.shared.rospack import PkgError, Request, known_to, listed, pack_verb
+from pyros1.cli.shared.rospack.tool import PkgError, Request, known_to, listed, pack_verb
 from pyros1.finding.crawl import find_quickly
 from pyros1.finding.packages import OWN_PACKAGES
 

@@ -165,7 +165,7 @@ def _parse(request: Request, argv: Sequence[str]) -> None:
 def _act(request: Request, invocation: Invocation, command: str) -> None:
     if not request.verb and not request.help:
         raise PkgError(f"no command given.  Try '{invocation.program} help'", 0)
-    known = {each: entry for each, entry in registry.verbs(command).items() if not entry.own}
+    known = {each: entry for each, entry in registry.verbs(command).items() if entry.of_tool}
     name = registry.find_verb(command, request.verb)
     if request.help:
         if name in known and not invocation.as_stock:

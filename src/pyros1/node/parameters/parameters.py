@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.errors import MasterMethodError, ParameterNotSetError, SerializationError
 from pyros1.node.checks import check_name
 from pyros1.node.lane import Lane
-from pyros1.node.parameter_copies import MISSING, Copies
+from pyros1.node.parameters.copies import MISSING, Copies
 
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient

@@ -10,7 +10,7 @@ from typing import TextIO
 
 from pyros1.bag.record.model import Topic
 from pyros1.bag.record.recorder import Recorder
-from pyros1.node.log import Log
+from pyros1.node.log.logger import Log
 
 
 class LiveLine:

@@ -20,7 +20,7 @@ from pyros1.net.hosts import LocalAddress
 from pyros1.net.master_client import MasterClient
 from pyros1.net.repeats import MOST_TEXTS
 
-from ..parts import context_of
+from ...parts import context_of
 
 BAD = {"topic": "/nothing", "md5sum": "*", "type": "*"}
 

@@ -9,7 +9,7 @@ import pytest
 
 from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
 from pyros1.msgs.std_msgs.msg import Header
-from pyros1.node.rosout import RosoutAggregator
+from pyros1.node.log.rosout import RosoutAggregator
 from pyros1.timing import Time
 
 
@@ -70,8 +70,8 @@ def test_without_a_file(aggregate: Any) -> None:
 
 
 def test_rotation(aggregate: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.rosout.MAX_FILE_SIZE", 10)
-    monkeypatch.setattr("pyros1.node.rosout.BACKUPS", 3)
+    monkeypatch.setattr("pyros1.node.log.rosout.MAX_FILE_SIZE", 10)
+    monkeypatch.setattr("pyros1.node.log.rosout.BACKUPS", 3)
     path = tmp_path / "rosout.log"
     aggregate(*[message(number) for number in range(6)], path=path)
     assert sorted(p.name for p in tmp_path.glob("rosout.log*")) == [f"rosout.log.{n}" for n in (1, 2, 3)]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1 import shown
 from pyros1.msgs import load_message
 from pyros1.net.log_file import LogFile
-from pyros1.node.log import NAMES
+from pyros1.node.log.levels import NAMES
 
 if TYPE_CHECKING:
     from pyros1.node.node import Node

@@ -1,4 +1,4 @@
-"""A node's log: to the terminal in rosconsole's format, to its log file and to /rosout.
+"""Where a node's log messages go: to the terminal in rosconsole's format, to its log file and to /rosout.
 
 What the program logs is written before the call returns, and so is on the screen if the program crashes in the next
 line. What pyros1 itself says in a node is written by threads of their own: a terminal that is held, a full pipe or a
@@ -6,7 +6,6 @@ disk must not keep it from registering, receiving and serving. All but the loop 
 that in everyday life one order is seen.
 
 Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT).
-Not built on the `logging` module: importing that costs as much as the rest of a small node, and has other levels.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from types import CodeType, FrameType
 from typing import NamedTuple, TextIO
 
 from pyros1 import shown
@@ -27,18 +25,13 @@ from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
 from pyros1.net.log_file import LogFile
 from pyros1.net.loop import LoopThread
 from pyros1.net.repeats import Repeats
-from pyros1.node.checks import check_seconds
+from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
 from pyros1.timing import Time
-
-DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
-LEVELS = {"DEBUG": DEBUG, "INFO": INFO, "WARN": WARN, "ERROR": ERROR, "FATAL": FATAL}
-NAMES = {level: name for name, level in LEVELS.items()}
 
 DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
 MAX_FILE_SIZE = 50 << 20
 _COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
 _TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
-_MOST_SITES = 10_000
 _MOST_WAITING = 100
 
 
@@ -62,21 +55,6 @@ class Record(NamedTuple):
     function: str
     wall: float
     stamp: Time
-
-
-def level_from_name(name: str) -> int:
-    """Return the level called ``name``, in any case; ``warning`` and ``critical`` are understood too.
-
-    Raises:
-        ValueError: there is no such level.
-    """
-    if not isinstance(name, str):
-        raise TypeError(f"a log level is a text such as 'info', not {name!r:.80}")
-    upper = name.upper()
-    upper = {"WARNING": "WARN", "CRITICAL": "FATAL"}.get(upper, upper)
-    if upper not in LEVELS:
-        raise ValueError(f"{name!r} is not a log level: use one of {', '.join(LEVELS).lower()}")
-    return LEVELS[upper]
 
 
 class _Inside(threading.local):
@@ -266,156 +244,6 @@ def _write_line(stream: TextIO, line: str) -> None:
         stream.flush()
     except RuntimeError:  # in a signal handler, on top of a print() or write() of the program to the same stream
         os.write(stream.fileno(), line.encode(stream.encoding or "utf-8", "replace"))
-
-
-class Log:
-    """A logger of a node: ``node.log``.
-
-    Arguments are filled in as in C's printf: ``log.info("x is %.3f", x)``. ``throttle=seconds`` logs at most that often
-    from this place in the program; ``once=True`` only the first time. A signal handler may log, too.
-    """
-
-    def __init__(self, sink: LogSink, name: str = "rosout", level: int = INFO) -> None:
-        self._sink = sink
-        self.name = name
-        sink.levels.setdefault(name, level)
-
-    @property
-    def level(self) -> int:
-        """Least level that is logged: 1, 2, 4, 8 or 16."""
-        return self._sink.levels[self.name]
-
-    @level.setter
-    def level(self, level: int) -> None:
-        if level not in NAMES:
-            raise ValueError(f"a log level is one of {', '.join(map(str, NAMES))}, not {level!r:.80}")
-        self._sink.levels[self.name] = level
-
-    def named(self, name: str) -> Log:
-        """Return the logger ``<this one>.<name>``, whose level can be set on its own."""
-        return Log(self._sink, f"{self.name}.{name}", self.level)
-
-    def debug(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log for those who look for a fault."""
-        self._log(DEBUG, text, args, throttle, once)
-
-    def info(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what a user may like to know."""
-        self._log(INFO, text, args, throttle, once)
-
-    def note(self, text: object) -> None:
-        """Log what a user may like to know to the log file and /rosout only: the program shows it in its own way."""
-        if self.level <= INFO:
-            frame = sys._getframe(1)
-            self._emit(INFO, str(text), frame.f_code, frame.f_lineno, _by_program(frame), to_terminal=False)
-
-    def warn(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what may be wrong."""
-        self._log(WARN, text, args, throttle, once)
-
-    def error(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what went wrong."""
-        self._log(ERROR, text, args, throttle, once)
-
-    warning = warn
-    """The same, by its name in Python's own logging."""
-
-    def fatal(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what the node cannot go on after."""
-        self._log(FATAL, text, args, throttle, once)
-
-    def exception(self, text: object, *args: object, error: BaseException | None = None) -> None:
-        """Log an error with its traceback.
-
-        Args:
-            text: what went wrong.
-            args: filled in, as for the other levels. An exception behind a text with no place for it is ``error``.
-            error: the exception; None takes the one that is being handled.
-        """
-        if error is None:
-            error = sys.exc_info()[1]
-            if len(args) == 1 and isinstance(args[0], BaseException) and "%" not in str(text):
-                error, args = args[0], ()
-        trace = "" if error is None else "\n" + trace_of(error)
-        self._log(ERROR, shown.lines(_filled(text, args) + trace), (), None, False)
-
-    def peer(self, level: int, text: str, *args: object) -> None:
-        """Log what another process did. A text that comes again and again is counted: ``... (repeated 37 times)``.
-
-        Args:
-            level: 1, 2, 4, 8 or 16.
-            text: with %s where the arguments go.
-            args: shown in one line each, without control characters.
-        """
-        sink = self._sink
-        if level < sink.levels[self.name]:
-            return
-        frame = sys._getframe(1)
-        code, line = frame.f_code, frame.f_lineno
-
-        def emit(message: str) -> None:
-            self._emit(level, message, code, line, False)
-
-        sink.settle()
-        sink.repeats.say((code.co_filename, line), text % tuple(map(shown.one_line, args)) if args else text, emit)
-
-    def _log(self, level: int, text: object, args: tuple[object, ...], throttle: float | None, once: bool) -> None:
-        sink = self._sink
-        if level < sink.levels[self.name]:
-            return
-        frame = sys._getframe(2)
-        code, line = frame.f_code, frame.f_lineno
-        if throttle is not None or once:
-            if throttle is not None:
-                throttle = throttle.to_sec() if hasattr(throttle, "to_sec") else throttle  # a Duration, say
-                check_seconds(throttle, "throttle")
-            now = sink.now()[0].to_sec()
-            if not self._due((code.co_filename, line), now, throttle, once):
-                return
-        self._emit(level, _filled(text, args), code, line, _by_program(frame))
-
-    def _emit(
-        self, level: int, message: str, code: CodeType, line: int, by_program: bool, to_terminal: bool = True
-    ) -> None:
-        stamp, simulated = self._sink.now()
-        file = os.path.basename(code.co_filename)
-        record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp)
-        self._sink.emit(record, simulated, to_terminal, by_program)
-
-    def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
-        seen = self._sink.seen
-        last = seen.get(site)
-        if last is not None and (once or (throttle is not None and 0 <= now - last < throttle)):
-            return False
-        if len(seen) > _MOST_SITES:
-            seen.clear()
-        seen[site] = now
-        return True
-
-
-def _by_program(frame: FrameType) -> bool:
-    return not str(frame.f_globals.get("__name__")).startswith("pyros1.")
-
-
-def _filled(text: object, args: tuple[object, ...]) -> str:
-    """Return the text with its arguments; with a remark if they do not fit."""
-    message = str(text)
-    if not args:
-        return message
-    try:
-        return message % args
-    except (TypeError, ValueError) as error:
-        return f"{message} {args!r} (bad log arguments: {error})"
-
-
-def trace_of(error: BaseException) -> str:
-    """Return an exception's traceback as text."""
-    try:
-        from traceback import format_exception  # noqa: PLC0415 - it takes as long to load as much of a node
-
-        return "".join(format_exception(type(error), error, error.__traceback__)).rstrip()
-    except Exception:  # noqa: BLE001 - it cannot be loaded when no more files can be opened
-        return f"{type(error).__name__}: {error}"
 
 
 def default_log_file(node_name: str, environ: Mapping[str, str], special: Mapping[str, str]) -> str:

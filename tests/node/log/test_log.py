@@ -15,7 +15,9 @@ import pytest
 from pyros1.errors import ServiceError
 from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
 from pyros1.net.log_file import LogFile
-from pyros1.node.log import DEBUG, ERROR, FATAL, INFO, WARN, Log, LogSink, default_log_file, level_from_name
+from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, WARN, level_from_name
+from pyros1.node.log.logger import Log
+from pyros1.node.log.sink import LogSink, default_log_file
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.timing import Time
 
@@ -202,7 +204,7 @@ def test_log_file_p38(tmp_path: Path) -> None:
 
 
 def test_large_log_files_are_put_aside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.log.MAX_FILE_SIZE", 100)
+    monkeypatch.setattr("pyros1.node.log.sink.MAX_FILE_SIZE", 100)
     path = tmp_path / "n.log"
     setting = Setting(path=str(path))
     for number in range(5):

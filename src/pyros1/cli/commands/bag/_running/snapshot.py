@@ -10,7 +10,7 @@ from pyros1.bag.record.model import RecordOptions
 from pyros1.bag.record.names import Selection
 from pyros1.bag.record.snapshot import Snapshots
 from pyros1.bag.record.topics import TopicSearch
-from pyros1.cli.commands.bag._live import LiveLine, size_text
+from pyros1.cli.commands.bag._running.live import LiveLine, size_text
 from pyros1.node import Node
 from pyros1.shown import one_line
 

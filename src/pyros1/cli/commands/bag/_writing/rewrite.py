@@ -10,8 +10,8 @@ from typing import Any
 
 from pyros1.bag.errors import BagError
 from pyros1.cli.commands.bag._failures import report_bag_error
-from pyros1.cli.commands.bag._files import different, new_file
 from pyros1.cli.commands.bag._options import QUIET
+from pyros1.cli.commands.bag._writing.files import different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.records import Argument, Flag, Option
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION

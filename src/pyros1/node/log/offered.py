@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.errors import Error, MasterMethodError
 from pyros1.msgs import load_message, load_service
-from pyros1.node.log import NAMES, Log, LogSink, Record, level_from_name
+from pyros1.node.log.levels import NAMES, level_from_name
+from pyros1.node.log.logger import Log
+from pyros1.node.log.sink import LogSink, Record
 from pyros1.node.topic_type import topic_type
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from pyros1.errors import MasterError, MasterUnreachableError, ParameterNotSetError
-from pyros1.node.parameter_copies import Copies
-from pyros1.node.parameters import Parameters
+from pyros1.node.parameters.copies import Copies
+from pyros1.node.parameters.parameters import Parameters
 
-from ..parts import context_of, on_loop
+from ...parts import context_of, on_loop
 
 
 @pytest.fixture

@@ -1,0 +1,1 @@
+"""What ``bag record`` and ``bag play`` do while they run."""

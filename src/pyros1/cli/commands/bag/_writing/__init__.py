@@ -1,0 +1,1 @@
+"""What the verbs of ``bag`` share that write files."""

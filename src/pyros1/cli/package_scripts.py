@@ -1,0 +1,69 @@
+"""What the scripts of the packages that come along do: all are the same few lines, and the table is here.
+
+They are files so that every ``rosrun`` and every launcher finds them, and no links, since wheels have none. To add one:
+copy any of them to ``packages/PACKAGE/scripts/``, and say here which command it is. Those of minimal_nodes are another
+matter: examples for users.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Mapping
+
+
+def _test_node() -> int:
+    from pyros1.test_nodes.program import main  # noqa: PLC0415 - each script is one of many
+
+    return main(sys.argv)
+
+
+def _xacro() -> int:
+    from pyros1.launch.reading.xacro_tool import main  # noqa: PLC0415 - as above
+
+    return main()
+
+
+_TOPIC_TOOLS = """
+demux demux_add demux_delete demux_list demux_select drop mux mux_add mux_delete mux_list mux_select relay relay_field
+switch_mux throttle transform
+"""
+_TEST_NODES = "advertisetest hztest paramtest publishtest subscribetest"
+
+SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
+    "dynamic_reconfigure": {"dynparam": "dynparam"},
+    "rosbag": {"play": "bag play", "record": "bag record"},
+    "rostest": dict.fromkeys(_TEST_NODES.split(), _test_node),
+    "tf": {
+        "static_transform_publisher": "tf static_transform_publisher --tf",
+        "tf_change_notifier": "tf change_notifier",
+        "tf_echo": "tf echo",
+        "tf_monitor": "tf monitor",
+        "tf_remap": "tf remap",
+        "view_frames": "tf view_frames",
+    },
+    "tf2_ros": {
+        "buffer_server": "tf buffer_server",
+        "static_transform_publisher": "tf static_transform_publisher --tf2",
+    },
+    "tf2_tools": {"echo.py": "tf echo --tf2", "view_frames.py": "tf view_frames"},
+    "topic_tools": {name: f"topic_tools {name}" for name in _TOPIC_TOOLS.split()},
+    "xacro": {"xacro": _xacro},
+}
+"""Package -> name of a script -> the command of ``pyros1`` that it is, or a function that returns an exit code."""
+
+
+def run(file: str) -> None:
+    """Do what a script does, with the arguments of this process, and end the process.
+
+    Args:
+        file: the script; a link to it will do.
+    """
+    *folders, name = os.path.realpath(file).split(os.sep)
+    package = next(folder for folder in reversed(folders) if folder in SCRIPTS)
+    script = SCRIPTS[package][name]
+    if callable(script):
+        sys.exit(script())
+    from pyros1.cli.main import entry  # noqa: PLC0415 - the others need none of it
+
+    sys.exit(entry(["pyros1", *script.split(), *sys.argv[1:]], alone=True))

@@ -1,0 +1,1 @@
+"""What the verbs of ``pkg`` and ``stack`` share: rospack and rosstack."""

@@ -1,0 +1,22 @@
+"""The levels of log messages (rosgraph_msgs/Log), and their names."""
+
+from __future__ import annotations
+
+DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
+LEVELS = {"DEBUG": DEBUG, "INFO": INFO, "WARN": WARN, "ERROR": ERROR, "FATAL": FATAL}
+NAMES = {level: name for name, level in LEVELS.items()}
+
+
+def level_from_name(name: str) -> int:
+    """Return the level called ``name``, in any case; ``warning`` and ``critical`` are understood too.
+
+    Raises:
+        ValueError: there is no such level.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"a log level is a text such as 'info', not {name!r:.80}")
+    upper = name.upper()
+    upper = {"WARNING": "WARN", "CRITICAL": "FATAL"}.get(upper, upper)
+    if upper not in LEVELS:
+        raise ValueError(f"{name!r} is not a log level: use one of {', '.join(LEVELS).lower()}")
+    return LEVELS[upper]

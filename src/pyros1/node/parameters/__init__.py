@@ -1,0 +1,1 @@
+"""A node's parameters: those on the master and their local copies, and private ones of the command line."""
