@@ -13,9 +13,9 @@ from harness import SOURCE, Master, stock_tools
 
 from pyros1.bag.format.reader import BagReader
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "bag"))
+sys.path.append(str(Path(__file__).resolve().parents[1]))
 
-from made import damaged_bags, whole_bags
+from tests.bag.made import damaged_bags, whole_bags
 
 MAKER = Path(__file__).resolve().parent / "peers" / "stock_bags.py"
 INDEXED_12 = ("1.2", "1.2, latched", "1.2 with 2.0's word")

@@ -1,6 +1,7 @@
 """dynparam beside ours (L200), and the table of all commands, `commands.md`.
 
-rosdiagnostic (L202) is not among Debian's packages, so `tests/cli/test_diagnostic.py` has to say what is expected.
+rosdiagnostic (L202) is not among Debian's packages, so
+`tests/cli/commands/test_diagnostic.py` has to say what is expected.
 """
 
 from __future__ import annotations

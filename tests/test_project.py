@@ -146,6 +146,48 @@ def test_readme_features_are_backed_by_tests(feature: str, reference: str) -> No
         )
 
 
+# Names with an underscore that stock's message classes have, too: programs use them.
+MESSAGE_NAMES = {"_type", "_md5sum", "_full_text", "_slot_types", "_has_header", "_connection_header", "_buff"}
+MESSAGE_NAMES |= {"_request_class", "_response_class", "_get_types", "_check_types"}
+STANDARD = {"_replace", "_asdict", "_exit"}  # of named tuples, and os._exit
+
+
+def is_private(name: str) -> bool:
+    return name.startswith("_") and not name.endswith("__") and name not in MESSAGE_NAMES | STANDARD
+
+
+def names_used(node: ast.AST) -> list[str]:
+    """Return the names that a piece of a test uses: as attributes, imports, patches or in programs that it runs."""
+    if isinstance(node, ast.Attribute):
+        own = isinstance(node.value, ast.Name) and node.value.id == "self"
+        return [] if own else [node.attr]
+    if isinstance(node, ast.ImportFrom):
+        # A module whose name begins with _ is private to its folder of verbs: its parts are tested all the same.
+        folder = SOURCE.parent.joinpath(*(node.module or "").split("."))
+        return [alias.name for alias in node.names if not (folder / f"{alias.name}.py").exists()]
+    if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("setattr", "getattr")):
+        words = [each.value for each in node.args[:2] if isinstance(each, ast.Constant)]
+        return [str(word).rpartition(".")[2] for word in words]
+    if isinstance(node, ast.Constant) and isinstance(node.value, str) and "import" in node.value:
+        return re.findall(r"(?<!self)\.(_\w+)", node.value)
+    return []
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "tests").rglob("*.py")), ids=lambda p: str(p.relative_to(ROOT)))
+def test_tests_use_public_names_only(path: Path) -> None:
+    """What a test needs to see of an internal class has a public name and a docstring there; see tests/parts.py."""
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    found = [(getattr(node, "lineno", 0), name) for node in nodes for name in names_used(node) if is_private(name)]
+    assert not found
+
+
+def test_tests_lie_as_the_rooms_do() -> None:
+    """The folders of tests are those of the source; the ground's modules, which have none, share one."""
+    rooms = {folder.relative_to(ROOT / "tests") for folder in (ROOT / "tests").rglob("*") if folder.is_dir()}
+    rooms = {room for room in rooms if "__pycache__" not in room.parts}
+    assert {str(room) for room in rooms if not (SOURCE / room).is_dir()} == {"ground"}
+
+
 CODE = re.compile(r"\b([MSTNPCGLXBO])(\d{2,3})(?:-[MSTNPCGLXBO]?(\d{2,3}))?\b")
 
 

@@ -109,9 +109,6 @@ def test_a_loop_that_cannot_wait_for_sockets(environ: dict[str, str], make_node:
         def add_reader(self, fd: Any, callback: Any, *args: Any) -> Any:
             raise NotImplementedError
 
-        def _add_reader(self, *args: Any) -> Any:  # the loop's own, for its wake-ups
-            return super()._add_reader(*args)  # type: ignore[misc]
-
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
 
     async def work() -> None:

@@ -9,10 +9,8 @@ from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import make_bag_header, make_record
 from pyros1.msgs import Message, load_message
 
-if __package__:
-    from .old_bags import Old, number, old_bag, text
-else:  # interop's tests find this folder in their path
-    from old_bags import Old, number, old_bag, text
+from ..bodies import encode
+from .old_bags import Old, number, old_bag, text
 
 _NS = 1_000_000_000
 
@@ -34,9 +32,9 @@ def write_bag(
     for i in range(count):
         time = 100 * _NS + i * 10_000_000
         if i % 2:
-            writer.write(b, time, text_type._encode(text_type(data=str(i))))
+            writer.write(b, time, encode(text_type(data=str(i))))
         else:
-            writer.write(a, time, number_type._encode(number_type(data=i)))
+            writer.write(a, time, encode(number_type(data=i)))
     if close:
         writer.close()
     else:

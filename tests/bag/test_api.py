@@ -12,6 +12,7 @@ from pyros1.bag import BagError, BagWriter
 from pyros1.msgs import Message, from_definition
 from pyros1.timing import Duration, Time
 
+from ..bodies import encode
 from .conftest import Make
 from .made import header_of
 
@@ -51,7 +52,7 @@ def samples(tmp_path: Path) -> Path:
                 waits=[Duration(i, 0)],
             )
             message.point.x = 1 << 60
-            writer.write(conn, i * 1_000_000_000, cls._encode(message))
+            writer.write(conn, i * 1_000_000_000, encode(message))
     return tmp_path / "samples.bag"
 
 

@@ -12,6 +12,8 @@ import pyros1
 from pyros1.bag.format.reader import BagReader
 from pyros1.msgs.std_msgs.msg import Float64
 
+from ..bodies import decode
+
 SCRIPTS = Path(pyros1.__file__).parent / "packages" / "minimal_nodes" / "scripts"
 DEADLINE = 20.0
 
@@ -28,7 +30,7 @@ def test_what_was_recorded_is_played(start: Any, tmp_path: Path, master: Any) ->
         _, err = child.communicate(timeout=DEADLINE)
         assert (child.returncode, err) == (0, "")
     with BagReader(tmp_path / "tutorial.bag") as bag:
-        values = [Float64._decode(message.data, 0, 8).data for message in bag.messages()]
+        values = [decode(Float64, message.data).data for message in bag.messages()]
         length = (bag.end - bag.start) / 1e9
     assert len(values) >= 15
 

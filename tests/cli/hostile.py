@@ -13,6 +13,8 @@ from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.wire.header import HeaderReader, encode_header
 
+from ..bodies import encode
+
 BAD = "\x9b31m\u202e\u2066\x85\u2028\x7f\nFORGED line\n\tFORGED\x9d0;title\x9c"
 """What XML-RPC can carry: a C1 control sequence, marks of direction, line breaks."""
 WORSE = BAD + "\x1b[2J\x1b]0;title\x07\r\x00"
@@ -158,6 +160,6 @@ class HostileRobot:
             return
         answer |= {"type": "std_msgs/String", "md5sum": String._md5sum, "topic": "/topic", "latching": "1"}
         sock.sendall(encode_header({**answer, "message_definition": "string data # " + WORSE.replace("\n", " ")}))
-        body = String._encode(String("data" + WORSE))
+        body = encode(String("data" + WORSE))
         for _ in range(3):
             sock.sendall(len(body).to_bytes(4, "little") + body)

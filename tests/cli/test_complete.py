@@ -1,4 +1,4 @@
-"""What completion offers, per kind of argument; shells themselves are in test_setup.py."""
+"""What completion offers, per kind of argument; shells themselves are in commands/test_setup.py."""
 
 from __future__ import annotations
 

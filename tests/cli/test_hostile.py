@@ -21,9 +21,12 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.main import entry
 from pyros1.errors import ServiceError
 from pyros1.msgs import load_message
+from pyros1.node.log.sink import LogSink, Record
 from pyros1.tf import Buffer
 from pyros1.wire.header import encode_header
 
+from ..bodies import encode
+from ..parts import tcpros_port
 from .hostile import BAD, WORSE, HostileRobot, assert_clean
 
 COMMANDS = [
@@ -176,13 +179,13 @@ def test_json_keeps_what_others_sent(run: Any, make_robot: Any) -> None:
 
 
 def test_a_node_shows_nothing_of_the_kind(
-    make_robot: Any, make_node: Any, collect_lines: Any, environ: dict[str, str], capfd: Any
+    make_robot: Any, make_node: Any, logged: queue.Queue[str], environ: dict[str, str], capfd: Any
 ) -> None:
     environ["ROS_MASTER_URI"] = make_robot("refuse").uri
     node = make_node("victim")
-    refused = collect_lines(node)
     node.subscribe("/topic", "std_msgs/String", print)
-    assert "refused the connection" in refused.get(timeout=10)
+    while "refused the connection" not in logged.get(timeout=10):
+        pass
     for broken in (node.service("/service", "std_srvs/Trigger"), lambda: node.params["/p" + BAD]):
         try:
             value = broken()
@@ -190,9 +193,10 @@ def test_a_node_shows_nothing_of_the_kind(
             assert_clean(str(error))
         else:
             assert value
-    with socket.create_connection(("localhost", node._tcpros.port)) as peer:
+    with socket.create_connection(("localhost", tcpros_port(node))) as peer:
         peer.sendall(encode_header({"topic": "/t" + WORSE, "callerid": "/peer" + WORSE, "md5sum": "*"}))
-        assert "refused a connection of /peer" in refused.get(timeout=10)
+        while "refused a connection of /peer" not in logged.get(timeout=10):
+            pass
     node.shutdown()
     out, err = capfd.readouterr()
     assert "FORGED" in err
@@ -211,21 +215,17 @@ def test_what_a_service_answers_is_shown_clean(make_robot: Any, make_node: Any, 
 
 
 @pytest.fixture
-def collect_lines() -> Callable[[Any], queue.Queue[str]]:
-    """Return a function that collects what a node logs from now on."""
+def logged(monkeypatch: pytest.MonkeyPatch) -> queue.Queue[str]:
+    """What nodes of this process log from now on."""
+    lines: queue.Queue[str] = queue.Queue()
+    emit = LogSink.emit
 
-    def collect(node: Any) -> queue.Queue[str]:
-        lines: queue.Queue[str] = queue.Queue()
-        before = node._sink.publish
+    def emit_and_keep(sink: LogSink, record: Record, *words: Any, **options: Any) -> None:
+        emit(sink, record, *words, **options)
+        lines.put(record.text)
 
-        def publish(record: Any) -> None:
-            before(record)
-            lines.put(record.text)
-
-        node._sink.publish = publish
-        return lines
-
-    return collect
+    monkeypatch.setattr(LogSink, "emit", emit_and_keep)
+    return lines
 
 
 def test_log_messages_of_others(run: Any, make_node: Any, environ: dict[str, str]) -> None:
@@ -248,8 +248,8 @@ def test_bags_of_others(run: Any, environ: dict[str, str], tmp_path: Path) -> No
     writer = BagWriter(path)
     number = writer.add_connection("/topic" + WORSE, {name: text.encode() for name, text in header.items()})
     good = writer.add_connection("/good", {**{k: v.encode() for k, v in header.items()}, "type": b"std_msgs/String"})
-    writer.write(number, 10**18, kind._encode(kind("data" + WORSE)))
-    writer.write(good, 10**18, kind._encode(kind("data" + WORSE)))
+    writer.write(number, 10**18, encode(kind("data" + WORSE)))
+    writer.write(good, 10**18, encode(kind("data" + WORSE)))
     writer.close()
     for command in (
         "bag info {}", "bag info -y {}", "bag info -y -k topics {}", "bag check {}", "topic list -b {}",

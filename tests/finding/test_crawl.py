@@ -47,7 +47,7 @@ def test_packages_are_found_in_the_order_of_their_names(environ: dict[str, str])
 
 def test_a_second_crawl_reads_no_folder(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
     first = all_packages(environ)
-    monkeypatch.setattr(crawl, "_read", lambda *_: pytest.fail("read again"))
+    monkeypatch.setattr("os.scandir", lambda *_: pytest.fail("read again"))
     assert all_packages(environ) == first
     assert find_quickly(environ, "two") == first[0]
 

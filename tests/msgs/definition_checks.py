@@ -14,6 +14,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import codec
 import numpy
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -30,6 +31,7 @@ from random_definitions import (
 from pyros1.errors import DefinitionError, DeserializationError, SerializationError
 from pyros1.msgs import Message, from_definition
 from pyros1.msgs.array_views import memoryview_view, numpy_view
+from pyros1.msgs.base import nested_classes
 from pyros1.msgs.factory import MAX_EMPTY_FIXED
 from pyros1.msgs.generator import split_type
 from pyros1.msgs.json_form import from_json, to_json
@@ -58,9 +60,9 @@ def check(seed: int, cuts: int = 8) -> None:
         return
     cls: Any = from_definition(definition.name, definition.full_text())
     message = random_message(rng, cls)
-    body = cls._encode(message)
+    body = codec.encode(message)
     assert body == definition.encode(message), "bytes"
-    frame = cls._encode_frame(message)
+    frame = codec.encode_frame(message)
     assert (frame if isinstance(frame, bytes) else b"".join(frame)) == struct.pack("<I", len(body)) + body, "frame"
     check_texts(definition, cls)
     check_rosbags(definition, cls, message, body)
@@ -69,7 +71,7 @@ def check(seed: int, cuts: int = 8) -> None:
     check_large(cls, message, body)
     check_wrong_bytes(cls, body, rng, cuts)
     check_wrong_lengths(cls, message)
-    assert cls._encode(from_json(cls, to_json(message))) == body, "JSON"
+    assert codec.encode(from_json(cls, to_json(message))) == body, "JSON"
     str(message)
 
 
@@ -101,7 +103,7 @@ def check_texts(definition: Definition, cls: Any) -> None:
     pending = [cls]
     while pending:
         each = pending.pop()
-        pending += each._classes.values()
+        pending += nested_classes(each).values()
         assert each._full_text == definition.full_text(each._type), f"full text of {each._type}"
 
 
@@ -109,23 +111,23 @@ def check_decoding(cls: Any, message: Any, body: bytes) -> None:
     """Decoding in all its ways, and copying: the same values of the same types."""
     padded = b"abc" + body + b"d" * 40
     for buffer, start in ((body, 0), (padded, 3)):
-        assert_same(cls._decode(buffer, start, start + len(body)), message)
+        assert_same(codec.decode(cls, buffer, start, start + len(body)), message)
     for buffer in (padded[3:], memoryview(padded)[3:]):
         assert_same(cls().deserialize(buffer), message)
-    read, end = cls._read(padded, 3, len(padded))
+    read, end = codec.read(cls, padded, 3, len(padded))
     assert end == 3 + len(body), "end"
     assert_same(read, message)
-    copy = cls._copy(message)
+    copy = codec.copy(message)
     assert_same(copy, message)
     assert not {*map(id, mutable_parts(message))} & {*map(id, mutable_parts(copy))}, "shared with the copy"
     wanted = plain(message)
     for view in VIEWS.values():
         for buffer, start in ((body, 0), (padded, 3)):
-            decoded = cls._decode_arrays(buffer, start, start + len(body), view)
+            decoded = codec.decode_arrays(cls, buffer, start, start + len(body), view)
             assert_same(plain(decoded), wanted)
             if view is VIEWS["numpy"]:
-                assert cls._encode(decoded) == body, "arrays encoded"
-        decoded, end = cls._read_arrays(padded, 3, len(padded), view)
+                assert codec.encode(decoded) == body, "arrays encoded"
+        decoded, end = codec.read_arrays(cls, padded, 3, len(padded), view)
         assert end == 3 + len(body), "end"
         assert_same(plain(decoded), wanted)
 
@@ -133,9 +135,9 @@ def check_decoding(cls: Any, message: Any, body: bytes) -> None:
 def check_defaults(cls: Any) -> None:
     """The three ways to make a message."""
     message = cls()
-    body = cls._encode(message)
+    body = codec.encode(message)
     assert not any(body), "defaults"
-    assert plain(cls._decode(body, 0, len(body))) == plain(message), "defaults decoded"
+    assert plain(codec.decode(cls, body, 0, len(body))) == plain(message), "defaults decoded"
     values = [getattr(message, name) for name in cls.__slots__]
     if values:
         assert (
@@ -158,11 +160,11 @@ def check_large(cls: Any, message: Any, body: bytes) -> None:
     assert_same(decode_split(cls, where, split), message)
     for view in VIEWS.values():
         assert_same(plain(decode_split(cls, where, split, view)), plain(message))
-    large = cls._copy(message)
+    large = codec.copy(message)
     setattr(large, where.field, bytes(range(256)) * 80)
-    frame = cls._encode_frame(large)
+    frame = codec.encode_frame(large)
     pieces = split_frame(frame, where.tail)
-    assert pieces is not None and b"".join(frame)[4:] == cls._encode(large) == pieces.join()
+    assert pieces is not None and b"".join(frame)[4:] == codec.encode(large) == pieces.join()
     assert_same(decode_split(cls, where, pieces), large)
 
 
@@ -177,23 +179,26 @@ def check_wrong_bytes(cls: Any, body: bytes, rng: random.Random, cuts: int) -> N
         changed = bytearray(body)
         changed[rng.randrange(len(body))] = rng.choice([0, 1, 255, rng.randrange(256)])
         if accepted(cls, bytes(changed), len(body)):
-            decoded = cls._decode(bytes(changed), 0, len(body))
+            decoded = codec.decode(cls, bytes(changed), 0, len(body))
             try:
-                again = cls._encode(decoded)
+                again = codec.encode(decoded)
             except SerializationError as error:  # nanoseconds beyond a second can carry the seconds out of their range
                 assert (
                     str(error).partition(" exceeds")[2].startswith((" specified width [time]", " specified width [dur"))
                 )
                 continue
-            assert_same(cls._decode(again, 0, len(again)), decoded, nan=True)
+            assert_same(codec.decode(cls, again, 0, len(again)), decoded, nan=True)
 
 
 def accepted(cls: Any, buffer: bytes, end: int) -> bool:
     """Whether the decoders take the bytes; they must agree."""
     results = []
-    for decode in (cls._decode, *(lambda *args, v=v: cls._decode_arrays(*args, v) for v in VIEWS.values())):
+    for view in (None, *VIEWS.values()):
         try:
-            decode(buffer, 0, end)
+            if view is None:
+                codec.decode(cls, buffer, 0, end)
+            else:
+                codec.decode_arrays(cls, buffer, 0, end, view)
         except DeserializationError as error:
             assert error.type_name == cls._type and 0 <= error.offset <= end, "error"
             results.append(False)
@@ -210,9 +215,13 @@ def check_wrong_lengths(cls: Any, message: Any) -> None:
         if not count or count == "]":
             continue
         value = getattr(message, name)
-        one = b"x" if STRUCT_CODES.get(base) == "B" and base != "bool" else [cls._classes[base]() if "/" in base else 0]
+        one = (
+            b"x"
+            if STRUCT_CODES.get(base) == "B" and base != "bool"
+            else [nested_classes(cls)[base]() if "/" in base else 0]
+        )
         setattr(message, name, value + (tuple(one) if isinstance(value, tuple) else one))
-        for function in (cls._encode, cls._encode_frame, cls._copy):
+        for function in (codec.encode, codec.encode_frame, codec.copy):
             with pytest.raises(SerializationError, match=f"^field {name} has {len(value) + 1} (elements|bytes)"):
                 function(message)
         setattr(message, name, value)
@@ -264,7 +273,8 @@ def _their_field(store: Any, cls: Any, slot_type: str, value: Any) -> Any:
     if isinstance(value, TVal):
         secs = (value.secs + (1 << 31)) % (1 << 32) - (1 << 31)  # it knows ROS 2's times, which are signed
         return store.types[f"builtin_interfaces/msg/{base.capitalize()}"](secs, value.nsecs)
-    return _theirs(store, cls._classes[base], value) if base in cls._classes else value
+    nested = nested_classes(cls).get(base)
+    return value if nested is None else _theirs(store, nested, value)
 
 
 # Values -------------------------------------------------------------------------------------------------------------

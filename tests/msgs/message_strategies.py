@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from hypothesis import strategies as st
 
 from pyros1.msgs import Message
+from pyros1.msgs.base import nested_classes
 from pyros1.timing import Duration, Time
 
 _INTS = {"int8": (-(2**7), 2**7 - 1), "uint8": (0, 2**8 - 1), "int16": (-(2**15), 2**15 - 1), "uint16": (0, 2**16 - 1)}
@@ -15,7 +17,7 @@ _INTS |= {"uint64": (0, 2**64 - 1)}
 _INTS |= {"byte": _INTS["int8"], "char": _INTS["uint8"]}
 
 
-def values(base: str, classes: dict[str, type[Message]]) -> st.SearchStrategy[Any]:
+def values(base: str, classes: Mapping[str, type[Message]]) -> st.SearchStrategy[Any]:
     """Values of a single field of the type, in the form that decoding gives."""
     if base in _INTS:
         return st.integers(*_INTS[base])
@@ -30,7 +32,7 @@ def values(base: str, classes: dict[str, type[Message]]) -> st.SearchStrategy[An
     return simple[base] if base in simple else messages(classes[base])
 
 
-def fields(slot_type: str, classes: dict[str, type[Message]]) -> st.SearchStrategy[Any]:
+def fields(slot_type: str, classes: Mapping[str, type[Message]]) -> st.SearchStrategy[Any]:
     """Values of a field, arrays included."""
     base, bracket, count = slot_type.partition("[")
     if not bracket:
@@ -44,4 +46,5 @@ def fields(slot_type: str, classes: dict[str, type[Message]]) -> st.SearchStrate
 
 def messages(cls: type[Message]) -> st.SearchStrategy[Any]:
     """Messages of a class."""
-    return st.tuples(*(fields(slot_type, cls._classes) for slot_type in cls._slot_types)).map(lambda all_: cls(*all_))
+    classes = nested_classes(cls)
+    return st.tuples(*(fields(slot_type, classes) for slot_type in cls._slot_types)).map(lambda all_: cls(*all_))

@@ -11,6 +11,7 @@ import random
 import struct
 from typing import Any, NamedTuple
 
+from pyros1.msgs.base import nested_classes
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.spec import STRUCT_CODES
 from pyros1.timing import Duration, Time
@@ -303,4 +304,4 @@ def _single(rng: random.Random, cls: Any, base: str) -> Any:  # noqa: PLR0911  o
         return Time(rng.choice([0, 2**32 - 1, rng.randrange(2**32)]), rng.randrange(10**9))
     if base == "duration":
         return Duration(rng.choice([-(2**31), 0, 2**31 - 1]), rng.randrange(10**9))
-    return random_message(rng, cls._classes[base])
+    return random_message(rng, nested_classes(cls)[base])

@@ -5,9 +5,11 @@ from __future__ import annotations
 import io
 from typing import Any
 
+import codec
 import pytest
 
 from pyros1.msgs import from_definition
+from pyros1.msgs.base import nested_classes
 
 numpy = pytest.importorskip("numpy")
 SEPARATOR = "=" * 80
@@ -17,8 +19,8 @@ def test_decode_to_numpy_and_encode_from_it() -> None:
     cls: Any = from_definition(
         "p/T", f"float32[] f\nuint8[] u\nbool[2] b\nstring[] s\nA[] a\n{SEPARATOR}\nMSG: p/A\nint16[] i"
     )
-    plain = cls((1.0, 2.5), b"ab", [True, False], ["x"], [cls._classes["p/A"]((1, -2))])
-    data = cls._encode(plain)
+    plain = cls((1.0, 2.5), b"ab", [True, False], ["x"], [nested_classes(cls)["p/A"]((1, -2))])
+    data = codec.encode(plain)
     message = cls().deserialize_numpy(data, numpy)
     assert (message.f.dtype, message.u.dtype, message.b.dtype) == (numpy.float32, numpy.uint8, numpy.bool_)
     assert message.a[0].i.tolist() == [1, -2] and message.s == ["x"]
@@ -31,11 +33,11 @@ def test_decode_to_numpy_and_encode_from_it() -> None:
 def test_large_arrays_and_other_dtypes() -> None:
     cls: Any = from_definition("p/T", "float64[] x\nint64[] i\nuint8[] u")
     numbers = numpy.arange(1000)
-    expected = cls._encode(cls(tuple(map(float, range(1000))), tuple(range(1000)), bytes(1000)))
-    assert cls._encode(cls(numbers.astype("f8"), numbers.astype("i8"), numpy.zeros(1000, "u1"))) == expected
-    assert cls._encode(cls(numbers.astype("f4"), numbers.astype("i2"), numpy.zeros((10, 100), "u1"))) == expected
+    expected = codec.encode(cls(tuple(map(float, range(1000))), tuple(range(1000)), bytes(1000)))
+    assert codec.encode(cls(numbers.astype("f8"), numbers.astype("i8"), numpy.zeros(1000, "u1"))) == expected
+    assert codec.encode(cls(numbers.astype("f4"), numbers.astype("i2"), numpy.zeros((10, 100), "u1"))) == expected
     every_second = numpy.arange(2000)[::2].astype("f8")
-    assert cls._encode(cls(numpy.repeat(every_second, 2)[::2], [], b"")) == cls._encode(
+    assert codec.encode(cls(numpy.repeat(every_second, 2)[::2], [], b"")) == codec.encode(
         cls(list(every_second), [], b"")
     )
 
@@ -52,10 +54,10 @@ def test_memoryviews_of_every_number_type() -> None:
     for name in types.split():
         zero = False if name == "bool" else 0
         setattr(plain, name + "2", [zero, zero])
-    body = b"?" + cls._encode(plain)
-    message = cls._decode_arrays(body, 1, len(body), memoryview_view)
+    body = b"?" + codec.encode(plain)
+    message = codec.decode_arrays(cls, body, 1, len(body), memoryview_view)
     for name in types.split():
         for field in (name + "s", name + "2"):
             view = getattr(message, field)
             assert isinstance(view, memoryview) and view.readonly and list(view) == list(getattr(plain, field)), field
-    assert cls._encode(message) == body[1:]
+    assert codec.encode(message) == body[1:]

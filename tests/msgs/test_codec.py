@@ -8,6 +8,7 @@ import struct
 import tracemalloc
 from typing import Any
 
+import codec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,6 +16,7 @@ from message_strategies import messages
 
 from pyros1.errors import DeserializationError, MessageError, SerializationError
 from pyros1.msgs import Message, from_definition
+from pyros1.msgs.base import nested_classes
 from pyros1.msgs.generator import MAX_INLINE
 from pyros1.timing import Duration, Time
 
@@ -67,16 +69,16 @@ def make(text: str) -> Any:
 
 
 def body(message: Message) -> bytes:
-    frame = type(message)._encode_frame(message)
+    frame = codec.encode_frame(message)
     joined = frame if isinstance(frame, bytes) else b"".join(frame)
-    data = type(message)._encode(message)
+    data = codec.encode(message)
     assert joined == struct.pack("<I", len(data)) + data
     return data
 
 
 def roundtrip(message: Any) -> Any:
     data = body(message)
-    return type(message)._decode(data, 0, len(data))
+    return codec.decode(type(message), data, 0, len(data))
 
 
 def test_wire_form() -> None:
@@ -89,9 +91,11 @@ def test_wire_form() -> None:
 
 
 def test_fixed_size() -> None:
-    assert make("float64 a\nint8[3] b\ntime t\nuint8[2] c")._fixed_size == 21
-    assert make("string a")._fixed_size is None
-    assert make("")._fixed_size == 0
+    fixed = make("float64 a\nint8[3] b\ntime t\nuint8[2] c")
+    assert len(body(fixed())) == 21
+    for size in (20, 22):
+        with pytest.raises(DeserializationError):
+            codec.decode(fixed, bytes(size), 0, size)
     assert body(make("")()) == b""
 
 
@@ -100,11 +104,11 @@ def test_fixed_size() -> None:
 def test_values_round_trip_in_every_kind_of_buffer(message: Any) -> None:
     data = body(message)
     padded = b"abc" + data + b"d" * 40
-    assert All._decode(data, 0, len(data)) == message
-    assert All._decode(padded, 3, 3 + len(data)) == message
+    assert codec.decode(All, data, 0, len(data)) == message
+    assert codec.decode(All, padded, 3, 3 + len(data)) == message
     for buffer in (data, bytearray(padded[3:]), memoryview(padded)[3:]):
         assert All().deserialize(buffer) == message
-    decoded, end = All._read(padded, 3, len(padded))
+    decoded, end = codec.read(All, padded, 3, len(padded))
     assert decoded == message and end == 3 + len(data)
     assert body(decoded) == data
 
@@ -116,10 +120,10 @@ def test_cut_anywhere_or_longer_is_an_error(message: Any, data: st.DataObject) -
     cut = data.draw(st.integers(0, len(encoded) - 1))
     for buffer in (encoded[:cut], encoded):  # the bytes may lie in the buffer: what counts is the end given
         with pytest.raises(DeserializationError, match=r"cannot decode p/All at byte \d+: .") as caught:
-            All._decode(buffer, 0, cut)
+            codec.decode(All, buffer, 0, cut)
         assert 0 <= caught.value.offset <= cut
     with pytest.raises(DeserializationError, match="1 bytes are left over") as caught:
-        All._decode(encoded + b"x", 0, len(encoded) + 1)
+        codec.decode(All, encoded + b"x", 0, len(encoded) + 1)
     assert caught.value.offset == len(encoded)
 
 
@@ -128,7 +132,7 @@ def test_cut_anywhere_or_longer_is_an_error(message: Any, data: st.DataObject) -
 def test_any_bytes_give_a_value_or_the_documented_error(data: bytes, start: int) -> None:
     for cls in (All, STRINGS, NESTED):
         try:
-            value = cls._decode(data, min(start, len(data)), len(data))
+            value = codec.decode(cls, data, min(start, len(data)), len(data))
         except DeserializationError as error:
             assert error.type_name == cls._type
         else:
@@ -145,7 +149,7 @@ def test_one_byte_changed_gives_a_value_or_the_documented_error(message: Any, da
     encoded = bytearray(body(message))
     encoded[data.draw(st.integers(0, len(encoded) - 1))] = data.draw(st.integers(0, 255))
     with contextlib.suppress(DeserializationError):
-        All._decode(encoded, 0, len(encoded))
+        codec.decode(All, encoded, 0, len(encoded))
 
 
 @pytest.mark.parametrize(
@@ -158,7 +162,7 @@ def test_nothing_large_is_allocated_on_a_lie(element: str) -> None:
     try:
         for data in (b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f" + bytes(1000)):
             with pytest.raises(DeserializationError, match=r"field x "):
-                cls._decode(data, 0, len(data))
+                codec.decode(cls, data, 0, len(data))
         assert tracemalloc.get_traced_memory()[1] < 1 << 20
     finally:
         tracemalloc.stop()
@@ -167,7 +171,7 @@ def test_nothing_large_is_allocated_on_a_lie(element: str) -> None:
 def test_bad_utf8_names_field_and_offset() -> None:
     data = b"\1\2\0\0\0a\xff"
     with pytest.raises(DeserializationError, match="field s is not UTF-8") as caught:
-        make("int8 a\nstring s")._decode(data, 0, len(data))
+        codec.decode(make("int8 a\nstring s"), data, 0, len(data))
     assert caught.value.offset == 6
 
 
@@ -176,7 +180,7 @@ def test_bad_utf8_names_field_and_offset() -> None:
 def test_bad_utf8_in_a_long_string(text: bytes, wrong: int) -> None:
     data = struct.pack("<I", len(text)) + text
     with pytest.raises(DeserializationError, match="field s is not UTF-8") as caught:
-        make("string s")._decode(data, 0, len(data))
+        codec.decode(make("string s"), data, 0, len(data))
     assert caught.value.offset == 4 + wrong
 
 
@@ -192,7 +196,7 @@ def test_g19_types_after_decoding() -> None:
 
 def test_bool_is_any_byte_and_encodes_as_given() -> None:
     cls = make("bool a\nbool[] b")
-    message = cls._decode(b"\x05\x02\0\0\0\0\x09", 0, 7)
+    message = codec.decode(cls, b"\x05\x02\0\0\0\0\x09", 0, 7)
     assert (message.a, message.b) == (True, [False, True])
     assert body(cls(1, [True, 0])) == b"\1\2\0\0\0\1\0"
 
@@ -200,10 +204,10 @@ def test_bool_is_any_byte_and_encodes_as_given() -> None:
 def test_times_are_normalised_when_decoded() -> None:
     cls = make("time t\nduration d\ntime[] ts")
     data = struct.pack("<IIiiIII", 1, 2_000_000_000, 1, -1, 1, 1, 1_500_000_000)
-    message = cls._decode(data, 0, len(data))
+    message = codec.decode(cls, data, 0, len(data))
     assert message == cls(Time(3, 0), Duration(0, 999_999_999), [Time(2, 500_000_000)])
     with pytest.raises(DeserializationError):
-        cls._decode(data[:-1], 0, len(data) - 1)
+        codec.decode(cls, data[:-1], 0, len(data) - 1)
 
 
 def test_g22_bytes_from_anything_that_holds_bytes() -> None:
@@ -263,7 +267,7 @@ def test_numbers_from_an_array_object_are_not_converted_one_by_one() -> None:
 def test_g21_wrong_values_name_the_field(text: str, value: object, reason: str) -> None:
     message = make(f"{text}\n{SEPARATOR}\nMSG: p/P\nint32 v")()
     message.x = value
-    for encode in (type(message)._encode_frame, type(message)._encode, lambda m: m.serialize(io.BytesIO())):
+    for encode in (codec.encode_frame, codec.encode, lambda m: m.serialize(io.BytesIO())):
         with pytest.raises(SerializationError) as caught:
             encode(message)
         assert str(caught.value).startswith(reason)
@@ -271,24 +275,24 @@ def test_g21_wrong_values_name_the_field(text: str, value: object, reason: str) 
 
 def test_g21_nested_fields_by_path() -> None:
     cls = make(f"A[] a\n{SEPARATOR}\nMSG: p/A\nB b\n{SEPARATOR}\nMSG: p/B\nint32 v")
-    inner = cls._classes["p/A"]
+    inner = nested_classes(cls)["p/A"]
     bad: Any = inner()
     bad.b.v = "x"
     with pytest.raises(SerializationError, match=r"^field a\[\]\.b\.v must be an integer type, not str 'x'$"):
-        cls._encode(cls([inner(), bad]))
+        codec.encode(cls([inner(), bad]))
 
 
 def test_large_bytes_are_not_copied() -> None:
     cls = make("int8 a\nuint8[] x\nstring s\nfloat64[] y")
     data = bytes(50_000)
-    frame = cls._encode_frame(cls(1, data, "end", [1.0]))
+    frame = codec.encode_frame(cls(1, data, "end", [1.0]))
     assert isinstance(frame, list) and frame[1] is data and len(frame) == 3
-    assert isinstance(cls._encode_frame(cls(1, b"small", "end", [])), bytes)
+    assert isinstance(codec.encode_frame(cls(1, b"small", "end", [])), bytes)
     mutable = bytearray(50_000)
-    frame = cls._encode_frame(cls(1, mutable, "", []))
+    frame = codec.encode_frame(cls(1, mutable, "", []))
     mutable[0] = 1
     assert b"".join(frame)[9] == 0  # what can change is copied
-    assert cls._decode(b"".join(frame)[4:], 0, len(b"".join(frame)) - 4).x == bytes(50_000)
+    assert codec.decode(cls, b"".join(frame)[4:], 0, len(b"".join(frame)) - 4).x == bytes(50_000)
 
 
 @pytest.mark.parametrize("first", ["Point[4] corners", "time[2] t", "duration[1] t", "Inner[2] inners", "string[2] s"])
@@ -300,8 +304,9 @@ def test_a_fixed_array_as_the_first_field(first: str) -> None:
 @pytest.mark.parametrize("kind", ["time", "duration", "Point", "string"])
 def test_an_array_of_messages_that_hold_arrays(kind: str) -> None:
     cls = make(f"Inner[] f\n{SEPARATOR}\nMSG: p/Inner\n{kind}[] t\n{SEPARATOR}\nMSG: p/Point\nfloat64 x")
-    inner = cls._classes["p/Inner"]
-    value: Any = {"time": Time(1), "duration": Duration(2), "string": "s"}.get(kind) or inner._classes["p/Point"](3.0)
+    inner = nested_classes(cls)["p/Inner"]
+    values = {"time": Time(1), "duration": Duration(2), "string": "s"}
+    value: Any = values.get(kind) or nested_classes(inner)["p/Point"](3.0)  # type: ignore[call-arg]
     message = cls([inner([value]), inner([]), inner([value, value])])
     assert roundtrip(message) == message
 
@@ -315,10 +320,10 @@ def test_messages_with_more_fields_than_one_function_inlines() -> None:
     assert roundtrip(message) == message
     data = body(message)
     with pytest.raises(DeserializationError):
-        cls._decode(data, 0, len(data) - 1)
+        codec.decode(cls, data, 0, len(data) - 1)
     message.c.f7 = "wrong"
     with pytest.raises(SerializationError, match=r"^field c\.f7 "):
-        cls._encode(message)
+        codec.encode(message)
 
 
 def test_exponential_definitions_stay_small() -> None:

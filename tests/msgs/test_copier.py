@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import codec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pyros1.errors import SerializationError
 from pyros1.msgs import from_definition, load_message
+from pyros1.msgs.base import nested_classes
 
 from .message_strategies import messages
 
@@ -25,11 +27,12 @@ EVERY: Any = from_definition(
     "float64 d\nstring s\ntime t\nduration u\nuint8[] bytes\nuint8[4] four\nbool[] bs\nfloat32[] fs\nint16[3] is_\n"
     f"string[] ss\ntime[] ts\nA[] as_\nA[2] two\n{SEPARATOR}\nMSG: p/A\nint16[] i\nstring s",
 )
+A: Any = nested_classes(EVERY)["p/A"]
 
 
 def through_wire(message: Any) -> Any:
-    body = type(message)._encode(message)
-    return type(message)._decode(body, 0, len(body))
+    body = codec.encode(message)
+    return codec.decode(type(message), body, 0, len(body))
 
 
 @pytest.mark.parametrize("cls", [EVERY, *map(load_message, NAMES)], ids=lambda cls: cls._type)
@@ -37,27 +40,27 @@ def through_wire(message: Any) -> Any:
 @settings(max_examples=25)
 def test_a_copy_is_what_the_wire_would_have_given(cls: Any, data: st.DataObject) -> None:
     message = data.draw(messages(cls))
-    copy = cls._copy(message)
+    copy = codec.copy(message)
     assert copy == through_wire(message)
-    assert cls._encode(copy) == cls._encode(message)
+    assert codec.encode(copy) == codec.encode(message)
 
 
 def test_values_of_other_types_become_what_the_wire_makes_of_them() -> None:
     message = EVERY(
         b=1, i8=True, f=0.1, d=3, bytes=bytearray(b"xy"), four=[1, 2, 3, 4], bs=(1, 0), fs=[0.1], is_=[1, 2, 3]
     )
-    message.two = [EVERY._classes["p/A"]((1, 2), "é"), EVERY._classes["p/A"]([3], "z")]
-    copy, sent = EVERY._copy(message), through_wire(message)
+    message.two = [A((1, 2), "é"), A([3], "z")]
+    copy, sent = codec.copy(message), through_wire(message)
     for name in EVERY.__slots__:
         mine, theirs = getattr(copy, name), getattr(sent, name)
         assert mine == theirs and type(mine) is type(theirs), name
     message.four = b"ab"
-    assert EVERY._copy(message).four == through_wire(message).four == b"ab\0\0"
+    assert codec.copy(message).four == through_wire(message).four == b"ab\0\0"
 
 
 def test_what_can_change_is_not_shared_and_what_cannot_is() -> None:
-    message = EVERY(bytes=b"large" * 1000, s="text", ss=["a"], as_=[EVERY._classes["p/A"]([1], "a")])
-    copy = EVERY._copy(message)
+    message = EVERY(bytes=b"large" * 1000, s="text", ss=["a"], as_=[A([1], "a")])
+    copy = codec.copy(message)
     assert copy.bytes is message.bytes and copy.s is message.s
     message.ss.append("b")
     message.as_[0].s = "changed"
@@ -75,7 +78,7 @@ def test_what_the_encoder_refuses_the_copier_refuses_with_the_same_words(field: 
     message = EVERY()
     setattr(message, field, value)
     with pytest.raises(SerializationError) as encoding:
-        EVERY._encode(message)
+        codec.encode(message)
     with pytest.raises(SerializationError) as copying:
-        EVERY._copy(message)
+        codec.copy(message)
     assert str(copying.value) == str(encoding.value)

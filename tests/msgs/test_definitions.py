@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import codec
 import pytest
 
 from pyros1.finding.library import SHIPPED, Library
@@ -119,5 +120,5 @@ def test_all_messages_encode_and_decode_their_defaults() -> None:
     for package in PACKAGES.split():
         for short in LIBRARY.messages(package):
             cls = lookup(f"{package}/{short}")
-            data = cls._encode(cls())
-            assert cls._decode(data, 0, len(data)) == cls()
+            data = codec.encode(cls())
+            assert codec.decode(cls, data, 0, len(data)) == cls()

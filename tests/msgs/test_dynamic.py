@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import codec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -66,8 +67,8 @@ def test_any_text_gives_a_class_or_the_documented_error(text: str) -> None:
         cls = from_definition("p/T", text)
     except DefinitionError:
         return
-    data = cls._encode(cls())
-    assert cls._decode(data, 0, len(data)) == cls()
+    data = codec.encode(cls())
+    assert codec.decode(cls, data, 0, len(data)) == cls()
 
 
 def test_cache() -> None:

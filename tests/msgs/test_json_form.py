@@ -6,6 +6,7 @@ import json
 import math
 from typing import Any
 
+import codec
 import pytest
 
 from pyros1.errors import MessageError
@@ -38,7 +39,7 @@ def samples() -> list[Any]:
 @pytest.mark.parametrize("message", samples(), ids=lambda message: message._type)
 def test_there_and_back(message: Any) -> None:
     text = json.dumps(to_json(message), allow_nan=False)
-    assert type(message)._encode(from_json(type(message), json.loads(text))) == type(message)._encode(message)
+    assert codec.encode(from_json(type(message), json.loads(text))) == codec.encode(message)
 
 
 @pytest.mark.parametrize(

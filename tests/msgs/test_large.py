@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import codec
 import pytest
 
 from pyros1.errors import DeserializationError
@@ -30,7 +31,7 @@ def cloud() -> Any:
 def pieces(message: Any) -> SplitBody:
     """Cut an encoded message around its array."""
     where = layout(type(message))
-    body = type(message)._encode(message)
+    body = codec.encode(message)
     assert where is not None
     end = len(body) - where.tail
     begin = end - len(message.data)
@@ -61,7 +62,7 @@ def test_the_array_is_taken_as_it_is(make: Any) -> None:
     decoded = decode_split(type(message), layout(type(message)), body)
     assert decoded == message
     assert decoded.data is body.data
-    assert body.join() == type(message)._encode(message)
+    assert body.join() == codec.encode(message)
 
 
 @pytest.mark.parametrize("make", [image, cloud])
@@ -83,7 +84,7 @@ def test_undecoded_messages_are_the_array() -> None:
     body = SplitBody(b"", b"whatever", b"", counted=False)
     assert decode_split(AnyMsg, layout(AnyMsg), body)._buff is body.data
     message = image()
-    whole = SplitBody(b"", IMAGE._encode(message), b"", counted=False)
+    whole = SplitBody(b"", codec.encode(message), b"", counted=False)
     assert decode_split(IMAGE, layout(IMAGE), whole) == message
     assert decode_split(AnyMsg, layout(AnyMsg), pieces(message))._buff == whole.data
 
@@ -93,7 +94,7 @@ def test_frames_from_the_encoder(make: Any) -> None:
     message = make()
     where = layout(type(message))
     assert where is not None
-    body = split_frame(type(message)._encode_frame(message), where.tail)
+    body = split_frame(codec.encode_frame(message), where.tail)
     assert body is not None and body.data is message.data
     assert decode_split(type(message), where, body) == message
 

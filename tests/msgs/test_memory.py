@@ -13,14 +13,15 @@ import resource, sys
 from pyros1.msgs import from_definition
 import pyros1.msgs.check, pyros1.msgs.constructor, pyros1.msgs.copier, pyros1.msgs.decoder, pyros1.msgs.encoder
 sys.path.insert(0, {folder!r})
+import codec
 from test_memory import {maker}
 
 text = {maker}()
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + {megabytes} * 2**20,) * 2)
 cls = from_definition("p/T", text)
-body = cls._encode(cls())
-assert cls._copy(cls._decode(body, 0, len(body))) == cls()
+body = codec.encode(cls())
+assert codec.copy(codec.decode(cls, body, 0, len(body))) == cls()
 print(len(text))
 """
 SEPARATOR = "=" * 80

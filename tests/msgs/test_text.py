@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from message_strategies import messages
 
 from pyros1.msgs import from_definition
+from pyros1.msgs.base import nested_classes
 from pyros1.msgs.text import emit_message, format_message
 from pyros1.msgs.yamltext import item_pieces, quoted_pieces
 from pyros1.timing import Duration, Time
@@ -21,7 +22,7 @@ cls: Any = from_definition(
     "bool b\nfloat64 f\nstring s\ntime t\nuint8[] u\nint32[] i\nfloat64[2] g\nstring[] l\ntime[] ts\nA a\nA[] aa\nE e\n"
     f"{SEPARATOR}\nMSG: p/A\nint32 v\nstring[] w\n{SEPARATOR}\nMSG: p/E\n",
 )
-A: Any = cls._classes["p/A"]
+A: Any = nested_classes(cls)["p/A"]
 
 FULL = """\
 b: True

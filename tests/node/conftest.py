@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -15,7 +16,10 @@ from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.xmlrpc_client import XmlRpcClient
 from pyros1.net.xmlrpc_server import XmlRpcServer
+from pyros1.node.log.sink import LogSink, Record
 from pyros1.wire.header import HeaderReader, encode_header
+
+from ..parts import tcpros_port
 
 PATIENCE = 10.0
 FLOAT64_MD5 = "fdb28210bfa9d7c91146260178d9a584"
@@ -50,18 +54,7 @@ class Collector:
 
 
 class LogWatch(Collector):
-    """The log records of a node from now on."""
-
-    def __init__(self, node: Any) -> None:
-        super().__init__()
-        before = node._sink.publish
-
-        def publish(record: Any) -> None:
-            if before is not None:
-                before(record)
-            self(record)
-
-        node._sink.publish = publish
+    """The log records of a node."""
 
     @property
     def texts(self) -> list[str]:
@@ -198,18 +191,40 @@ def collect() -> Callable[[], Collector]:
 
 
 @pytest.fixture
-def watch_log() -> Callable[[Any], LogWatch]:
-    """Return a function that watches a node's log."""
-    return LogWatch
+def watch_log(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any], LogWatch]:
+    """Return a function that watches a node's log from now on."""
+    watches: dict[str, LogWatch] = {}
+    emit = LogSink.emit
+
+    def emit_and_keep(sink: LogSink, record: Record, *args: Any, **options: Any) -> None:
+        emit(sink, record, *args, **options)
+        if sink.node_name in watches:
+            watches[sink.node_name](record)
+
+    monkeypatch.setattr(LogSink, "emit", emit_and_keep)
+    return lambda node: watches.setdefault(node.name, LogWatch())
+
+
+@pytest.fixture
+def until() -> Callable[[Callable[[], Any]], None]:
+    """Return a function that waits until a condition is true of which nobody tells."""
+
+    def wait(condition: Callable[[], Any]) -> None:
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, "it never came true"
+            time.sleep(0.001)
+
+    return wait
 
 
 @pytest.fixture
 def raw_peer() -> Iterator[Callable[..., RawPeer]]:
-    """Return a function that connects to the TCPROS port of a node."""
+    """Return a function that connects to a node's TCPROS port; it takes the node or the port."""
     peers: list[RawPeer] = []
 
     def make(node: Any, **options: Any) -> RawPeer:
-        peer = RawPeer(node._tcpros.port, **options)
+        peer = RawPeer(node if isinstance(node, int) else tcpros_port(node), **options)
         peers.append(peer)
         return peer
 

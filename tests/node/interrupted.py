@@ -11,6 +11,7 @@ import contextlib
 import faulthandler
 import os
 import random
+import select
 import signal
 import sys
 import threading
@@ -272,11 +273,8 @@ def main() -> None:
     scenario, transport, *rest = [*sys.argv[1:], "local"][:4] if len(sys.argv) < 3 else sys.argv[1:]
     sys.argv[1:] = []
     if "PORTABLE" in os.environ:  # as on systems without epoll
-        import pyros1.net.loop
-        import pyros1.net.poller
-
-        pyros1.net.poller._ONESHOT = 0
-        pyros1.net.loop._Epoll = pyros1.net.loop._Portable  # type: ignore[misc, assignment]
+        for name in ("epoll", "EPOLLONESHOT"):
+            vars(select).pop(name, None)
     if transport == "tcp":
         import pyros1.node.subscribing.connector
 

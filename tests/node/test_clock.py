@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 import time
+import weakref
 from typing import Any
 
 import pytest
@@ -104,7 +106,7 @@ def test_sleep_follows_the_ticks_p29(clock: Simulation, in_thread: Any) -> None:
 
 
 def test_sleep_is_not_woken_by_wall_time(clock: Simulation, in_thread: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.clock._STEP", 0.001)
+    monkeypatch.setattr("pyros1.node.clock.STEP", 0.001)
     clock.tick(Time(1))
     sleeping = in_thread(clock.sleep, 0.001)
     for _ in range(50):
@@ -182,8 +184,10 @@ class NoLog:
         self.texts.append(f"{text}: {error!r}")
 
 
-def make_timer(clock: Clock, callback: Any, *, period: float = 0.01, oneshot: bool = False, queue: Any = None) -> Any:
-    return Timer(clock, period, callback, oneshot, queue, NoLog())  # type: ignore[arg-type]
+def make_timer(
+    clock: Clock, callback: Any, *, period: float = 0.01, oneshot: bool = False, queue: Any = None, log: Any = None
+) -> Any:
+    return Timer(clock, period, callback, oneshot, queue, log or NoLog())
 
 
 def test_timer_p31(stopping: threading.Event, collect: Any) -> None:
@@ -211,7 +215,7 @@ def test_a_long_timer_can_be_ended(stopping: threading.Event, collect: Any) -> N
     timer = make_timer(Clock(stopping), got, period=100.0)
     timer.shutdown()
     timer.join(5)
-    assert not timer._thread.is_alive() and not got.items
+    assert not timer.alive and not got.items
 
 
 def test_a_bad_timer_callback_is_called_again(stopping: threading.Event) -> None:
@@ -221,11 +225,12 @@ def test_a_bad_timer_callback_is_called_again(stopping: threading.Event) -> None
         called.release()
         raise RuntimeError("no")
 
-    timer = make_timer(Clock(stopping), bad)
+    log = NoLog()
+    timer = make_timer(Clock(stopping), bad, log=log)
     assert called.acquire(timeout=5) and called.acquire(timeout=5)
     timer.shutdown()
     timer.join(5)
-    assert "RuntimeError('no')" in timer._log.texts[0]
+    assert "RuntimeError('no')" in log.texts[0]
 
 
 def test_a_timer_of_a_node_that_spins_queues_one_call_at_a_time(stopping: threading.Event, collect: Any) -> None:
@@ -267,7 +272,7 @@ def test_periods_are_positive(stopping: threading.Event, period: float) -> None:
 # Nodes ----------------------------------------------------------------------------------------------------------------
 
 
-def test_a_node_runs_on_simulated_time_o17(make_node: Any, in_thread: Any) -> None:
+def test_a_node_runs_on_simulated_time_o17(make_node: Any, in_thread: Any, until: Any) -> None:
     world = make_node("world")
     world.params["/use_sim_time"] = True
     node = make_node("node")
@@ -275,12 +280,8 @@ def test_a_node_runs_on_simulated_time_o17(make_node: Any, in_thread: Any) -> No
     assert publisher.wait_for_subscribers(timeout=5)
     assert node.now() == Time(0)
     assert world.now().secs > 1_000_000_000, "started before the parameter was set"
-    ticked = threading.Event()
-    tick = node._clock.tick
-    node._clock.tick = lambda now: (tick(now), ticked.set())  # type: ignore[assignment]
     publisher.publish(Time(1234, 5))
-    assert ticked.wait(5)
-    assert node.now() == Time(1234, 5)
+    until(lambda: node.now() == Time(1234, 5))
     sleeping = in_thread(node.sleep, 10.0)
     fired = threading.Event()
     timer = node.timer(5.0, lambda event: fired.set())
@@ -293,27 +294,26 @@ def test_a_node_runs_on_simulated_time_o17(make_node: Any, in_thread: Any) -> No
     timer.shutdown()
 
 
-def test_a_node_that_spins_has_time_without_spinning(make_node: Any) -> None:
+def test_a_node_that_spins_has_time_without_spinning(make_node: Any, until: Any) -> None:
     world = make_node("world")
     world.params["/use_sim_time"] = True
     publisher = world.advertise("/clock", "rosgraph_msgs/Clock")
     node = make_node("node", callbacks="spin")
-    ticked = threading.Event()
-    tick = node._clock.tick
-    node._clock.tick = lambda now: (tick(now), ticked.set())  # type: ignore[assignment]
     assert publisher.wait_for_subscribers(timeout=5)
     publisher.publish(Time(7))
-    assert ticked.wait(5)
-    assert node.now() == Time(7)
+    until(lambda: node.now() == Time(7))
 
 
 def test_a_node_forgets_timers_that_have_ended(make_node: Any) -> None:
     node = make_node("node")
+    timers = []
     for _ in range(3):
         timer = node.timer(0.001, lambda event: None, oneshot=True)
         timer.join(5)
         assert not timer.alive
-    assert len(node._timers) == 1
+        timers.append(weakref.ref(timer))
+    gc.collect()
+    assert [made() is None for made in timers] == [True, True, False], "but for the one made last"
 
 
 def test_node_timers_end_with_the_node(make_node: Any) -> None:
@@ -322,4 +322,4 @@ def test_node_timers_end_with_the_node(make_node: Any) -> None:
     timer = node.timer(0.005, lambda event: fired.set())
     assert fired.wait(5)
     node.shutdown()
-    assert not timer._thread.is_alive()
+    assert not timer.alive

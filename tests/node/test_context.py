@@ -10,11 +10,14 @@ from pyros1.errors import NodeShutdownError
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node.context import find_local_context
 
+from ..parts import context_of, publication_of, subscription_of
+
 
 def test_nodes_of_the_process_are_found_by_their_address(make_node: Any) -> None:
     a, b = make_node("a"), make_node("b")
-    assert find_local_context(a.uri) is a._context
-    assert find_local_context(b.uri) is b._context
+    for node in (a, b):
+        found = find_local_context(node.uri)
+        assert found is not None and found.name == node.name
     assert find_local_context("http://localhost:1/") is None
     a.shutdown()
     assert find_local_context(a.uri) is None
@@ -22,21 +25,23 @@ def test_nodes_of_the_process_are_found_by_their_address(make_node: Any) -> None
 
 def test_pauses_end_with_the_node(make_node: Any, in_thread: Any) -> None:
     node = make_node("a")
-    node._context.pause(0.001)
-    node._context.check_running()
-    pausing = in_thread(node._context.pause, 30.0)
+    context = context_of(node)
+    context.pause(0.001)
+    context.check_running()
+    pausing = in_thread(context.pause, 30.0)
     node.shutdown()
     with pytest.raises(NodeShutdownError, match="/a is shutting down"):
         pausing.join()
     with pytest.raises(NodeShutdownError):
-        node._context.check_running()
+        context.check_running()
 
 
 def test_waits_for_links_end_with_the_node(make_node: Any, in_thread: Any) -> None:
     node = make_node("a")
     publisher = node.advertise("t", Float64)
     subscriber = node.subscribe("u", Float64, print)
+    publication, subscription = publication_of(node), subscription_of(node, "/u")
     waits = [in_thread(publisher.wait_for_subscribers), in_thread(subscriber.wait_for_publishers)]
     node.shutdown()
     assert [wait.join() for wait in waits] == [False, False]
-    assert not publisher._publication.on_change and not subscriber._subscription.on_change
+    assert not publication.on_change and not subscription.on_change

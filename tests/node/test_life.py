@@ -21,6 +21,8 @@ from pyros1.interrupts import DELIBERATE
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node import Node
 
+from ..parts import context_of
+
 SRC = str(Path(pyros1.__file__).parent.parent)
 
 
@@ -58,6 +60,7 @@ def test_a_hook_after_the_end_runs_at_once_p05(make_node: Any) -> None:
 
 def test_shutdown_happens_once_and_everybody_waits_for_it(make_node: Any, in_thread: Any) -> None:
     node, order, entered, leave = make_node("a"), [], threading.Event(), threading.Event()
+    loop = context_of(node).loop
 
     def hook() -> None:
         order.append(1)
@@ -74,7 +77,7 @@ def test_shutdown_happens_once_and_everybody_waits_for_it(make_node: Any, in_thr
     second.join()
     node.shutdown()
     assert order == [1]
-    assert not node._context.loop.thread.is_alive()
+    assert not loop.thread.is_alive()
 
 
 def test_shutdown_in_a_hook(make_node: Any) -> None:
@@ -155,7 +158,7 @@ def test_a_node_that_cannot_start_leaves_nothing(environ: dict[str, str], monkey
     def refuse(*_: Any) -> None:
         raise MasterError("no", 0)
 
-    monkeypatch.setattr("pyros1.node.log.offered._offer_levels", refuse)
+    monkeypatch.setattr("pyros1.node.node.offer_log", refuse)
     with pytest.raises(MasterError):
         Node("a", argv=[], environ=environ, handle_signals=False)
 
@@ -413,7 +416,7 @@ node.spin()
 def test_processes_forked_from_a_node_leave_it_alone(make_node: Any, collect: Any) -> None:
     listener, got = make_node("listener"), collect()
     listener.subscribe("/t", "std_msgs/Float64", got)
-    environ = {**os.environ, **listener._context.environ, "PYTHONPATH": SRC}
+    environ = {**os.environ, **listener.environ, "PYTHONPATH": SRC}
     with subprocess.Popen([sys.executable, "-c", FORKING], env=environ) as program:
         try:
             got.wait(1)

@@ -14,6 +14,7 @@ from pyros1.errors import MasterError, MasterUnreachableError, NodeShutdownError
 from pyros1.master.server import Master
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.msgs.std_srvs.srv import Empty
+from pyros1.net.master_client import MasterClient
 
 
 @pytest.fixture
@@ -266,16 +267,15 @@ def test_what_a_new_master_was_not_told_is_told_at_the_next_check(
     node = make_node("node", rosout=False)
     for topic in ("a", "b", "c"):
         node.advertise(topic, Float64)
-    registrar = node._registrar
-    call, failing = registrar._master.call, ["/b"]
+    call, failing = MasterClient.call, ["/b"]
 
-    def flaky(method: str, *args: Any, **options: Any) -> Any:
+    def flaky(client: MasterClient, method: str, *args: Any, **options: Any) -> Any:
         if method == "registerPublisher" and args[0] in failing:
             failing.clear()
             raise MasterUnreachableError("gone again")
-        return call(method, *args, **options)
+        return call(client, method, *args, **options)
 
-    monkeypatch.setattr(registrar._master, "call", flaky)
+    monkeypatch.setattr(MasterClient, "call", flaky)
     late_master()
     until = time.monotonic() + 10
     while time.monotonic() < until:

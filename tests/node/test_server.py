@@ -9,6 +9,9 @@ import pytest
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.wire.header import MAX_HEADER_SIZE, encode_header
 
+from ..bodies import encode
+from ..parts import tcpros_port
+
 
 @pytest.fixture
 def node(make_node: Any) -> Any:
@@ -24,12 +27,15 @@ WANTED = {"topic": "/t", "md5sum": Float64._md5sum, "type": "std_msgs/Float64", 
 def assert_serves(node: Any, raw_peer: Any) -> None:
     peer = raw_peer(node).greet(**WANTED)
     assert peer.answer()["type"] == "std_msgs/Float64"
-    assert peer.frame() == Float64._encode(Float64(1.5))
+    assert peer.frame() == encode(Float64(1.5))
 
 
-def test_one_port_serves_topics_and_services_t04_o15(node: Any, raw_peer: Any, service_port: Any) -> None:
+def test_one_port_serves_topics_and_services_t04_o15(
+    node: Any, raw_peer: Any, call_node: Any, service_port: Any
+) -> None:
     assert_serves(node, raw_peer)
-    assert service_port(node.master.lookup_service("/flip")) == node._tcpros.port
+    port = service_port(node.master.lookup_service("/flip"))
+    assert call_node(node, "requestTopic", "/me", "/t", [["TCPROS"]])[2][2] == port
     peer = raw_peer(node).greet(service="/flip", md5sum="*", callerid="/raw")
     answer = peer.answer()
     assert (answer["type"], answer["service"], answer["callerid"]) == ("std_srvs/SetBool", "/flip", "/talker")
@@ -62,7 +68,6 @@ def test_silent_and_dripping_peers_are_closed_at_the_deadline(
     silent, dripping = raw_peer(node), raw_peer(node)
     dripping.sock.sendall(encode_header(WANTED)[:-1])
     assert silent.closed() and dripping.closed()
-    assert not node._tcpros._greetings
     assert_serves(node, raw_peer)
 
 
@@ -167,8 +172,9 @@ def test_a_long_definition_is_answered_whole(make_node: Any, raw_peer: Any) -> N
 
 
 def test_nothing_is_accepted_after_shutdown(node: Any, raw_peer: Any) -> None:
-    idle = raw_peer(node)
+    port = tcpros_port(node)
+    idle = raw_peer(port)
     node.shutdown()
     assert idle.closed()
     with pytest.raises(OSError):
-        raw_peer(node)
+        raw_peer(port)

@@ -10,6 +10,8 @@ import pytest
 from pyros1.errors import XmlRpcFault
 from pyros1.msgs.std_msgs.msg import Float64
 
+from ..parts import tcpros_port
+
 
 @pytest.fixture
 def node(make_node: Any) -> Any:
@@ -34,7 +36,7 @@ def test_topics_s08(node: Any, call_node: Any) -> None:
 
 def test_request_topic_s11(node: Any, call_node: Any) -> None:
     node.advertise("t", Float64)
-    port = node._tcpros.port
+    port = tcpros_port(node)
     ready = [1, f"ready on localhost:{port}", ["TCPROS", "localhost", port]]
     assert call_node(node, "requestTopic", "/me", "/t", [["TCPROS"]]) == ready
     assert call_node(node, "requestTopic", "/me", "/t", [["UDPROS", "", "h", 1, 1500], ["TCPROS"]]) == ready

@@ -15,6 +15,9 @@ from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Empty, Float64, Float64MultiArray, Header, String
 from pyros1.node.topic_type import topic_type
 
+from ..bodies import encode
+from ..parts import context_of, publication_of
+
 FLOAT64_MD5 = "fdb28210bfa9d7c91146260178d9a584"
 
 
@@ -304,7 +307,7 @@ def test_what_waits_is_sent_before_a_publisher_closes(pair: Any, collect: Any) -
 def test_links_are_gone_when_the_subscriber_is(pair: Any) -> None:
     publisher, subscriber = connect(*pair, Float64, print)
     gone = threading.Event()
-    publisher._publication.on_change.append(gone.set)
+    publication_of(pair[0]).on_change.append(gone.set)
     subscriber.unregister()
     assert gone.wait(5)
     assert publisher.num_connections == 0 and subscriber.num_connections == 0
@@ -385,7 +388,7 @@ def test_any_type_is_received_raw_and_decodes_itself_t09_o05(pair: Any, collect:
     message = got.wait()[0]
     assert isinstance(message, AnyMsg)
     assert message._connection_header["type"] == "geometry_msgs/PointStamped"
-    assert message._buff == PointStamped._encode(sent)
+    assert message._buff == encode(sent)
     decoded = message.decode()
     assert decoded._md5sum == PointStamped._md5sum
     assert (decoded.header.frame_id, decoded.point.y) == ("map", 2.5)
@@ -409,7 +412,7 @@ def test_a_raw_message_may_be_published_by_a_typed_publisher(pair: Any, collect:
     got = collect()
     publisher, _ = connect(*pair, Float64, got)
     raw = AnyMsg()
-    raw._buff = Float64._encode(Float64(2.5))
+    raw._buff = encode(Float64(2.5))
     publisher.publish(raw)
     got.wait()
     assert got.data == [2.5]
@@ -493,7 +496,7 @@ def test_refused_registration_leaves_nothing_behind(make_node: Any) -> None:
     node = make_node("a")
     with pytest.raises(MessageError, match="no_such_msgs/Thing"):
         node.subscribe("t", "no_such_msgs/Thing", print)
-    assert "/t" not in node._topics.subscriptions
+    assert "/t" not in context_of(node).subscriptions
 
 
 # Publishing -----------------------------------------------------------------------------------------------------------
@@ -663,7 +666,7 @@ def test_wait_for_message(pair: Any, in_thread: Any) -> None:
     assert publisher.wait_for_subscribers(timeout=5)
     publisher.publish(6)
     assert waiting.join().data == 6
-    assert "/t" not in listener._topics.subscriptions
+    assert "/t" not in context_of(listener).subscriptions
 
 
 def test_wait_for_message_in_a_node_that_spins(make_node: Any, transport: str) -> None:

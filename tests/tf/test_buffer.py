@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -41,10 +42,33 @@ def x_of(message: Any) -> float:
     return x
 
 
+class Counted(threading.Condition):
+    """A condition that knows how many threads wait for it."""
+
+    def __init__(self, lock: Any = None) -> None:
+        super().__init__(lock)
+        self.waiting = 0
+
+    def wait(self, timeout: float | None = None) -> bool:
+        self.waiting += 1
+        try:
+            return super().wait(timeout)
+        finally:
+            self.waiting -= 1
+
+
 @pytest.fixture
-def buffer() -> Buffer:
+def changed() -> Counted:
+    """What threads wait for that look for transforms in the buffer."""
+    return Counted(threading.Lock())
+
+
+@pytest.fixture
+def buffer(changed: Counted, monkeypatch: pytest.MonkeyPatch) -> Buffer:
     """map -> odom (moves 1 m a second) -> base (turned) -> lidar (static); and an island."""
-    result = Buffer()
+    with monkeypatch.context() as patch:
+        patch.setattr("pyros1.tf.buffer.threading", SimpleNamespace(Condition=lambda _: changed, Lock=threading.Lock))
+        result = Buffer()
     for second in (100, 101, 102):
         result.set_transform(stamped("map", "odom", second, x=second - 100), "/a")
     result.set_transform(stamped("odom", "base", 101, 1.0, HALF_TURN), "/b")
@@ -179,23 +203,23 @@ def in_thread(call: Callable[[], Any]) -> tuple[threading.Thread, list[Any]]:
     return thread, results
 
 
-def await_waiting(buffer: Buffer, count: int = 1) -> None:
+def await_waiting(changed: Counted, count: int = 1) -> None:
     """Until so many threads wait in the buffer."""
     met = threading.Event()
     for _ in range(10_000):
-        if buffer._waiting >= count:
+        if changed.waiting >= count:
             return
         met.wait(0.001)
     raise AssertionError("nobody waits")
 
 
-def test_a_lookup_waits_for_what_comes(buffer: Buffer) -> None:
+def test_a_lookup_waits_for_what_comes(buffer: Buffer, changed: Counted) -> None:
     first, found = in_thread(lambda: buffer.lookup_transform("map", "new", 50, timeout=30))
     second, can = in_thread(lambda: buffer.can_transform("map", "new", 50, timeout=Duration(30)))
     third, full = in_thread(lambda: buffer.lookup_transform_full("map", 50, "new", 50, "map", timeout=30))
-    await_waiting(buffer, 3)
+    await_waiting(changed, 3)
     buffer.set_transform(stamped("island", "elsewhere", 1))
-    await_waiting(buffer, 3)
+    await_waiting(changed, 3)
     buffer.set_transform_static(stamped("map", "new", 1, 7.0))
     for thread in (first, second, third):
         thread.join(10)
@@ -210,24 +234,24 @@ def test_a_wait_ends_with_its_time_and_says_what_was_missing(buffer: Buffer) -> 
     assert not buffer.can_transform("map", "nope", timeout=0.01)
 
 
-def test_a_wait_ends_with_the_node(buffer: Buffer) -> None:
+def test_a_wait_ends_with_the_node(buffer: Buffer, changed: Counted) -> None:
     thread, results = in_thread(lambda: buffer.lookup_transform("map", "nope", timeout=1e6))
-    await_waiting(buffer)
+    await_waiting(changed)
     buffer.end_waits()
     thread.join(10)
     assert isinstance(results[0], NodeShutdownError)
     assert x_of(buffer.lookup_transform("base", "lidar", timeout=1.0)) == 0.5, "what is there is there"
 
 
-def test_timeouts_count_in_the_time_that_was_given(buffer: Buffer) -> None:
+def test_timeouts_count_in_the_time_that_was_given(buffer: Buffer, changed: Counted) -> None:
     """Simulated time stands still and then goes on."""
     now = [10.0]
     buffer.use_time(lambda: now[0])
     thread, results = in_thread(lambda: buffer.can_transform("map", "nope", timeout=5))
-    await_waiting(buffer)
+    await_waiting(changed)
     now[0] = 14.9
     buffer.wake()
-    await_waiting(buffer)
+    await_waiting(changed)
     now[0] = 15.1
     buffer.wake()
     thread.join(10)

@@ -12,8 +12,11 @@ from pyros1.errors import NodeShutdownError
 from pyros1.master.server import Master
 from pyros1.msgs import load_message
 from pyros1.node import Node
+from pyros1.node.context import wait_for_links
 from pyros1.tf import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from pyros1.timing import Time
+
+from ..parts import publication_of
 
 Make = Callable[..., Node]
 
@@ -40,7 +43,7 @@ def test_transforms_travel(make_node: Make, transport: str, callbacks: str) -> N
     TransformListener(listening, buffer)
     assert buffer.lookup_transform("base", "lidar", timeout=10).transform.translation.x == 0.25
     assert buffer.lookup_transform("base", "camera", timeout=10).transform.translation.x == 0.1
-    assert moving._publisher.wait_for_subscribers(timeout=10)
+    assert wait_for_links(publication_of(robot, "/tf"), 1, 10)
     moving.send_transform(stamped("odom", "base", 5, 1.0))
     assert buffer.lookup_transform("odom", "camera", 5, timeout=10).transform.translation.x == pytest.approx(1.1)
     moving.send_transform(iter([stamped("odom", "base", 6, 2.0), stamped("map", "odom", 6, 1.0)]))
@@ -86,7 +89,7 @@ def test_simulated_time(make_node: Make, master: Master, capfd: pytest.CaptureFi
     buffer = Buffer()
     listener = TransformListener(node, buffer)
     tick: Any = load_message("rosgraph_msgs/Clock")
-    assert clock.wait_for_subscribers(timeout=10) and moving._publisher.wait_for_subscribers(timeout=10)
+    assert clock.wait_for_subscribers(timeout=10) and wait_for_links(publication_of(maker, "/tf"), 1, 10)
     clock.publish(tick(Time(50)))
     moving.send_transform(stamped("odom", "base", 50, 1.0))
 

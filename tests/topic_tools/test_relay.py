@@ -16,6 +16,8 @@ from pyros1.topic_tools.mux import Mux
 from pyros1.topic_tools.output import Output, base_name
 from pyros1.topic_tools.relay import Relay
 
+from ..parts import publication_of
+
 PATIENCE = 10.0
 Start = Callable[[Callable[[], object]], None]
 
@@ -107,7 +109,7 @@ def test_a_lazy_relay_leaves_and_comes_back(node: Node, user: Node, start: Start
     publisher: Any = user.advertise("/in", "std_msgs/String")
     assert publisher.wait_for_subscribers(1, PATIENCE)
     left = threading.Event()
-    publisher._publication.on_change.append(lambda: publisher.num_connections or left.set())
+    publication_of(user, "/in").on_change.append(lambda: publisher.num_connections or left.set())
     publisher.publish("unheard")
     assert left.wait(PATIENCE)
     ear = Ear(user, "/out")

@@ -16,7 +16,7 @@ from pyros1.errors import ProtocolError, SerializationError, XmlRpcFault
 from pyros1.wire import xmlrpc
 from pyros1.wire.xmlrpc_scan import scan_call, scan_response
 
-LIMITS = (xmlrpc._SCALARS, xmlrpc.MAX_DEPTH, xmlrpc.MAX_VALUES)
+LIMITS = (xmlrpc.SCALARS, xmlrpc.MAX_DEPTH, xmlrpc.MAX_VALUES)
 
 # XML normalises line ends, so \r does not survive, as it does not in stock.
 texts = st.text(st.characters(exclude_categories=["Cs", "Cc"], exclude_characters="\ufffe\uffff")) | st.sampled_from(
@@ -34,7 +34,7 @@ values = st.recursive(scalars, lambda inner: st.lists(inner) | st.dictionaries(t
 
 
 def through_parser(body: bytes) -> list[Any]:
-    reader = xmlrpc._Reader()
+    reader = xmlrpc.Reader()
     reader.read(body)
     return reader.stack
 
@@ -79,7 +79,7 @@ def test_the_short_cut_reads_as_the_parser_or_gives_up(params: list[Any], data: 
             body[position:position] = body[position : position + data.draw(st.integers(1, 40))]
     plain = scan_call(bytes(body), *LIMITS)
     if plain is not None:
-        reader = xmlrpc._Reader()
+        reader = xmlrpc.Reader()
         reader.read(bytes(body))
         assert (reader.method, repr(reader.stack)) == (plain[0], repr(plain[1]))
 

@@ -14,6 +14,7 @@ from pyros1.bag.format.records import Connection
 from pyros1.bag.info import Summary, summarize
 from pyros1.errors import MessageError
 from pyros1.msgs import AnyMsg, DefinitionCache, Message
+from pyros1.msgs.base import nested_classes
 from pyros1.suggest import did_you_mean
 from pyros1.timing import Duration, Time
 
@@ -369,6 +370,6 @@ def _type_of(cls: type[Message], path: str) -> str:
         if kind in ("time", "duration"):
             return "int64"
         if kind:
-            cls = cls._classes[kind]
+            cls = nested_classes(cls)[kind]
         kind = dict(zip(cls.__slots__, cls._slot_types, strict=True)).get(name, "")
     return kind

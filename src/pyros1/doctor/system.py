@@ -17,7 +17,7 @@ from pyros1.net.master_client import MasterClient
 
 ROUND = NODE_TIMEOUT + 0.5
 """Timeout for one round of questions in seconds."""
-_SETTLE = 1.0
+SETTLE = 1.0
 """Seconds that new nodes get to connect."""
 
 
@@ -49,7 +49,7 @@ def collect_system(master: MasterClient) -> System:
     services = {name: (uri, _failure(answers["service", name])) for name, uri in service_uris.items()}
     system = System(master.uri, state, nodes, services, use_sim_time=simulated)
     if missing_edges(system):
-        sleep(_SETTLE)  # new nodes may not be connected yet
+        sleep(SETTLE)  # new nodes may not be connected yet
         lost = {name for edge in missing_edges(system) for name in (edge.publisher, edge.subscriber)}
         again = together({name: partial(ask_node, master.caller_id, uris[name]) for name in lost}, ROUND)
         system.nodes = {**nodes, **{name: _node(uris[name], answer) for name, answer in again.items()}}

@@ -250,7 +250,7 @@ def _read(folder: str, changed: int) -> Record:
         return [changed, [], "", 0, "", False]
     if manifest and manifest != "stack.xml":  # packages do not nest; stacks hold packages
         time_read = _changed(folder, manifest)
-        name, meta = _identity(folder, manifest)
+        name, meta = identity(folder, manifest)
         return [changed, [], manifest, time_read, name, meta]
     if not _IGNORED.isdisjoint(entries):
         folders: list[str] = []
@@ -261,7 +261,7 @@ def _read(folder: str, changed: int) -> Record:
     return [changed, folders, "", 0, "", False]
 
 
-def _identity(folder: str, manifest: str) -> tuple[str, bool]:
+def identity(folder: str, manifest: str) -> tuple[str, bool]:
     """Return the package name in a manifest, and whether the package is a metapackage."""
     base = os.path.basename(folder)
     if manifest != "package.xml":

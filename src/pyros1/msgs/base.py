@@ -16,7 +16,7 @@ are first asked for, so that making a class costs little and an unused direction
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
@@ -216,6 +216,18 @@ def message_class(cls: type[Any]) -> type[Message]:
             found: type[Message] = base
             return found
     raise MessageError(f"{cls.__name__} is not a message class")
+
+
+def nested_classes(cls: type[Message]) -> Mapping[str, type[Message]]:
+    """Return the classes of the messages that a message class has in its fields.
+
+    Args:
+        cls: a message class.
+
+    Returns:
+        The classes by full type name, as ``_slot_types`` has them without their brackets; builtin types are not in it.
+    """
+    return message_class(cls)._classes
 
 
 class Service:

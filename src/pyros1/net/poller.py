@@ -17,7 +17,6 @@ from pyros1.net.bell import Event
 
 BELL = -1
 """Result of `wait` after a call of `wake`."""
-_ONESHOT = getattr(select, "EPOLLONESHOT", 0)
 
 
 class Poller:
@@ -32,7 +31,7 @@ class Poller:
         self._bell.setblocking(False)
         self._button.setblocking(False)
         self._bell_fd = self._bell.fileno()
-        self._poll = _Selector() if portable or not _ONESHOT else _Epoll()
+        self._poll = _Selector() if portable or not hasattr(select, "EPOLLONESHOT") else _Epoll()
         self._poll.add(self._bell_fd)
 
     def register(self, fd: int) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 LONGEST_PERIOD = 1e9
 """Longest period of a timer, in seconds."""
-_STEP = 0.3
+STEP = 0.3
 """Longest wait for a tick of simulated time, in seconds, before a check whether the node is shutting down."""
 
 
@@ -92,7 +92,7 @@ class Clock:
         return not self._stopping.is_set()
 
     def _wait_for_change(self, now: Time) -> None:
-        self._ticked.wait(lambda: self._now is not now or self._stopping.is_set(), _STEP)
+        self._ticked.wait(lambda: self._now is not now or self._stopping.is_set(), STEP)
 
     def _await_tick(self, waiting: Callable[[], bool]) -> bool:
         while True:

@@ -42,6 +42,18 @@ class Published(Protocol):
     ) -> HandingSource: ...
 
 
+class Subscribed(Protocol):
+    """What others see of a topic that a node subscribes to; see `subscribing.subscription.Subscription`."""
+
+    type: TopicType
+    delivery: Any
+    on_change: list[Callable[[], None]]
+
+    @property
+    def links(self) -> tuple[Any, ...]: ...
+    def update_publishers(self, uris: list[str], complete: bool = True) -> None: ...
+
+
 class Provided(Protocol):
     """The part of a service that other parts see; see `services.server.ServiceServer`."""
 
@@ -66,6 +78,7 @@ class Context:
         stopping: set when the node begins to shut down; every wait ends then.
         tells_late_publishers: whether a `publish` after the end of the node is still to be logged, once.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
+        subscriptions: what it subscribes to, by topic; changed in the same way.
         services: what it provides, by name; changed in the same way.
     """
 
@@ -90,6 +103,7 @@ class Context:
         self.stopping = stopping
         self.tells_late_publishers = True
         self.publications: dict[str, Published] = {}
+        self.subscriptions: dict[str, Subscribed] = {}
         self.services: dict[str, Provided] = {}
         self._unknown_hosts: set[str] = set()
 

@@ -150,7 +150,6 @@ class Node:
             self._context,
             self.master_uri,
             lambda: (self._host, self._tcpros.port if self._tcpros else 0),
-            lambda: self._topics.subscriptions,
             lambda: self.params,
             self._on_shutdown_request,
         )

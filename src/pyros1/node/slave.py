@@ -18,7 +18,6 @@ from pyros1.wire.handshake import Refusal
 if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.parameters.parameters import Parameters
-    from pyros1.node.subscribing.subscription import Subscription
 
 Triple = list[Any]
 
@@ -34,7 +33,6 @@ class SlaveApi:
         context: the node.
         master_uri: the answer of getMasterUri.
         tcpros: returns (host, port) of the node's TCPROS server.
-        subscriptions: returns the node's subscriptions by topic.
         parameters: gets the changes of parameters.
         on_shutdown: called with the reason when a caller asks the node to end.
     """
@@ -44,14 +42,12 @@ class SlaveApi:
         context: Context,
         master_uri: str,
         tcpros: Callable[[], tuple[str, int]],
-        subscriptions: Callable[[], dict[str, Subscription]],
         parameters: Callable[[], Parameters],
         on_shutdown: Callable[[str], None],
     ) -> None:
         self._context = context
         self._master_uri = master_uri
         self._tcpros = tcpros
-        self._subscriptions = subscriptions
         self._parameters = parameters
         self._on_shutdown = on_shutdown
         self._methods: dict[str, tuple[Callable[..., Triple], int, int]] = {
@@ -100,7 +96,7 @@ class SlaveApi:
         ]  # fmt: skip
         subscriptions = [
             [topic, [[index, _received(link), link.messages, -1, True] for index, link in enumerate(links)]]
-            for topic, subscription in self._subscriptions().items()
+            for topic, subscription in self._context.subscriptions.items()
             for links in [subscription.links]
         ]
         return [1, "", [publications, subscriptions, []]]
@@ -110,7 +106,7 @@ class SlaveApi:
         for topic, publication in self._context.publications.items():
             for link in publication.links:
                 info.append([len(info), link.peer, "o", link.transport, topic, link.connected, link.address])
-        for topic, subscription in self._subscriptions().items():
+        for topic, subscription in self._context.subscriptions.items():
             for source in subscription.links:
                 info.append([len(info), source.uri, "i", source.transport, topic, True, source.address])
         return [1, "", info]
@@ -128,7 +124,7 @@ class SlaveApi:
         return [1, "", os.getpid()]
 
     def _get_subscriptions(self) -> Triple:
-        return [1, "subscriptions", [[topic, sub.type.name] for topic, sub in self._subscriptions().items()]]
+        return [1, "subscriptions", [[topic, sub.type.name] for topic, sub in self._context.subscriptions.items()]]
 
     def _get_publications(self) -> Triple:
         return [1, "publications", [[topic, pub.type.name] for topic, pub in self._context.publications.items()]]
@@ -150,7 +146,7 @@ class SlaveApi:
                 parse_uri(uri)
             except Error as error:
                 raise _BadArgumentError(f"publishers: {error}") from None
-        subscription = self._subscriptions().get(topic)
+        subscription = self._context.subscriptions.get(topic)
         if subscription is not None:
             subscription.update_publishers(publishers)
         return [1, "", 0]

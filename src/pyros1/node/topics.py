@@ -35,8 +35,8 @@ class Topics:
         registrar: the node's registrations with the master.
 
     Attributes:
-        publications, subscriptions: by topic; replaced as a whole on changes, so that readers need no lock. Other
-            nodes of this process see the former as ``context.publications``.
+        publications, subscriptions: by topic; replaced as a whole on changes, so that readers need no lock. Others see
+            them in the context.
     """
 
     def __init__(self, context: Context, registrar: Callable[[], Registrar]) -> None:
@@ -128,7 +128,7 @@ class Topics:
             new = subscription is None
             if subscription is None:
                 subscription = Subscription(context, name, message_class, hints, driver)
-                self.subscriptions = {**self.subscriptions, name: subscription}
+                self._subscribe_to({**self.subscriptions, name: subscription})
             subscriber = Subscriber(
                 subscription, message_class, callback, queue_size, self._unsubscribe, direct, view, stream
             )
@@ -149,6 +149,10 @@ class Topics:
             self.publishers_found(name, uris)
         return subscriber
 
+    def _subscribe_to(self, subscriptions: dict[str, Subscription]) -> None:
+        self.subscriptions = subscriptions
+        self._context.subscriptions = {**subscriptions}
+
     def publishers_found(self, topic: str, uris: list[str]) -> None:
         """Take the list of publishers in the master's answer to a registration."""
         subscription = self.subscriptions.get(topic)
@@ -160,7 +164,7 @@ class Topics:
             subscription = self.subscriptions.get(subscriber.name)
             if subscription is None or subscription.remove(subscriber) or self._context.stopping.is_set():
                 return
-            self.subscriptions = {k: v for k, v in self.subscriptions.items() if v is not subscription}
+            self._subscribe_to({k: v for k, v in self.subscriptions.items() if v is not subscription})
         try:
             self._registrar().unregister(
                 "registerSubscriber", subscription.topic, subscription.type.name, self._context.uri
@@ -170,7 +174,7 @@ class Topics:
 
     def _drop_subscription(self, subscription: Subscription) -> None:
         with self._lock:
-            self.subscriptions = {k: v for k, v in self.subscriptions.items() if v is not subscription}
+            self._subscribe_to({k: v for k, v in self.subscriptions.items() if v is not subscription})
         subscription.close()
 
     def wait_for_message(self, name: str, message_class: Any, timeout: float | None) -> Any:

@@ -23,7 +23,7 @@ ACTION = "tf2_buffer_server"
 """Default name of the action."""
 _CHECK = 0.01
 _STATUS = 0.2
-_KEPT = Duration(5)
+KEPT = Duration(5)
 """Seconds for which the status of a goal is published after its end."""
 _QUEUE = 50
 
@@ -183,7 +183,7 @@ class BufferServer:
         """Publish the status of all goals, and remove those that ended long ago. Lock held."""
         now = self._node.now()
         for name, goal in list(self._goals.items()):
-            if goal.ended is not None and not goal.ended <= now <= goal.ended + _KEPT:  # simulated time may jump back
+            if goal.ended is not None and not goal.ended <= now <= goal.ended + KEPT:  # simulated time may jump back
                 del self._goals[name]
         self._told.publish(self._statuses(self._stamp(), [goal.status for goal in self._goals.values()]))
 

@@ -224,7 +224,7 @@ def _read_nil(text: str) -> None:
     return None
 
 
-_SCALARS: Final[dict[str, Callable[[str], Any]]] = {
+SCALARS: Final[dict[str, Callable[[str], Any]]] = {
     "string": str,
     "int": _read_int,
     "i4": _read_int,
@@ -245,17 +245,17 @@ _INSIDE: Final[dict[str, frozenset[str]]] = {
     "params": frozenset({"param"}),
     "param": frozenset({"value"}),
     "fault": frozenset({"value"}),
-    "value": frozenset({"array", "struct", *_SCALARS}),
+    "value": frozenset({"array", "struct", *SCALARS}),
     "array": frozenset({"data"}),
     "data": frozenset({"value"}),
     "struct": frozenset({"member"}),
     "member": frozenset({"name", "value"}),
     "name": _NOTHING,
-    **dict.fromkeys(_SCALARS, _NOTHING),
+    **dict.fromkeys(SCALARS, _NOTHING),
 }
 
 
-class _Reader:
+class Reader:
     """Builder of values from the parser's events.
 
     Complete values wait on ``stack``. ``marks`` holds, for each open array or struct, where its own values begin on
@@ -330,8 +330,8 @@ class _Reader:
                 self.typed = True
             if opened[-1] == "member" and (len(self.stack) - self.marks[-1]) & 1:
                 raise ProtocolError("not an XML-RPC message: a struct member without a name")
-        elif tag in _SCALARS:
-            self.stack.append(_SCALARS[tag]("".join(self.text)))
+        elif tag in SCALARS:
+            self.stack.append(SCALARS[tag]("".join(self.text)))
             self.typed = True
         elif tag == "name":
             if (len(self.stack) - self.marks[-1]) & 1:
@@ -371,10 +371,10 @@ def loads_call(body: bytes) -> tuple[str, list[Any]]:
     Raises:
         ProtocolError: the bytes are not an XML-RPC call, or a limit is exceeded.
     """
-    plain = scan_call(body, _SCALARS, MAX_DEPTH, MAX_VALUES)
+    plain = scan_call(body, SCALARS, MAX_DEPTH, MAX_VALUES)
     if plain is not None:
         return plain
-    reader = _Reader()
+    reader = Reader()
     reader.read(body)
     if reader.root != "methodCall" or not reader.method:
         raise ProtocolError("not an XML-RPC message: no method is called")
@@ -391,10 +391,10 @@ def loads_response(body: bytes) -> Any:
         XmlRpcFault: the answer is a fault.
         ProtocolError: the bytes are not an XML-RPC answer, or a limit is exceeded.
     """
-    plain = scan_response(body, _SCALARS, MAX_DEPTH, MAX_VALUES)
+    plain = scan_response(body, SCALARS, MAX_DEPTH, MAX_VALUES)
     if plain is not None:
         return plain[0]
-    reader = _Reader()
+    reader = Reader()
     reader.read(body)
     if reader.root != "methodResponse" or len(reader.stack) != 1:
         raise ProtocolError("not an XML-RPC message: an answer holds exactly one value")

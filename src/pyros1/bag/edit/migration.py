@@ -78,7 +78,7 @@ class Migrator:
 
     def __init__(self, load: Callable[[str], Class]) -> None:
         self._load = load
-        self._rules: dict[tuple[str, str], MessageUpdateRule] = {}
+        self.rules: dict[tuple[str, str], MessageUpdateRule] = {}
         self._parts: dict[tuple[str, str, str], Class] = {}
 
     def read_rules(self, path: str) -> None:
@@ -96,14 +96,14 @@ class Migrator:
             for value in names.values():
                 if isinstance(value, type) and issubclass(value, MessageUpdateRule) and value is not MessageUpdateRule:
                     rule = value(self, path)
-                    self._rules[_key(rule.old_class)] = rule
+                    self.rules[_key(rule.old_class)] = rule
         except Exception as error:
             raise BagError(path, f"the rules cannot be used: {type(error).__name__}: {error}") from error
 
     def target(self, old: Class) -> Class | None:
         """Return the present class for an old one, by rules if the type was renamed; None if there is none."""
         cls, steps = old, 0
-        while (rule := self._rules.get(_key(cls))) is not None and steps < _MOST_STEPS:
+        while (rule := self.rules.get(_key(cls))) is not None and steps < _MOST_STEPS:
             cls, steps = rule.new_class, steps + 1
         try:
             return self._load(cls._type)
@@ -116,7 +116,7 @@ class Migrator:
             return [(old, None)]
         if _key(old) == _key(new):
             return []
-        rule = self._rules.get(_key(old))
+        rule = self.rules.get(_key(old))
         if rule is not None:
             broken: list[Missing] = [] if rule.valid else [(old, rule.new_class)]
             return broken + self.missing(rule.new_class, new, depth + 1)
@@ -141,7 +141,7 @@ class Migrator:
             data = encoded if isinstance(encoded, bytes) else b"".join(encoded)
             same: Message = new._decode(data, 0, len(data))
             return same
-        rule = self._rules.get(_key(old))
+        rule = self.rules.get(_key(old))
         if rule is not None:
             result = rule.new_class()
             try:

@@ -40,7 +40,7 @@ from pyros1.bag.format.records import U32, U64, Connection
 CHUNK_THRESHOLD = 1 << 20
 """Size in bytes above which a chunk is closed."""
 
-_MOST = (1 << 16) - 1
+MOST = (1 << 16) - 1
 """Most channels and types: their numbers have 16 bits."""
 _PROFILE = "ros1"
 _LATCHING = {"1": "true", "0": "false"}
@@ -137,8 +137,8 @@ class Ros1McapWriter:
         key = (connection.topic, tuple(connection.header.items()))
         if key in self._channels:
             return self._channels[key].id
-        if max(len(self._channels), len(self._schemas)) >= _MOST:
-            raise BagError(self.path, f"an MCAP file can hold at most {_MOST} connections and types")
+        if max(len(self._channels), len(self._schemas)) >= MOST:
+            raise BagError(self.path, f"an MCAP file can hold at most {MOST} connections and types")
         if known not in self._schemas:
             schema = Schema(len(self._schemas) + 1, connection.type, ROS1_SCHEMA, definition)
             self._schemas[known] = schema

@@ -7,6 +7,7 @@ from itertools import islice
 from typing import Any
 
 from pyros1.msgs import Message
+from pyros1.msgs.base import nested_classes
 
 Emit = Callable[[str], object]
 
@@ -63,7 +64,7 @@ class Table:
             items = value if array else (value,)
             for number, item in enumerate(items):
                 where = f"{path}{number}" if array else path
-                if kind in type(message)._classes:
+                if kind in nested_classes(type(message)):
                     yield from self._names(item, where)
                 else:
                     yield where
@@ -72,7 +73,7 @@ class Table:
         for name, kind, array in self._fields(type(message)):
             value: Any = getattr(message, name)
             items = value if array else (value,)
-            if kind in type(message)._classes:
+            if kind in nested_classes(type(message)):
                 for item in items:
                     yield from self._values(item)
             elif kind == "bool":

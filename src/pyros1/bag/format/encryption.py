@@ -109,14 +109,14 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
     _ciphers()
     recipient, name = _own_key() if user == _DEFAULT_USER else (user, user)
     key = os.urandom(_BLOCK)
-    locked = _gpg("--batch", "--trust-model", "always", "--recipient", recipient, "--encrypt", data=key)
+    locked = gpg("--batch", "--trust-model", "always", "--recipient", recipient, "--encrypt", data=key)
     return Cipher({"encryptor": AES.encode(), "gpg_user": name.encode(), "encrypted_key": locked}, key)
 
 
 def _own_key() -> tuple[str, str]:
     """Return the fingerprint of the user's first key, and the name in it."""
     fingerprint = ""
-    for line in _gpg("--batch", "--with-colons", "--list-secret-keys").decode(errors="replace").splitlines():
+    for line in gpg("--batch", "--with-colons", "--list-secret-keys").decode(errors="replace").splitlines():
         fields = line.split(":")
         if fields[0] == "fpr" and not fingerprint:
             fingerprint = fields[9]
@@ -140,7 +140,7 @@ def open_cipher(header: Mapping[str, bytes]) -> Cipher:
         raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not supported")
     fields = {name: header[name] for name in ("encryptor", "gpg_user", "encrypted_key") if name in header}
     _ciphers()  # before the user is asked for a passphrase
-    return Cipher(fields, _gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
+    return Cipher(fields, gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
 
 
 def _ciphers() -> Any:
@@ -150,7 +150,7 @@ def _ciphers() -> Any:
         raise KeyUnavailableError("encrypted bags need a package: pip install 'pyros1[encryption]'") from None
 
 
-def _gpg(*words: str, data: bytes = b"") -> bytes:
+def gpg(*words: str, data: bytes = b"") -> bytes:
     import subprocess  # noqa: PLC0415 - most bags are not encrypted
 
     try:

@@ -37,7 +37,7 @@ _FIRST_SEARCH = 1 << 12
 
 _WORK = 64
 """Most times, on average, that the file's bytes are read: wrong lengths might each ask for the whole rest."""
-_LEAST_WORK = 64 << 20
+LEAST_WORK = 64 << 20
 
 _FAR = 1 << 16
 """Size in bytes up to which a record other than a chunk is trusted; after a longer one, another record must follow."""
@@ -99,7 +99,7 @@ class Scanner:
         self.damages: list[Damage] = []
         self.old = OldConnections(self.connections)
         self._definitions = 0  # bytes in connections
-        self._most = file.taken + _LEAST_WORK + _WORK * file.size
+        self._most = file.taken + LEAST_WORK + _WORK * file.size
         self._loose_size = _LOOSE_SIZE
 
     def chunks(self) -> Iterator[Found]:

@@ -15,6 +15,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.errors import Error
 from pyros1.msgs import Message, load_message, load_service
+from pyros1.msgs.base import nested_classes
 from pyros1.values.writing import dump
 
 LONG = 4
@@ -122,7 +123,7 @@ def _prototype(message: Message, empty_arrays: bool) -> dict[str, Any]:
     """Return the message as dictionaries, with one element in each array of variable length."""
     result: dict[str, Any] = {}
     for name, slot_type in zip(message.__slots__, message._slot_types, strict=True):
-        result[name] = _field(getattr(message, name), slot_type, message._classes, empty_arrays)
+        result[name] = _field(getattr(message, name), slot_type, nested_classes(type(message)), empty_arrays)
     return result
 
 

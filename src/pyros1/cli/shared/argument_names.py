@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pyros1.msgs import Message
+from pyros1.msgs.base import nested_classes
 
 
 def argument_names(message_class: type[Message], prefix: str = "") -> list[str]:
     """Return the names of all fields, those of nested messages with their path."""
     names: list[str] = []
     for name, slot_type in zip(message_class.__slots__, message_class._slot_types, strict=True):
-        nested = message_class._classes.get(slot_type)
+        nested = nested_classes(message_class).get(slot_type)
         names += argument_names(nested, f"{prefix}{name}.") if nested is not None else [prefix + name]
     return names

@@ -103,7 +103,7 @@ class Publication:
         self._seq = itertools.count(1)  # from 1, as rospy (T22)
         self._latched: dict[object, Frame] = {}  # by source: each has its own, as in roscpp
         # It guards numbers, latched message and links, so that all of them see one order of messages.
-        self._lane = Lane(context.loop.call_soon, self._recover)
+        self.lane = Lane(context.loop.call_soon, self._recover)
         self._closed = False
         self.publish: Callable[[Any], None] = self._publish_numbered if message_class._has_header else self._publish
         """Send a message to all links; see Publisher.publish."""
@@ -113,7 +113,7 @@ class Publication:
     def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much as ten lines
         if not (self.links or self.latch):
             return
-        me, lane = get_ident(), self._lane
+        me, lane = get_ident(), self.lane
         if not lane.free:
             lane.linger()
         try:
@@ -149,7 +149,7 @@ class Publication:
     def _publish_numbered(self, message: Any) -> None:
         if not (self.links or self.latch):
             return
-        me, lane = get_ident(), self._lane
+        me, lane = get_ident(), self.lane
         if not lane.free:
             lane.linger()
         try:
@@ -222,7 +222,7 @@ class Publication:
 
     def _wait(self) -> None:
         """Wait until all links have sent the published messages, as rospy does without a queue size."""
-        lane, until = self._lane, perf_counter() + LONGEST_TURN
+        lane, until = self.lane, perf_counter() + LONGEST_TURN
         while lane.jobs and perf_counter() < until:  # this thread's message may be among them
             if lane.mine:
                 return  # in a signal handler: the interrupted function goes on afterwards
@@ -251,13 +251,13 @@ class Publication:
             source: for a latched topic, the source of the message. Later subscribers get the last one of each source.
         """
         if self.links or self.latch:
-            self._lane.do(self._send, len(body).to_bytes(_LENGTH, "little") + body, None, source)
+            self.lane.do(self._send, len(body).to_bytes(_LENGTH, "little") + body, None, source)
             if self.queue_size is None:
                 self._wait()
 
     def forget(self, source: object) -> None:
         """Forget a source's latched message."""
-        self._lane.do(self._latched.pop, source, None)
+        self.lane.do(self._latched.pop, source, None)
 
     def accept(self, sock: socket.socket, header: dict[str, str]) -> None:
         """Answer a subscriber's header and link it. On the loop.
@@ -272,7 +272,7 @@ class Publication:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         greeting = encode_header(answer)
         link_class: Any = WaitingLink if self.queue_size is None else TcpLink
-        self._add(link_class(self.context.loop, self._lane, sock, header, greeting, self.queue_size, self._remove))
+        self._add(link_class(self.context.loop, self.lane, sock, header, greeting, self.queue_size, self._remove))
 
     def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> UdpLink:
         """Link a subscriber that wants datagrams. On the loop.
@@ -290,7 +290,7 @@ class Publication:
         answer = self._answer(header)
         self._check_room()
         number = next(self._connections)
-        link = UdpLink(self.context.loop, self._lane, header, answer, place, size, number, self._remove)
+        link = UdpLink(self.context.loop, self.lane, header, answer, place, size, number, self._remove)
         if not link.connected:
             raise Refusal(f"cannot send datagrams to {place[0]}:{place[1]}")
         self._add(link)
@@ -316,7 +316,7 @@ class Publication:
             self.context.log.warn("refused a connection of %s for %s: %s", header["callerid"], self.topic, refusal)
             raise
         _ = self.message_class._copy  # as in __init__
-        link = LocalLink(self._lane, receiver, uri, header, answer, self.queue_size, self._remove, on_closed)
+        link = LocalLink(self.lane, receiver, uri, header, answer, self.queue_size, self._remove, on_closed)
         self._add(link)
         return link
 
@@ -333,7 +333,7 @@ class Publication:
         if self._closed:
             link.close()
             raise self._gone()
-        self._lane.do(self._add_now, link)
+        self.lane.do(self._add_now, link)
 
     def _add_now(self, link: Link) -> None:
         if self._closed:
@@ -348,7 +348,7 @@ class Publication:
         return Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
 
     def _remove(self, link: Link) -> None:
-        self._lane.do(self._remove_now, link)
+        self.lane.do(self._remove_now, link)
 
     def _remove_now(self, link: Link) -> None:
         self._set_links(tuple(other for other in self.links if other is not link))
@@ -372,7 +372,7 @@ class Publication:
         """
         self._closed = True
         self.publish = self._publish_to_nobody
-        self._lane.do(self._latched.clear)
+        self.lane.do(self._latched.clear)
         if until is None:
             until = perf_counter() + FAREWELL
         for link in self.links:

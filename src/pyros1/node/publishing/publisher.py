@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, SupportsFloat, SupportsIndex, Ty
 
 from pyros1.errors import NodeError, SerializationError
 from pyros1.msgs import AnyMsg, Message
-from pyros1.msgs.base import Array, message_class
+from pyros1.msgs.base import Array, message_class, nested_classes
 from pyros1.node.context import wait_for_links
 from pyros1.timing import Duration, Time
 from pyros1.wire.handshake import ANY
@@ -116,7 +116,7 @@ class Publisher(Generic[_M]):
     def _is_only_field(self, md5sum: str) -> bool:
         """Return whether the type has only one field, which is a message with that md5 sum."""
         cls: Any = message_class(self.type)
-        nested = cls._classes.get(cls._slot_types[0]) if len(cls._slot_types) == 1 else None
+        nested = nested_classes(cls).get(cls._slot_types[0]) if len(cls._slot_types) == 1 else None
         return nested is not None and bool(nested._md5sum == md5sum)
 
     @property

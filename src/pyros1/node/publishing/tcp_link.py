@@ -310,7 +310,7 @@ class TcpLink:
 
     def _push_on(self) -> None:
         """Wait a little until the socket takes more, and send."""
-        _wait_writable(self._sock)
+        wait_writable(self._sock)
         if self._lane.free:
             self._lane.do(self._flush_open)
         else:
@@ -364,7 +364,7 @@ class WaitingLink(TcpLink):
         """Leave the loop asleep, since a publisher waits for the socket."""
 
 
-def _wait_writable(sock: socket.socket) -> None:
+def wait_writable(sock: socket.socket) -> None:
     """Wait a little for room in a socket, which the loop may close meanwhile."""
     with contextlib.suppress(OSError, ValueError):
         if hasattr(select, "poll"):

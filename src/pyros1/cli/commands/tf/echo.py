@@ -20,6 +20,8 @@ _USAGE = """Usage: tf_echo source_frame target_frame [echo_rate]
 
 Prints where target_frame is in source_frame: the transform that takes data from target_frame into source_frame.
 echo_rate is in Hz (default 1)."""
+FIRST_WAIT = 1.0
+"""Longest wait for transforms, in seconds, before the first line is printed."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -90,7 +92,7 @@ def _echo(invocation: Invocation, node: Node, options: Any, source: str, target:
     TransformListener(node, buffer)
     cures = Cures(invocation, node, buffer)
     await_clock(node)
-    if buffer.can_transform(source, target, timeout=1.0) and options.offset is not None and options.time is None:
+    if buffer.can_transform(source, target, timeout=FIRST_WAIT) and options.offset is not None and options.time is None:
         node.sleep(min(-options.offset, options.cache_time))  # data that old has not been received yet
     rate = node.rate(options.rate)
     done = found = 0

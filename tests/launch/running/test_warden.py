@@ -1,0 +1,95 @@
+"""Nodes end even when their launcher is killed, and so do their children (X90)."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pyros1.launch.running.warden import Warden, group_exists, leaderless, processes_with
+
+DEADLINE = 20.0
+LAUNCHER = """
+import sys, time
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.supervisor import Supervisor
+supervisor = Supervisor(Console(), sigint_timeout=0.2, sigterm_timeout=0.2, guarded=True)
+for number, script in enumerate(sys.argv[1:]):
+    words = ["sh", "-c", script, f"__log:=/tmp/no/such/{number}"]
+    supervisor.start(ProcessSpec(f"node-{number}", f"/node{number}", words, {"PATH": "/bin:/usr/bin"}, "/"))
+supervisor.run()
+"""
+POLITE = "echo up; exec sleep 100"
+FORKING = "sleep 100 & sleep 100 & echo up; wait"
+STUCK = "trap '' INT TERM; echo up; while :; do sleep 100; done"
+LEAVING = "(trap '' INT; exec sleep 100) & echo up; exit 0"
+
+
+def wait_gone(group: int) -> None:
+    deadline = time.monotonic() + DEADLINE
+    while group_exists(group):
+        assert time.monotonic() < deadline, f"process group {group} is still there"
+        time.sleep(0.01)
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
+def test_killed_launcher_leaves_nothing() -> None:
+    scripts = [POLITE, FORKING, STUCK, LEAVING]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    command = [sys.executable, "-c", LAUNCHER, *scripts]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env) as launcher:
+        assert launcher.stdout is not None
+        groups, up = [], 0
+        while len(groups) < len(scripts) or up < len(scripts):
+            line = launcher.stdout.readline()
+            assert line, "the launcher has ended"
+            up += line == "up\n"
+            if "started with pid" in line:
+                groups.append(int(line.rpartition("[")[2].rstrip("]\n")))
+        launcher.send_signal(signal.SIGKILL)
+    for group in groups:
+        wait_gone(group)
+
+
+def test_a_started_but_unreported_process_is_found(opened: list[Any]) -> None:
+    mark = f"__log:=/tmp/{os.getpid()}-{time.monotonic_ns()}"
+    warden = Warden(0.2, 0.2)
+    (guard,) = opened
+    warden.expect(mark)
+    words = ["sh", "-c", "echo up; sleep 100; :", mark]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, start_new_session=True) as node:
+        assert node.stdout is not None
+        node.stdout.readline()
+        assert processes_with(mark) == {node.pid}
+        guard.stdin.close()  # as the system does when the launcher is killed
+        assert node.wait(DEADLINE) < 0 or node.returncode == 130
+    guard.wait(DEADLINE)
+
+
+def test_released_groups_are_left_alone() -> None:
+    warden = Warden(0.2, 0.2)
+    with subprocess.Popen(["sleep", "100"], start_new_session=True) as node:
+        warden.watch(node.pid)
+        warden.close()
+        assert node.poll() is None
+        node.kill()
+
+
+def test_a_group_is_leaderless_only_without_its_leader() -> None:
+    words, pipe = ["sh", "-c", "sleep 100 & echo; read line"], subprocess.PIPE
+    with subprocess.Popen(words, stdin=pipe, stdout=pipe, start_new_session=True) as node:
+        assert node.stdin is not None and node.stdout is not None
+        node.stdout.readline()
+        assert not leaderless(node.pid)
+        node.stdin.close()
+        node.wait(DEADLINE)
+        assert leaderless(node.pid)
+        os.killpg(node.pid, signal.SIGKILL)
+        wait_gone(node.pid)

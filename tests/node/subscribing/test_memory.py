@@ -1,0 +1,95 @@
+"""The memory that large messages take: what is received needs at most three times its size, decoded or refused."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pyros1.msgs import AnyMsg, load_message
+from pyros1.node import Node
+from pyros1.wire.handshake import TopicType
+
+from ...bodies import encode
+
+SIZE = 96 << 20
+SPARE = 24 << 20
+"""Bytes that the process may take besides: what it imports, what it sets aside."""
+
+SUBSCRIBER = """
+import sys
+from pyros1.msgs import AnyMsg, load_message
+from pyros1.node import Node
+
+def memory(name):
+    for line in open("/proc/self/status"):
+        if line.startswith(name):
+            return int(line.split()[1]) * 1024
+
+node = Node("subscriber", argv=[], handle_signals=False)
+cls = AnyMsg if sys.argv[1] == "*" else load_message(sys.argv[1])
+node.subscribe("/large", cls, lambda message: print(memory("VmHWM"), flush=True))
+print(memory("VmRSS"), flush=True)
+sys.stdin.read()
+node.shutdown()
+"""
+
+
+def string_body(last: bytes) -> bytes:
+    """An encoded String of SIZE bytes."""
+    return (SIZE - 4).to_bytes(4, "little") + b"a" * (SIZE - 4 - len(last)) + last
+
+
+def bytes_body() -> bytes:
+    """An encoded UInt8MultiArray of SIZE bytes."""
+    return bytes(8) + (SIZE - 12).to_bytes(4, "little") + bytes(SIZE - 12)
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs the memory that a process had at most")
+@pytest.mark.parametrize(
+    ("type_name", "subscribed", "body", "latch"),
+    [
+        ("std_msgs/String", "std_msgs/String", string_body(b"b"), False),
+        ("std_msgs/String", "std_msgs/String", string_body(b"b"), True),
+        ("std_msgs/String", "*", string_body(b"b"), False),
+        ("std_msgs/String", "std_msgs/String", string_body(b"\xff"), False),  # is no UTF-8: it is refused
+        ("std_msgs/UInt8MultiArray", "std_msgs/UInt8MultiArray", bytes_body(), False),
+        ("std_msgs/UInt8MultiArray", "std_msgs/UInt8MultiArray", bytes(SIZE), False),  # is too long
+    ],
+    ids=["string", "latched", "any", "refused", "bytes", "too long"],
+)  # fmt: skip
+def test_a_large_message_takes_three_times_its_size(
+    make_node: Callable[..., Node],
+    environ: dict[str, str],
+    type_name: str,
+    subscribed: str,
+    body: bytes,
+    latch: bool,
+) -> None:
+    cls: Any = load_message(type_name)
+    node = make_node("publisher")
+    wire_type = TopicType(cls._type, cls._md5sum, cls._full_text)
+    publisher = node.advertise("/large", AnyMsg, queue_size=0, raw_type=wire_type, latch=latch)
+    child = subprocess.Popen(
+        [sys.executable, "-c", SUBSCRIBER, subscribed],
+        env={**environ, "PYTHONPATH": ":".join(filter(None, sys.path))},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    )
+    assert child.stdin is not None and child.stdout is not None
+    try:
+        before = int(child.stdout.readline())
+        assert publisher.wait_for_subscribers(timeout=20)
+        publisher.publish(AnyMsg(body))
+        publisher.publish(AnyMsg(encode(cls())))  # is delivered even if the other one is refused
+        peak = int(child.stdout.readline())
+        assert SIZE < peak - before < 3 * SIZE + SPARE
+    finally:
+        child.stdin.close()
+        child.stdout.close()
+        child.wait(20)

@@ -1,0 +1,135 @@
+"""tcp_source: large frames arrive in pieces, everything else through the buffer, whatever the order and the cuts."""
+
+from __future__ import annotations
+
+import random
+import socket
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pyros1.msgs import AnyMsg, load_message
+from pyros1.msgs.large import SplitBody, decode_split, layout
+from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
+
+from ...bodies import decode, encode
+
+IMAGE: Any = load_message("sensor_msgs/Image")
+
+
+@pytest.fixture
+def pair() -> Iterator[tuple[socket.socket, TcpSource]]:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        sender = socket.create_connection(server.getsockname())
+        receiver, _ = server.accept()
+    with sender, receiver:
+        yield sender, TcpSource(receiver, "http://127.0.0.1:1/", {}, b"")
+
+
+def image(number: int, size: int, frame_id: str = "camera") -> Any:
+    message = IMAGE(width=number, data=bytes([number % 256]) * size)
+    message.header.frame_id = frame_id
+    return message
+
+
+def frame(message: Any) -> bytes:
+    body = encode(message)
+    return len(body).to_bytes(4, "little") + body
+
+
+def receive(link: TcpSource, count: int, cls: Any = IMAGE) -> tuple[list[Any], int]:
+    """Return so many messages, and how many of them came in pieces. Learns as a subscription does."""
+    where = layout(cls)
+    assert where is not None
+    messages: list[Any] = []
+    split = 0
+    while len(messages) < count:
+        try:
+            came = link.receive(wait=True)
+        except BlockingIOError:
+            continue
+        if isinstance(came, SplitBody):
+            split += 1
+            messages.append(decode_split(cls, where, came))
+            continue
+        assert came, "the stream ended"
+        for start, end in link.buffer.received(came):
+            messages.append(decode(cls, bytes(link.buffer.data[start:end])))
+            array = len(getattr(messages[-1], where.field))
+            if array >= LARGE:
+                link.expect(end - start, array, where.tail, where.counted)
+    return messages, split
+
+
+def send(sender: socket.socket, data: bytes) -> threading.Thread:
+    thread = threading.Thread(target=sender.sendall, args=(data,))
+    thread.start()
+    return thread
+
+
+def test_a_large_frame_like_the_last_one_is_received_in_pieces(pair: tuple[socket.socket, TcpSource]) -> None:
+    sender, link = pair
+    sent = [image(i, LARGE + 1000 * i) for i in range(5)]
+    thread = send(sender, b"".join(map(frame, sent)))
+    got, split = receive(link, 5)
+    thread.join()
+    assert got == sent
+    assert split >= 1 or not link.patient  # how many depends on how fast the pieces come
+    assert link.messages == split and link.bytes_received >= split * LARGE
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_any_mixture_of_sizes_and_shapes_arrives_whole_and_in_order(
+    pair: tuple[socket.socket, TcpSource], seed: int
+) -> None:
+    sender, link = pair
+    chance = random.Random(seed)
+    sizes = (0, 10, LARGE - 1, LARGE, LARGE + 7, 3 * LARGE)
+    sent = [image(i, chance.choice(sizes), chance.choice(("camera", "camera", "tool"))) for i in range(40)]
+    thread = send(sender, b"".join(map(frame, sent)))
+    got, _ = receive(link, 40)
+    thread.join()
+    assert got == sent
+
+
+def test_undecoded_messages_arrive_in_one_piece(pair: tuple[socket.socket, TcpSource]) -> None:
+    sender, link = pair
+    sent = [image(i, LARGE * (1 + i % 3)) for i in range(20)] + [image(20, 3), image(21, LARGE)]
+    thread = send(sender, b"".join(map(frame, sent)))
+    got, _ = receive(link, 22, AnyMsg)
+    thread.join()
+    assert [message._buff for message in got] == [encode(message) for message in sent]
+
+
+def test_a_frame_that_stops_in_the_middle_holds_nobody_up(pair: tuple[socket.socket, TcpSource]) -> None:
+    sender, link = pair
+    whole = frame(image(1, LARGE))
+    link.expect(len(whole) - 4, LARGE, 0, True)
+    sender.sendall(whole[:1000])
+    came = link.receive(wait=True)  # the wait is bounded
+    assert came == 1000 and link.buffer.received(came) == [] and link.expected is None
+    thread = send(sender, whole[1000:])
+    got, _ = receive(link, 1)
+    thread.join()
+    assert got == [image(1, LARGE)]
+
+
+def test_a_claimed_size_is_not_believed_beforehand(pair: tuple[socket.socket, TcpSource]) -> None:
+    sender, link = pair
+    head = frame(image(1, LARGE))[:-LARGE]
+    link.expect(len(head) - 4 + LARGE, LARGE, 0, True)
+    claim = 900_000_000
+    sender.sendall((len(head) - 4 + claim).to_bytes(4, "little") + head[4:-4] + claim.to_bytes(4, "little"))
+    came = link.receive(wait=True)
+    assert came == len(head)
+    link.buffer.received(came)
+    assert len(link.buffer.data) <= 32 << 20
+
+
+def test_the_end_of_the_stream(pair: tuple[socket.socket, TcpSource]) -> None:
+    sender, link = pair
+    link.expect(LARGE + 100, LARGE, 0, True)
+    sender.close()
+    assert link.receive(wait=True) == 0
