@@ -151,4 +151,4 @@ def test_a_file_that_includes_itself_is_named_once() -> None:
     resources = Resources(Packages(), {}, read_bytes=lambda name: b'<launch><include file="a"/></launch>')
     with pytest.raises(LaunchError) as caught:
         load_plan(["a"], {}, resources)
-    assert str(caught.value).count("included at a:1") == 1 and str(caught.value).endswith("(again and again)")
+    assert str(caught.value).count("included at a:1") == 1 and str(caught.value).endswith("(repeatedly)")
