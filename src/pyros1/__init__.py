@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from pyros1.starting import prepare as _prepare
 
-_prepare()  # before the imports that take time
+_prepare()  # before the imports, which take time
 
 from pyros1.generated import install as _install  # noqa: E402
 
@@ -106,12 +106,12 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name when it is first used: small commands need none of them."""
+    """Load and return a public name when it is first used, so that small commands start without them."""
     from pyros1.lazy import load  # noqa: PLC0415 - most imports never come here
 
     return load(__name__, _HOMES, name)
 
 
 def __dir__() -> list[str]:
-    """Return all public names, those that are not loaded included: for completion."""
+    """Return all public names, loaded or not, for completion."""
     return sorted({*globals(), *__all__})

@@ -5,10 +5,10 @@
     Error
     ├── InvalidNameError (ValueError)       a graph resource name breaks the grammar
     ├── MessageError
-    │   ├── DefinitionError                 a .msg/.srv/.action text cannot be used; names file and line
+    │   ├── DefinitionError                 a .msg/.srv/.action text is wrong; names file and line
     │   ├── UnknownTypeError                no definition of that message or service type was found
     │   ├── SerializationError              a value does not fit its field
-    │   └── DeserializationError            received bytes are not such a message; names type and offset
+    │   └── DeserializationError            received bytes cannot be decoded; names type and offset
     ├── TransportError
     │   ├── ProtocolError                   the peer broke the protocol (header, framing, HTTP, XML)
     │   ├── ConnectionRefusedByPeerError    the peer answered with an ``error=`` header
@@ -22,11 +22,11 @@
     ├── ServiceError                        a service call failed, here or in the handler
     │   └── ServiceUnavailableError         nobody provides the service, or its node cannot be reached
     ├── ParameterNotSetError (KeyError)     the parameter is not on the parameter server
-    ├── WaitTimeoutError (TimeoutError)     something waited for did not come in time
-    ├── NodeError                           a node is used in a way it cannot be (closed, declared twice, ...)
+    ├── WaitTimeoutError (TimeoutError)     a message, service or the master did not come in time
+    ├── NodeError                           a node cannot do what was asked (closed, declared twice, ...)
     │   └── NodeShutdownError               a wait was cut short because the node is shutting down
     ├── TimeMovedBackwardsError             simulated time jumped back during a sleep
-    ├── PackageNotFoundError (LookupError)  no ROS package of that name
+    ├── PackageNotFoundError (LookupError)  no ROS package has that name
     └── LaunchError                         a launch file or its nodes cannot be used; names file and line
 """
 
@@ -63,11 +63,11 @@ class DefinitionError(MessageError):
         self.where = where
         self.line = line
         place = f"{where or '<definition>'}:{line}: " if line is not None else f"{where}: " if where else ""
-        super().__init__(shown.one_line(place + message, 10_000))  # it quotes what others have written
+        super().__init__(shown.one_line(place + message, 10_000))  # it quotes text that others have written
 
 
 class UnknownTypeError(MessageError):
-    """No definition of the named type exists in any place that was searched."""
+    """No definition of this type was found in any place that was searched."""
 
 
 class SerializationError(MessageError):
@@ -80,7 +80,7 @@ class DeserializationError(MessageError):
     Args:
         type_name: for example ``std_msgs/String``.
         offset: byte offset into the message body at which decoding failed.
-        reason: what was found there.
+        reason: what is wrong there.
     """
 
     def __init__(self, type_name: str, offset: int, reason: str) -> None:
@@ -111,7 +111,7 @@ class UnknownHostError(UnreachableError):
 
     Args:
         host: the name.
-        reason: what the system says; None if it found no address.
+        reason: the system's error text; None if the look-up gave no address.
     """
 
     def __init__(self, host: str, reason: OSError | None) -> None:
@@ -152,8 +152,7 @@ class MasterError(Error):
 
 
 class MasterMethodError(MasterError):
-    """The master answered, but not to the call: it does not have the method (others than stock's have fewer), or it
-    failed in it."""
+    """The master answered, but does not have the method (masters other than stock's have fewer), or failed in it."""
 
 
 class MasterUnreachableError(MasterError):
@@ -161,7 +160,7 @@ class MasterUnreachableError(MasterError):
 
 
 class ServiceError(Error):
-    """A service call failed: the text says where and why."""
+    """A service call failed; the text says where and why."""
 
 
 class ServiceUnavailableError(ServiceError):
@@ -176,11 +175,11 @@ class ParameterNotSetError(Error, KeyError):
 
 
 class WaitTimeoutError(Error, TimeoutError):
-    """What was waited for (a message, a service, the master) did not come in time."""
+    """A message, a service or the master did not come in time."""
 
 
 class NodeError(Error):
-    """A node, publisher, subscriber or service is used in a way it cannot be."""
+    """A node, publisher, subscriber or service cannot do what was asked, for example because it is closed."""
 
 
 class NodeShutdownError(NodeError):
@@ -188,7 +187,7 @@ class NodeShutdownError(NodeError):
 
 
 class TimeMovedBackwardsError(Error):
-    """Simulated time jumped back while something slept.
+    """Simulated time jumped back during a sleep.
 
     Args:
         jump: size of the jump in seconds (negative).

@@ -1,6 +1,7 @@
-"""The import hook for ``pyros1.msgs.<package>``, whose modules are made of definitions (`pyros1.finding.importing`).
+"""The import hook for ``pyros1.msgs.<package>``, whose modules are generated from definitions
+(`pyros1.finding.importing`).
 
-It loads what makes them when the first is imported: most programs that import pyros1 need it, most commands do not.
+The code that generates them is loaded with the first of these modules: most programs need it, most commands do not.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ OWN_MODULES = frozenset(
         "yamltext",
     ]
 )
-"""Modules of pyros1.msgs; a ROS package with such a name is imported with an underscore behind it."""
+"""Names of pyros1's own modules in pyros1.msgs; a ROS package of such a name is imported with an underscore appended.
+"""
 
 
 def module_name(package: str) -> str:
@@ -47,24 +49,24 @@ def module_name(package: str) -> str:
 
 
 def ros_name(module: str) -> str:
-    """Return the ROS package of such a module."""
+    """Return the ROS package that a module of that name stands for."""
     return module[:-1] if module[:-1] in OWN_MODULES and module.endswith("_") else module
 
 
 def finder() -> Any:
     """Return the process's :class:`pyros1.finding.importing.MessageFinder`.
 
-    An import statement has no place for arguments: where definitions are, the process's own environment decides.
+    An import statement takes no arguments, so the environment of the process says where definitions are.
     """
     return import_module("pyros1.finding.importing").installed(os.environ)
 
 
 class Hook:
-    """Finds modules of messages and services.
+    """Finder of modules of messages and services, for ``sys.meta_path``.
 
-    Python looks for modules with a lock that all threads need to import anything, so nothing is imported there. Until
-    `pyros1.finding.importing` is loaded, and takes over, any package is believed to be there; it is loaded when the
-    module is made.
+    Python holds the import lock while it looks for a module, so nothing is imported meanwhile. Until
+    `pyros1.finding.importing` is loaded and takes over, any package is assumed to exist; it is loaded when the
+    module is created.
     """
 
     @staticmethod
@@ -83,11 +85,11 @@ class _Loader:
         """Leave it to the import system."""
 
     def exec_module(self, module: ModuleType) -> None:
-        found = finder().find_spec(module.__name__)  # raises an error that says what may have been meant
+        found = finder().find_spec(module.__name__)  # raises an error with a hint at what may have been meant
         found.loader.exec_module(module)
 
 
 def install() -> None:
-    """Install the hook, once; before the one that looks into folders, where there are stubs of these modules."""
+    """Install the hook, once, before the finder of folders, which would find the stubs of these modules."""
     if Hook not in sys.meta_path:
         sys.meta_path.insert(0, Hook)

@@ -1,7 +1,7 @@
-"""Questions about a running system: what the master knows, and what the nodes say about themselves.
+"""Queries about a running system: what the master knows, and what the nodes say about themselves.
 
-Shared by the command line and the views. Nothing here is a node: only the master and the nodes' XML-RPC APIs are asked
-(https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Slave_API), and a service's provider is probed.
+Shared by the command line and the views. Nothing here is a node: it asks only the master and the nodes' XML-RPC APIs
+(https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Slave_API), and probes providers of services.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from pyros1.names import SEP
 from pyros1.shown import foreign, one_line
 
 UNKNOWN_TYPE = "unknown type"
-"""What is said of a topic whose type nobody has told the master."""
+"""Shown as the type of a topic if no node has told the master its type."""
 NODE_TIMEOUT = 5.0
-"""Seconds that a node gets to answer one call."""
+"""Seconds that a node has to answer one call."""
 
 PROBE_TIMEOUT = 5.0
-"""Seconds that a service's provider gets to say what it provides (L79)."""
+"""Seconds that a service's provider has to describe the service (L79)."""
 
 _INFO = re.compile(r"TCPROS connection on port (\d+) to \[(.*) on socket (\d+)\]")
 
@@ -48,14 +48,14 @@ class Master(Protocol):
 
 
 class SystemState(NamedTuple):
-    """Who publishes, subscribes and provides what: name -> node names, in order of registration."""
+    """Publishers, subscribers and services: name -> node names, in order of registration."""
 
     publishers: dict[str, list[str]]
     subscribers: dict[str, list[str]]
     services: dict[str, list[str]]
 
     def nodes(self) -> list[str]:
-        """The names of all nodes, each once, in order of registration."""
+        """Return the names of all nodes, each once, in order of registration."""
         names: dict[str, None] = {}
         for table in (self.publishers, self.subscribers, self.services):
             for nodes in table.values():
@@ -63,7 +63,7 @@ class SystemState(NamedTuple):
         return list(names)
 
     def of_node(self, name: str) -> NodeRegistrations:
-        """What one node has registered, sorted."""
+        """Return what one node has registered, sorted by name."""
 
         def having(table: Mapping[str, list[str]]) -> list[str]:
             return sorted(entry for entry, nodes in table.items() if name in nodes)
@@ -86,7 +86,7 @@ class Connection(NamedTuple):
     Attributes:
         destination: the peer's name (outbound) or API URI (inbound).
         direction: ``i``, ``o`` or ``b``.
-        local_port, peer, socket: of a TCP connection whose node tells them; else None.
+        local_port, peer, socket: of a TCP connection, if its node gives them; else None.
     """
 
     id: Any
@@ -101,7 +101,7 @@ class Connection(NamedTuple):
 
 
 class Graph:
-    """Asks a master, and the nodes that it knows.
+    """Queries to a master, and to the nodes that it knows.
 
     Args:
         master: a MasterClient. All methods raise MasterUnreachableError if it does not answer.
@@ -111,22 +111,22 @@ class Graph:
         self.master = master
 
     def state(self) -> SystemState:
-        """The registrations of all nodes."""
+        """Return the registrations of all nodes."""
         publishers, subscribers, services = (
             {foreign(name): [*map(foreign, nodes)] for name, nodes in table} for table in self.master.get_system_state()
         )
         return SystemState(publishers, subscribers, services)
 
     def topic_types(self) -> dict[str, str]:
-        """The type of every topic that ever had one, ``*`` included; the name's order is the master's."""
+        """Return the type of every topic that ever had one (topic -> type), ``*`` included, in the master's order."""
         return {foreign(entry[0]): foreign(entry[1]) for entry in self.master.get_topic_types()}
 
     def published_types(self) -> dict[str, str]:
-        """The type of every topic that has a publisher."""
+        """Return the type of every topic that has a publisher (topic -> type)."""
         return {foreign(entry[0]): foreign(entry[1]) for entry in self.master.get_published_topics("")}
 
     def find_topic(self, name: str) -> tuple[str, str, str] | None:
-        """Split a name of the form ``/topic/field`` at the topic that the master knows.
+        """Split a name such as ``/topic/field`` behind the topic that the master knows.
 
         Returns:
             (topic, type, rest): rest is empty or begins with ``/`` or ``[``. None if there is no such topic, or its
@@ -142,7 +142,7 @@ class Graph:
         return found
 
     def node_uri(self, name: str) -> str | None:
-        """The API URI of a node, None if the master does not know it."""
+        """Return the API URI of a node, None if the master does not know it."""
         try:
             return self.master.lookup_node(name)
         except (MasterUnreachableError, MasterMethodError):
@@ -151,7 +151,7 @@ class Graph:
             return None
 
     def service_uri(self, name: str) -> str | None:
-        """The ``rosrpc://`` URI of a service's provider, None if nobody provides it."""
+        """Return the ``rosrpc://`` URI of a service's provider, None if nobody provides it."""
         try:
             return self.master.lookup_service(name)
         except (MasterUnreachableError, MasterMethodError):
@@ -160,15 +160,15 @@ class Graph:
             return None
 
     def node(self, uri: str, timeout: float = NODE_TIMEOUT) -> NodeApi:
-        """The API of the node at a URI."""
+        """Return the API of the node at a URI."""
         return NodeApi(self.master.caller_id, uri, timeout)
 
 
 class NodeApi:
-    """Calls a node's own API; one call after the other, over one connection.
+    """The XML-RPC API of a node: calls go one after the other over one connection.
 
     Args:
-        caller_id: who asks.
+        caller_id: the caller's name.
         uri: the node's API.
         timeout: seconds for each call.
 
@@ -188,29 +188,31 @@ class NodeApi:
         return unpack(self._client.call(method, self._caller_id, *args), f"the node at {self.uri}")
 
     def pid(self) -> int:
-        """The node's process id."""
+        """Return the node's process id."""
         return cast(int, self._call("getPid"))
 
     def ping(self) -> float:
-        """Seconds that the node takes to answer."""
+        """Return the seconds that the node took to answer."""
         start = monotonic()
         self.pid()
         return monotonic() - start
 
     def connections(self) -> list[Connection]:
-        """The node's connections, in its own order."""
+        """Return the node's connections, in its own order."""
         entries = self._call("getBusInfo")
         if not isinstance(entries, list):
-            raise ProtocolError(f"the node at {self.uri} answered getBusInfo with something else than a list")
+            raise ProtocolError(f"the node at {self.uri} answered getBusInfo with something other than a list")
         return [parse_bus_entry(entry) for entry in entries]
 
     def subscriptions(self) -> dict[str, str]:
-        """The topics that the node subscribes to, with the types that it wants."""
+        """Return the topics that the node subscribes to, as (topic, type)."""
         entries = self._call("getSubscriptions")
         match entries:
             case list() if all(isinstance(entry, list) and len(entry) > 1 for entry in entries):
                 return {foreign(str(topic)): foreign(str(type_)) for topic, type_, *_ in entries}
-        raise ProtocolError(f"the node at {self.uri} answered getSubscriptions with something else than pairs")
+        raise ProtocolError(
+            f"the node at {self.uri} answered getSubscriptions with something other than a list of pairs"
+        )
 
     def shutdown(self, reason: str) -> None:
         """Tell the node to end."""
@@ -225,7 +227,7 @@ def parse_bus_entry(entry: Any) -> Connection:
     """Read one entry of ``getBusInfo``; the last two elements may be missing.
 
     Raises:
-        ProtocolError: it is not such an entry.
+        ProtocolError: it is not an entry of ``getBusInfo``.
     """
     if not isinstance(entry, (list, tuple)) or len(entry) < 5:
         raise ProtocolError(f"not an entry of getBusInfo: {entry!r}"[:200])
@@ -238,13 +240,13 @@ def parse_bus_entry(entry: Any) -> Connection:
 
 
 def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
-    """Ask a service's provider what it provides, without calling the service (L79).
+    """Ask a service's provider for its connection header, without calling the service (L79).
 
     Args:
         name: the service's full name.
         uri: ``rosrpc://host:port``.
-        caller_id: who asks.
-        timeout: seconds for all of it.
+        caller_id: the caller's name.
+        timeout: seconds for the whole exchange.
 
     Returns:
         The provider's connection header: type, md5sum, callerid and more.
@@ -276,7 +278,7 @@ def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TI
 
 
 def in_namespace(names: Iterable[str], namespace: str | None) -> list[str]:
-    """Those names that are ``namespace`` itself or lie below it; all if it is None or the root."""
+    """Return the names that are ``namespace`` itself or lie below it; all names if it is None or the root."""
     if not namespace or namespace == SEP:
         return list(names)
     below = namespace.rstrip(SEP) + SEP

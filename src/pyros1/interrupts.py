@@ -1,4 +1,4 @@
-"""Signals with which a user, a shell or a service manager ends a program, and when a second one counts."""
+"""SIGINT and SIGTERM: how they end a program, and when a second one counts."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from typing import NoReturn
 ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """The signals that ask a program to end."""
 DELIBERATE = 0.5
-"""Seconds from one signal to the next that a person may have meant: ``timeout -s INT`` sends two at once, to a process
-and to its group, and so do shells and launchers that pass Ctrl-C on to who has got it already."""
+"""Seconds after which another signal counts as sent on purpose: ``timeout -s INT`` sends two at once, to a process
+and to its group, and so do shells and launchers that pass Ctrl-C on to processes that already have it."""
 
 
 class Insistence:
-    """Counts how often a person has asked for the end. Takes no locks: for signal handlers.
+    """Count of the signals that were sent on purpose. Takes no locks, so signal handlers may use it.
 
     Args:
         clock: seconds.
 
     Attributes:
-        count: times that counted: the first, and each that comes `DELIBERATE` seconds or more after the last of these.
+        count: signals that counted: the first, and each that comes `DELIBERATE` seconds or more after the last of
+            these.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -35,7 +36,7 @@ class Insistence:
         self.count = 0
 
     def again(self) -> bool:
-        """A signal came; return whether it counts."""
+        """Take note of a signal and return whether it counts."""
         now = self._clock()
         if self.count and now - self._last < DELIBERATE:
             return False
@@ -45,11 +46,11 @@ class Insistence:
 
 
 INTERRUPTED = 128 + signal.SIGINT
-"""Exit code of what SIGINT has ended, as shells count."""
+"""Exit code of a process that SIGINT has ended, as shells report it."""
 
 
 class Interrupt:
-    """A handler of SIGINT that raises KeyboardInterrupt once; who insists ends the process at once."""
+    """Handler of SIGINT that raises KeyboardInterrupt once; a second deliberate SIGINT ends the process at once."""
 
     def __init__(self) -> None:
         self._insistence = Insistence()
@@ -62,7 +63,7 @@ class Interrupt:
         raise KeyboardInterrupt
 
     def come_again(self) -> None:
-        """The exception was lost: raise another one in a moment, when the interpreter is somewhere else."""
+        """Raise another KeyboardInterrupt in a moment, since the interpreter has swallowed the first."""
         self._insistence = Insistence()
         _thread.start_new_thread(_send_soon, (signal.SIGINT,))
 
@@ -73,22 +74,22 @@ def _send_soon(number: int) -> None:
 
 
 def is_usual(handler: object) -> bool:
-    """Whether a handler of a signal is nobody's in particular, and may be replaced."""
+    """Return whether a signal handler is one of Python's or the system's own, and may be replaced."""
     return handler in (signal.SIG_DFL, signal.default_int_handler) or isinstance(handler, Interrupt)
 
 
 def die_quietly() -> None:
-    """Let SIGINT end the process at once, where it would raise KeyboardInterrupt."""
+    """Make SIGINT end the process at once instead of raising KeyboardInterrupt."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @contextmanager
 def raised() -> Iterator[None]:
-    """Raise KeyboardInterrupt meanwhile in a process that `die_quietly` has prepared, so that all is tidied up.
+    """Let SIGINT raise KeyboardInterrupt in a ``with`` block after `die_quietly`, so that everything is cleaned up.
 
-    The interpreter ignores one that is raised where it cannot let it go on, such as in the callback of a weak reference
-    while it imports a module, and shows it; so another one is raised in place of it.
+    Where an exception cannot propagate, such as in the callback of a weak reference during an import, the interpreter
+    prints and drops it; another one is then raised in its place.
     """
     if signal.getsignal(signal.SIGINT) is not signal.SIG_DFL:
         yield
@@ -115,21 +116,21 @@ def die(number: int = signal.SIGINT) -> NoReturn:
     """End the process by a signal, as if it had no handler."""
     signal.signal(number, signal.SIG_DFL)
     os.kill(os.getpid(), number)
-    raise SystemExit(128 + number)  # where it is blocked
+    raise SystemExit(128 + number)  # in case it is blocked
 
 
 def catch(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int] = ENDINGS) -> Callable[[], None]:
-    """Let signals call a handler, in the main thread, and let them come.
+    """Install a handler of signals, in the main thread, and unblock the signals.
 
     A shell without job control starts what runs in the background with SIGINT ignored or, as fish, blocked. The nodes
-    that this process starts would inherit that.
+    that this process starts would inherit that state.
 
     Args:
         handler: called with the signal's number and the frame that was interrupted.
-        numbers: of the signals.
+        numbers: the signals' numbers.
 
     Returns:
-        A function that puts the former handlers back.
+        A function that restores the former handlers.
     """
     old = {number: signal.signal(number, handler) for number in numbers}
     if hasattr(signal, "pthread_sigmask"):

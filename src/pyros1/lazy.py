@@ -1,4 +1,4 @@
-"""Public names of a package that load the module they live in when they are first used (PEP 562)."""
+"""Public names of a package whose modules are loaded when they are first used (PEP 562)."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 
 def load(package: str, homes: Mapping[str, str], name: str) -> Any:
-    """Return what a package's ``__getattr__`` is asked for.
+    """Return a public name of a package, for the package's ``__getattr__``.
 
     Args:
         package: the package's full name.
         homes: public name -> full name of its module.
-        name: the name asked for.
+        name: the public name.
 
     Raises:
         AttributeError: the package has no such name.

@@ -1,7 +1,7 @@
 """Graph resource names: validate, resolve, remap, and the arguments that carry remappings.
 
 Implements https://wiki.ros.org/Names and https://wiki.ros.org/Remapping%20Arguments. Pure: the node's name, its
-namespace and the command line come in as arguments.
+namespace and the command line are arguments.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ def canonicalize_name(name: str) -> str:
 
 
 def is_legal_name(name: str) -> bool:
-    """Tell whether ``name`` is a legal graph name: relative, global or private. The empty name is legal."""
+    """Return whether ``name`` is a legal graph name: relative, global or private. The empty name is legal."""
     return not name or (_GRAPH_NAME.match(name) is not None and "//" not in name)
 
 
 def is_legal_base_name(name: str) -> bool:
-    """Tell whether ``name`` is a legal name without namespace, as a node's name must be."""
+    """Return whether ``name`` is a legal name without namespace, as a node's name must be."""
     return _BASE_NAME.match(name) is not None
 
 
 def is_global(name: str) -> bool:
-    """Tell whether ``name`` starts at the root: ``/a``."""
+    """Return whether ``name`` starts at the root: ``/a``."""
     return name.startswith(SEP)
 
 
 def is_private(name: str) -> bool:
-    """Tell whether ``name`` lies under the node's own name: ``~a``."""
+    """Return whether ``name`` lies under the node's own name: ``~a``."""
     return name.startswith("~")
 
 

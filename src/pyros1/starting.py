@@ -1,6 +1,6 @@
-"""What Ctrl-C does while a program is still starting: it ends the program, and shows no traceback of imports.
+"""Ctrl-C while a program is still starting: it ends the program, without a traceback of imports.
 
-Imported before everything else, so it imports nothing that is not there already.
+Imported before everything else, so it imports only modules that Python has already loaded.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 def prepare() -> None:
     """Let SIGINT end a starting program quietly.
 
-    A command of ours has no handler until it can do something with the signal. A user's program keeps its handler, so
-    KeyboardInterrupt can be caught in it; only what nobody catches is not shown, if it came from an import.
+    Our commands have no handler until they can act on the signal. A user's program keeps its handler, so it can catch
+    KeyboardInterrupt; an uncaught one that came from an import is not shown.
     """
     words = getattr(sys, "argv", None) or [""]
     if words[0].endswith("/bin/pyros1"):
-        if callable(_signal.getsignal(_signal.SIGINT)):  # else it is ignored, or ends the program already
+        if callable(_signal.getsignal(_signal.SIGINT)):  # otherwise it is ignored, or ends the program anyway
             _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     elif sys.excepthook is sys.__excepthook__:
         sys.excepthook = _hook
@@ -37,7 +37,7 @@ def _hook(kind: type[BaseException], error: BaseException, trace: TracebackType 
 
 
 def _is_starting(trace: TracebackType | None) -> bool:
-    """Whether something was being imported, or a node made, which handles signals itself from then on."""
+    """Return whether a traceback comes from an import, or from the creation of a node."""
     while trace is not None:
         code = trace.tb_frame.f_code
         if code.co_filename.startswith("<frozen importlib"):

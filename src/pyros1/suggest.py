@@ -1,4 +1,4 @@
-"""What a misspelt word may have been meant to be."""
+"""Hints at what a misspelt word was meant to be."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=\s])|=(?![=:\s]))(.+)"
 _LEAST_PORT = 1024
 _NEAR_BEHIND = 0.6
 SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info"}
-"""What people write who have other tools in mind."""
+"""Words from other tools, and what they are called here."""
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return `` (did you mean 'x'?)`` to be put behind a message, or nothing if no word is near.
+    """Return `` (did you mean 'x'?)``, to be appended to a message, or an empty text if no known word is similar.
 
     Args:
         word: what was written.
@@ -34,7 +34,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def _is_near(word: str, other: str) -> bool:
-    """Whether two names are also near without the parts that they share, as a package or the services of all nodes."""
+    """Return whether two names are still similar without the parts that they share, such as the package."""
     from difflib import SequenceMatcher  # noqa: PLC0415
 
     ours, theirs = word.casefold().split("/"), other.casefold().split("/")
@@ -45,7 +45,7 @@ def _is_near(word: str, other: str) -> bool:
 
 
 def meant_option(word: str) -> str | None:
-    """Return the option that a word is to be, if it begins with a dash that is not ASCII's, as in printed texts.
+    """Return the option that a word was meant to be, if it begins with a typographic dash instead of ``-``.
 
     Args:
         word: of a command line, for example one that was copied from a PDF.
@@ -60,10 +60,10 @@ def meant_option(word: str) -> str | None:
 
 
 def meant_remapping(word: str) -> str | None:
-    """Return the remapping or parameter that a word is to be, if it lacks the ``:`` or the ``=`` of ``:=``.
+    """Return the remapping or parameter that a word was meant to be, if the ``:`` or the ``=`` of ``:=`` is missing.
 
     Args:
-        word: of a command line, for example ``_rate=10`` or ``rate:10``. What may be a host with its port is none.
+        word: of a command line, for example ``_rate=10`` or ``rate:10``. A possible ``host:port`` gives None.
     """
     if ":=" in word or not (":" in word or "=" in word):
         return None
@@ -77,13 +77,13 @@ def meant_remapping(word: str) -> str | None:
 
 
 def argument_hint(word: str) -> str:
-    """Return what to write instead of a word that looks like an option or a remapping, or nothing if it does not.
+    """Return a hint at what to write instead of a word that looks like an option or a remapping, or an empty text.
 
     Args:
         word: of a command line.
     """
     option = meant_option(word)
     if option is not None:
-        return f"'{word}' begins with a dash that is no '-', as texts have it: write {option}"
+        return f"'{word}' begins with a typographic dash, not with '-': write {option}"
     remapping = meant_remapping(word)
-    return f"'{word}' sets and renames nothing: write {remapping}" if remapping is not None else ""
+    return f"'{word}' is neither a remapping nor a parameter: write {remapping}" if remapping is not None else ""

@@ -1,4 +1,4 @@
-"""Time and Duration: values with nanosecond resolution and their arithmetic (https://wiki.ros.org/roscpp/Overview/Time).
+"""Time and Duration, with nanosecond resolution, and their arithmetic (https://wiki.ros.org/roscpp/Overview/Time).
 
 Both hold whole seconds and nanoseconds, always normalised to ``0 <= nsecs < 1e9``. A Time is a point in time and never
 negative; a Duration may be. Pure: no clock is read here.
@@ -19,11 +19,11 @@ def _whole(given: Any, what: str) -> int:
 
 
 class TVal:
-    """What Time and Duration share: seconds and nanoseconds.
+    """Base of Time and Duration: seconds and nanoseconds.
 
     Args:
         secs: seconds; a float is allowed when ``nsecs`` is 0.
-        nsecs: nanoseconds, any integer; carried over into ``secs``.
+        nsecs: nanoseconds, any integer; whole seconds are carried over into ``secs``.
 
     Raises:
         ValueError: ``secs`` is a float and ``nsecs`` is not 0.
@@ -52,7 +52,7 @@ class TVal:
 
     @classmethod
     def from_sec(cls: type[_T], seconds: float) -> _T:
-        """Make a value from seconds as a float."""
+        """Return a value made from seconds as a float."""
         if not hasattr(type(seconds), "__float__"):
             raise TypeError(f"seconds must be a number, not {seconds!r:.80}")
         return cls(float(seconds))
@@ -61,11 +61,11 @@ class TVal:
 
     @classmethod
     def from_nsec(cls: type[_T], nanoseconds: int) -> _T:
-        """Make a value from whole nanoseconds."""
+        """Return a value made from whole nanoseconds."""
         return cls(*divmod(nanoseconds, _NS))
 
     def to_sec(self) -> float:
-        """Return the value as seconds; a double keeps microseconds for present-day times, not nanoseconds."""
+        """Return the value in seconds, as a float: exact to microseconds for present-day times, not to nanoseconds."""
         return self.secs + self.nsecs / 1e9
 
     def to_nsec(self) -> int:
@@ -73,15 +73,15 @@ class TVal:
         return self.secs * _NS + self.nsecs
 
     def is_zero(self) -> bool:
-        """Tell whether the value is exactly 0."""
+        """Return whether the value is exactly 0."""
         return not self.secs and not self.nsecs
 
     def set(self, secs: int, nsecs: int) -> None:
-        """Set both parts, normalising."""
+        """Set both parts and normalise them."""
         TVal.__init__(self, secs, nsecs)
 
     def canon(self) -> None:
-        """Normalise after the attributes were set directly."""
+        """Normalise the attributes after they were set directly."""
         TVal.__init__(self, self.secs, self.nsecs)
 
     def __bool__(self) -> bool:
@@ -104,7 +104,7 @@ class TVal:
 
 
 def _kind(value: object) -> type[TVal] | None:
-    """Return Time or Duration, whichever ``value`` is: subclasses compare and compute with their bases."""
+    """Return Time or Duration, whichever ``value`` is: subclasses compare and compute with their base classes."""
     return Time if isinstance(value, Time) else Duration if isinstance(value, Duration) else None
 
 

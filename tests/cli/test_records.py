@@ -181,7 +181,7 @@ def test_a_new_verb_is_listed(new: Pyros1) -> None:
     assert code == 0 and "\n\tpyros1 topic pub\tpublish data to topic\n\tpyros1 topic shout\tsay it loudly\n" in out
     assert "\n\trostopic shout\tsay it loudly\n" in new("rostopic")[1]
     assert " pub type shout\n" in new("pyros1 help")[1], "at the end until the table is made anew"
-    assert new("pyros1 topic shuot")[2].endswith("there is no 'shuot' (did you mean 'shout'?)\n")
+    assert new("pyros1 topic shuot")[2].endswith("unknown command 'shuot' (did you mean 'shout'?)\n")
     assert "did you mean 'pyros1 topic shout'?" in new("pyros1 shout")[2]
 
 

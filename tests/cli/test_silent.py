@@ -71,7 +71,7 @@ def test_what_waits_for_a_master_says_that_it_does_not_answer(
     monkeypatch.setattr("pyros1.node.registrar.PING_TIMEOUT", 0.1)
     monkeypatch.setattr("pyros1.node.context.Context.pause", _give_up)
     entry(["pyros1", *words.split()])
-    assert "it takes connections, but did not answer within 0.1 s (was it stopped?)" in capfd.readouterr().err
+    assert "it accepts connections, but did not answer within 0.1 s (was it stopped?)" in capfd.readouterr().err
 
 
 def _give_up(*_: object) -> None:
@@ -95,7 +95,7 @@ def test_a_node_that_does_not_answer(silent: int, environ: dict[str, str]) -> No
         "node cleanup": (0, "/mute"),
         "service info /s": (2, "/s"),
         "service type /s": (2, "/s"),
-        "service call /s": (2, "/mute takes connections, but did not answer"),
+        "service call /s": (2, "/mute accepts connections but did not answer"),
         "dynparam get -t 2 /mute": (1, "does not answer (was its node stopped?)"),
         "service find std_srvs/Empty": (0, "/s"),
         "log list /mute": (1, "/mute"),

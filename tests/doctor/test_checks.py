@@ -41,11 +41,11 @@ def test_the_debian_trap_127_0_1_1() -> None:
     names = {"here": ["127.0.1.1"], "robot": ["192.0.2.1"]}
     assert not check_machine(machine({}, resolved=names))
     found = kinds(check_machine(machine({"ROS_MASTER_URI": "http://robot:11311"}, resolved=names)))
-    assert "is 127.0.1.1 here" in found["own-name"].text and found["own-name"].cure == f"export ROS_IP={HERE}"
+    assert "resolves to 127.0.1.1 here" in found["own-name"].text and found["own-name"].cure == f"export ROS_IP={HERE}"
 
 
 @pytest.mark.parametrize(
-    ("addresses", "part"), [(None, "cannot be resolved"), (["192.0.2.99"], "which is no address of it")]
+    ("addresses", "part"), [(None, "cannot be resolved"), (["192.0.2.99"], "which is not its address")]
 )
 def test_an_own_name_that_is_wrong(addresses: list[str] | None, part: str) -> None:
     found = kinds(check_machine(machine({}, resolved={"here": addresses})))

@@ -73,7 +73,7 @@ def test_the_places_that_tutorials_name_are_there_to_be_uncommented(tmp_path: Pa
 def test_nothing_is_overwritten(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "README.md").write_text("mine")
-    with pytest.raises(CreateError, match=r"README\.md is already there"):
+    with pytest.raises(CreateError, match=r"README\.md already exists"):
         create(NewPackage("mine"), tmp_path)
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["README.md"]
 
@@ -81,7 +81,7 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("new", "text"),
     [
-        (NewPackage("../out"), "no name for a package"),
+        (NewPackage("../out"), "not a valid package name"),
         (NewPackage("ok_name", version="1.0"), "three numbers"),
     ],
 )

@@ -68,7 +68,7 @@ def test_what_does_not_exist() -> None:
         ),
         ("from pyros1.msgs.std_msgs.msg import String, Flot64", "(did you mean 'std_msgs/Float64'?)"),
         ("from pyros1.msgs.std_srvs.srv import Emty", "(did you mean 'std_srvs/Empty'?)"),
-        ("from pyros1.msgs.std_srvs.msg import Empty", "there is pyros1.msgs.std_srvs.srv.Empty"),
+        ("from pyros1.msgs.std_srvs.msg import Empty", "did you mean pyros1.msgs.std_srvs.srv.Empty?"),
         (
             "from pyros1.msgs.std_msg.msg import String",
             "no package [std_msg] with definitions (did you mean 'std_msgs'?)",

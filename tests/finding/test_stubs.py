@@ -178,6 +178,6 @@ def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyte
         assert "class State(_Base):\n    x: _b.float" in (tmp_path / "home" / "my_robot" / "msg.pyi").read_text()
         monkeypatch.setattr(stubs, "HOME", tmp_path / "src" / "my_robot" / "package.xml")
         assert entry(["pyros1", "msg", "stubs", "my_robot"]) == 1
-        assert "install it where you may write" in capsys.readouterr().err
+        assert "install it where you have write permission" in capsys.readouterr().err
     finally:
         library.cache_clear()

@@ -169,9 +169,9 @@ def test_filters_keep_the_bounds_in_calls_too(text: str) -> None:
 
 
 def test_filters_name_the_expression_and_what_there_is() -> None:
-    with pytest.raises(ExpressionError, match=r"^\[nope\(1\)\]: there is no function nope; there are: abs, "):
+    with pytest.raises(ExpressionError, match=r"^\[nope\(1\)\]: unknown function nope; known functions: abs, "):
         Expression("nope(1)")
-    with pytest.raises(ExpressionError, match=r"^\[nope\]: there is no name 'nope'; there are: m$"):
+    with pytest.raises(ExpressionError, match=r"^\[nope\]: unknown name 'nope'; known names: m$"):
         Expression("nope")({"m": 1})
     assert Expression("round(2.345, 1) + sum([1, 2]) + round(0.2)")({}) == pytest.approx(5.3)
 

@@ -164,7 +164,7 @@ def test_a_script_without_interpreter_is_said_to_be_that(
     parent.shutdown()
     said = capfd.readouterr().err
     assert "cannot launch node of type [scripted/run]: cannot run " in said
-    assert "its first line does not say which program runs it: put #!/usr/bin/env python3 there\n  at " in said
+    assert "its first line does not name an interpreter: add #!/usr/bin/env python3\n  at " in said
 
 
 @pytest.mark.parametrize(

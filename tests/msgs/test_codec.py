@@ -122,7 +122,7 @@ def test_cut_anywhere_or_longer_is_an_error(message: Any, data: st.DataObject) -
         with pytest.raises(DeserializationError, match=r"cannot decode p/All at byte \d+: .") as caught:
             codec.decode(All, buffer, 0, cut)
         assert 0 <= caught.value.offset <= cut
-    with pytest.raises(DeserializationError, match="1 bytes left over") as caught:
+    with pytest.raises(DeserializationError, match="1 bytes are left over") as caught:
         codec.decode(All, encoded + b"x", 0, len(encoded) + 1)
     assert caught.value.offset == len(encoded)
 

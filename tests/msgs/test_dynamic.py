@@ -41,7 +41,7 @@ def test_header_needs_no_text_and_roslib_is_std_msgs() -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("Missing x", "uses p/Missing but does not hold its text"),
+        ("Missing x", "uses p/Missing, but its text is missing"),
         ("wrong", "definition of p/T, p/T:1: "),
         (f"A a\n{SEPARATOR}\nMSG: p/A\nT t", "contains itself"),
         ("T t", "contains itself"),

@@ -118,7 +118,7 @@ def test_errors_name_file_and_line(line: str) -> None:
 
 
 def test_g03_duplicates() -> None:
-    with pytest.raises(DefinitionError, match=r"pkg/T:2: the field \[x\] occurs twice"):
+    with pytest.raises(DefinitionError, match=r"pkg/T:2: field \[x\] occurs twice"):
         parse_message("pkg/T", "int8 x\nint8 x")
     assert len(parse_message("pkg/T", "int8 X=1\nint8 X=2").constants) == 2  # legal for stock
 

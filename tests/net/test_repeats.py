@@ -44,7 +44,7 @@ def test_texts_that_differ_are_bounded_for_each_place() -> None:
     repeats.say("there", "lost", lines.append)
     assert lines == [*(f"refused {number}" for number in range(MOST_TEXTS)), "lost"]
     timers.run()
-    assert lines[-1] == f"{1000 - MOST_TEXTS} more messages like the last ones were left out"
+    assert lines[-1] == f"{1000 - MOST_TEXTS} more messages like the last ones were suppressed"
 
 
 def test_what_was_counted_is_told_at_the_end() -> None:

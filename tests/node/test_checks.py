@@ -40,28 +40,28 @@ MISTAKES: dict[str, tuple[Callable[[Any], Any], str]] = {
     ),
     "order": (
         lambda n: n.subscribe("t", listen, String),
-        "type and callback have changed places: the order is subscribe(",
+        "type and callback are swapped: the order is subscribe(",
     ),
     "callback": (lambda n: n.subscribe("t", String, 5), "callback must be a function, not 5"),
     "no callback": (lambda n: n.subscribe("t", String, None), "callback must be a function, not None"),
     "class as callback": (lambda n: n.subscribe("t", "std_msgs/String", String), "not the class String"),
     "service": (lambda n: n.subscribe("t", Empty, listen), "not the class Empty; [std_srvs/Empty] is a service"),
     "message": (lambda n: n.advertise("t", String("x")), "it is a message: give its class, std_msgs/String"),
-    "genpy": (lambda n: n.advertise("t", Foreign), 'it is of another library: give the name "std_msgs/String"'),
+    "genpy": (lambda n: n.advertise("t", Foreign), 'it is from another library: give the name "std_msgs/String"'),
     "module": (
         lambda n: n.advertise("t", ModuleType("std_msgs.msg")),
-        "not the module std_msgs.msg; give a class of it",
+        "not the module std_msgs.msg; give a class of that module",
     ),
     "name": (lambda n: n.advertise(String, "t"), "advertise: the name must be a str, not the class String"),
     "wait": (lambda n: n.wait_for_message("t", int, 1), "wait_for_message: the type must be a message type"),
     "queue": (lambda n: n.advertise("t", String, queue_size="5"), "queue_size must be a whole number or None, not '5'"),
     "provide": (lambda n: n.advertise_service("s", Empty, 5), "handler must be a function, not 5"),
-    "provide order": (lambda n: n.advertise_service("s", listen, Empty), "type and handler have changed places"),
+    "provide order": (lambda n: n.advertise_service("s", listen, Empty), "type and handler are swapped"),
     "provide type": (lambda n: n.advertise_service("s", String, listen), "[std_msgs/String] is a message"),
     "call": (lambda n: n.service("s", String), "service: the type must be a service type"),
     "timer": (lambda n: n.timer(1, None), "timer: callback must be a function, not None"),
     "timer's period": (lambda n: n.timer("x", listen), "a timer's period must be a number of s, not 'x'"),
-    "a duration": (lambda n: n.timer(Duration(1), listen), "; its to_sec() is one"),
+    "a duration": (lambda n: n.timer(Duration(1), listen), "; use its to_sec()"),
     "rate": (lambda n: n.rate("x"), "a rate must be a number of Hz, not 'x'"),
     "sleep": (lambda n: n.sleep(None), "sleep: seconds must be a number of seconds, not None"),
     "spin_once": (lambda n: n.spin_once("x"), "timeout must be a number of seconds, not 'x'"),
@@ -71,8 +71,8 @@ MISTAKES: dict[str, tuple[Callable[[Any], Any], str]] = {
     "resolve": (lambda n: n.resolve(5), "the name must be a str, not 5"),
     "parameter": (lambda n: n.params[5], "the name must be a str, not 5"),
     "search": (lambda n: n.params.search(5), "search: the name must be a str, not 5"),
-    "headers": (lambda n: n.advertise("t", String, headers={"a": 5}), "headers must have texts as names and values"),
-    "no headers": (lambda n: n.service("s", Empty, headers="x"), "headers must be a dict of texts"),
+    "headers": (lambda n: n.advertise("t", String, headers={"a": 5}), "headers must have strings as keys and values"),
+    "no headers": (lambda n: n.service("s", Empty, headers="x"), "headers must be a dict of strings"),
     "raw type": (lambda n: n.advertise("t", String, raw_type="x"), "raw_type must be a TopicType"),
     "size": (lambda n: n.subscribe("t", String, listen, max_datagram_size="x"), "max_datagram_size must be a whole"),
     "request": (lambda n: n.service("s", Empty).call(5), "service [/s]: the request must be a EmptyRequest, not 5"),
@@ -88,12 +88,12 @@ MISTAKES: dict[str, tuple[Callable[[Any], Any], str]] = {
 NODES: dict[str, tuple[dict[str, Any], str]] = {
     "name": ({"name": 5}, "Node: name must be a str, not 5"),
     "namespace": ({"namespace": 5}, "Node: namespace must be a str, not 5"),
-    "argv": ({"argv": "_x:=1"}, "argv must be a list of texts, such as"),
-    "argument": ({"argv": [1]}, "argv must hold texts only, not 1"),
+    "argv": ({"argv": "_x:=1"}, "argv must be a list of strings, such as"),
+    "argument": ({"argv": [1]}, "argv must hold only strings, not 1"),
     "uri": ({"master_uri": 11311}, "Node: master_uri must be a str, not 11311"),
     "environ": ({"environ": []}, "Node: environ must be a dict of environment variables, not []"),
     "patience": ({"wait_for_master": "x"}, "Node: wait_for_master must be a number of seconds, not 'x'"),
-    "level": ({"log_level": 1}, "a log level is a text such as 'info', not 1"),
+    "level": ({"log_level": 1}, "a log level must be a str such as 'info', not 1"),
 }
 
 
@@ -129,7 +129,7 @@ def test_numbers_that_are_none(make_node: Any) -> None:
             node.timer(period, listen)
     with pytest.raises(ValueError, match="seconds must be a number of seconds, not nan"):
         node.sleep(float("nan"))
-    with pytest.raises(ValueError, match="a log level is one of 1, 2, 4, 8, 16, not 'debug'"):
+    with pytest.raises(ValueError, match="a log level must be one of 1, 2, 4, 8, 16, not 'debug'"):
         node.log.level = "debug"
 
 
@@ -192,7 +192,7 @@ def test_publishing_after_the_end_is_passed_over_as_in_rospy(make_node: Any) -> 
 def test_an_argument_that_is_no_parameter_is_warned_of(make_node: Any, capfd: pytest.CaptureFixture[str]) -> None:
     make_node("n", rosout=False, argv=["_rate=10", "_fine:=1", "a=b", "_x"])
     lines = [line for line in capfd.readouterr().err.splitlines() if "WARN" in line]
-    assert len(lines) == 1 and "'_rate=10' sets and renames nothing: write _rate:=10" in lines[0]
+    assert len(lines) == 1 and "'_rate=10' is neither a remapping nor a parameter: write _rate:=10" in lines[0]
 
 
 def test_what_behaves_as_wanted_is_taken(make_node: Any, capfd: pytest.CaptureFixture[str]) -> None:

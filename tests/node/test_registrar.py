@@ -202,7 +202,7 @@ def test_registering_waits_while_the_master_is_away(
     log = watch_log(node)
     late_master.stop()
     advertising = in_thread(node.advertise, "t", Float64)
-    log.saw("away", late_master.uri)
+    log.saw("does not answer; waiting", late_master.uri)
     late_master()
     advertising.join()
     assert "/t" in [name for name, _ in node.master.get_published_topics()]
@@ -225,7 +225,7 @@ def test_shutdown_while_the_master_is_away(make_node: Any, late_master: Any, in_
     log = watch_log(node)
     late_master.stop()
     advertising = in_thread(node.advertise, "t", Float64)
-    log.saw("away")
+    log.saw("does not answer; waiting")
     node.shutdown()
     with pytest.raises(NodeShutdownError):
         advertising.join()

@@ -90,9 +90,9 @@ def test_a_header_may_come_byte_by_byte(node: Any, raw_peer: Any) -> None:
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (b"GET / HTTP/1.1\r\n\r\n", "over the limit"),
-        (b"\xff\xff\xff\xff", "over the limit"),
-        ((MAX_HEADER_SIZE + 1).to_bytes(4, "little"), "over the limit"),
+        (b"GET / HTTP/1.1\r\n\r\n", "exceeds the limit"),
+        (b"\xff\xff\xff\xff", "exceeds the limit"),
+        ((MAX_HEADER_SIZE + 1).to_bytes(4, "little"), "exceeds the limit"),
         (b"\x08\0\0\0\x04\0\0\0abcd", "no '='"),
         (b"\x08\0\0\0\xff\0\0\0a=cd", "runs past the end"),
         (b"\x04\0\0\0\0\0\0\0", "no '='"),

@@ -22,8 +22,8 @@ def verdict(meter: Meter, *times: float) -> str:
     ("hz", "hzerror", "times", "said"),
     [
         (10, 1, (5.0, 5.1, 5.2, 5.3), ""),
-        (10, 1, (5.0, 5.2, 5.4), "below the least, 9.000 Hz"),
-        (10, 1, (5.0, 5.05, 5.1), "above the most, 11.000 Hz"),
+        (10, 1, (5.0, 5.2, 5.4), "below the minimum of 9.000 Hz"),
+        (10, 1, (5.0, 5.05, 5.1), "above the maximum of 11.000 Hz"),
         (10, 1, (5.0, 5.01, 5.2), ""),
         (10, 1, (5.0,), "one message"),
         (10, 1, (), "no messages"),
@@ -31,7 +31,7 @@ def verdict(meter: Meter, *times: float) -> str:
         (10, 1, (9.0, 5.0, 5.1, 5.2), ""),
         (1, 2, (5.0, 9.0), ""),
         (0, 0, (), ""),
-        (0, 0, (5.0,), "1 came"),
+        (0, 0, (5.0,), "1 arrived"),
     ],
 )
 def test_the_mean_rate(hz: float, hzerror: float, times: tuple[float, ...], said: str) -> None:

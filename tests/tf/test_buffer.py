@@ -286,7 +286,7 @@ def test_many_threads(buffer: Buffer) -> None:
 def test_wrong_arguments_are_named() -> None:
     buffer = Buffer()
     wrong: list[tuple[Any, str]] = [
-        (lambda: Buffer("x"), "a timeout or length of time must be a Duration or a number of seconds, not 'x'"),  # type: ignore[arg-type]
+        (lambda: Buffer("x"), "a timeout or time span must be a Duration or a number of seconds, not 'x'"),  # type: ignore[arg-type]
         (lambda: buffer.lookup_transform(5, "b"), "target_frame must be the name of a frame, not 5"),  # type: ignore[arg-type]
         (lambda: buffer.can_transform("a", None), "source_frame must be the name of a frame, not None"),  # type: ignore[arg-type]
         (lambda: buffer.lookup_transform("a", "b", "x"), "time must be a Time or a number of seconds, not 'x'"),  # type: ignore[arg-type]

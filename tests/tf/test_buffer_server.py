@@ -258,7 +258,7 @@ def test_a_lookup_that_another_cancels(make_node: Make, actor: Actor) -> None:
         pass
     actor.cancels.publish(load_message("actionlib_msgs/GoalID")())
     thread.join(PATIENCE)
-    assert ends == ["the server has given up the lookup (status 2)"]
+    assert ends == ["the server has cancelled the lookup (status 2)"]
 
 
 def test_goals_that_ended_are_forgotten(actor: Actor, monkeypatch: pytest.MonkeyPatch) -> None:

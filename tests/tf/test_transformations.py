@@ -116,7 +116,7 @@ def test_a_matrix_is_taken_to_pieces_and_made_again() -> None:
     assert all(type(part) is float for parts in tr.decompose_matrix(matrix)[1:3] for part in parts)
     with pytest.raises(ValueError, match="singular"):
         tr.decompose_matrix(tr.scale_matrix(0.0))
-    with pytest.raises(ValueError, match="last number"):
+    with pytest.raises(ValueError, match="last element"):
         tr.decompose_matrix(np.diag([1, 1, 1, 0]))
 
 

@@ -39,11 +39,11 @@ def test_garbage_gives_frames_or_protocol_error(data: bytes) -> None:
     try:
         feed(buffer, data)
     except ProtocolError as error:
-        assert "over the limit" in str(error)
+        assert "exceeds the limit" in str(error)
 
 
 def test_t02_frame_over_the_limit_is_refused() -> None:
-    with pytest.raises(ProtocolError, match="over the limit"):
+    with pytest.raises(ProtocolError, match="exceeds the limit"):
         feed(FrameBuffer(), b"\xff\xff\xff\xff")
 
 

@@ -58,7 +58,7 @@ def test_t02_malformed_fields_are_refused(body: bytes) -> None:
 
 
 def test_length_lie_is_refused_before_anything_is_kept() -> None:
-    with pytest.raises(ProtocolError, match="over the limit"):
+    with pytest.raises(ProtocolError, match="exceeds the limit"):
         HeaderReader().feed(b"\xff\xff\xff\xff")
 
 

@@ -33,5 +33,5 @@ def test_any_head_gives_a_value_or_protocol_error(head: bytes) -> None:
 
 
 def test_oversized_response_is_refused() -> None:
-    with pytest.raises(ProtocolError, match="over the limit"):
+    with pytest.raises(ProtocolError, match="exceeds the limit"):
         service.decode_response_head(b"\x01\xff\xff\xff\xff")

@@ -9,7 +9,7 @@
             ...
         frame = pandas.DataFrame(bag.arrays("/odom"))
 
-Times in seconds count from the bag's beginning, negative ones from its end; a `Time` is taken as it is.
+Times in seconds count from the bag's beginning, negative ones from its end; a `Time` is absolute.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name when it is first used: a recorder needs none of them."""
+    """Load and return a public name when it is first used: a recorder needs none of them."""
     from pyros1.lazy import load  # noqa: PLC0415 - most imports never come here
 
     return load(__name__, _HOMES, name)
 
 
 def __dir__() -> list[str]:
-    """Return all public names, those that are not loaded included: for completion."""
+    """Return all public names, loaded or not, for completion."""
     return sorted({*globals(), *__all__})

@@ -22,20 +22,22 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 When = Time | Duration | float | None
-"""A time: a Time as it is; a Duration or seconds count from the bag's beginning, negative ones from its end."""
+"""A time in a bag: a Time is absolute; a Duration or seconds count from the bag's beginning, or, if negative, its
+end.
+"""
 
 _OWN_TIME = "time_"
-"""Column of a field that is called time; that name stands for when a message was recorded."""
+"""Column of a field called ``time``, since the column ``time`` holds the time at which a message was recorded."""
 
 
 class BagMessage(NamedTuple):
-    """A message out of a bag.
+    """A message of a bag.
 
     Attributes:
         topic: its topic, as recorded.
         message: the message; with ``raw=True`` an `AnyMsg`.
-        time: when it was recorded.
-        connection: its publisher's connection, with the whole header.
+        time: time at which it was recorded.
+        connection: the publisher's connection, with its complete header.
     """
 
     topic: str
@@ -45,17 +47,17 @@ class BagMessage(NamedTuple):
 
 
 class Bag:
-    """A bag that is open for reading; use it in a ``with`` statement.
+    """A bag open for reading; use it in a ``with`` statement.
 
     Args:
-        path: the file.
-        unindexed: also read bags that were not closed, by scanning them first.
+        path: path of the file.
+        unindexed: whether to read bags that were not closed, too, by scanning them first.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: see :class:`pyros1.bag.format.reader.BagReader`.
 
     Raises:
-        BagError: it cannot be read; the text says why and what to do.
-        OSError: it cannot be opened.
+        BagError: the bag cannot be read; the text says why and what to do.
+        OSError: the file cannot be opened.
     """
 
     def __init__(
@@ -71,7 +73,7 @@ class Bag:
 
     @property
     def path(self) -> str:
-        """The file."""
+        """Path of the file."""
         return self.reader.path
 
     @property
@@ -86,7 +88,7 @@ class Bag:
 
     @property
     def topics(self) -> dict[str, str]:
-        """Topic -> type, sorted."""
+        """Types by topic, sorted by topic."""
         found = {connection.topic: connection.type for connection in self.reader.connections.values()}
         return dict(sorted(found.items()))
 
@@ -99,11 +101,11 @@ class Bag:
         return self.reader.count()
 
     def count(self, topics: str | Collection[str] | None = None) -> int:
-        """Return how many messages there are on some topics; None means all."""
+        """Return the number of messages on some topics; None means all."""
         return self.reader.count(self._ids(topics))
 
     def summary(self, *, frequencies: bool = False) -> Summary:
-        """Return what ``bag info`` shows."""
+        """Return the facts that ``bag info`` shows."""
         return summarize(self.reader, frequencies=frequencies)
 
     def messages(
@@ -115,15 +117,15 @@ class Bag:
         raw: bool = False,
         progress: Callable[[int, int], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages by time. Only the chunks that hold some of the wanted time are read.
+        """Yield messages in order of time. Only chunks with messages of the wanted time are read.
 
         Args:
-            topics: one topic or several; None means all. A leading ``/`` does not matter. Those that are not in the bag
-                yield nothing, as with rosbag.Bag.read_messages; `topics` of this class has those that are.
+            topics: one topic or several; None means all. A leading ``/`` does not matter. Topics that are not in the
+                bag yield nothing, as with rosbag.Bag.read_messages; `topics` lists those of the bag.
             start: only from this time on.
             end: only until this time.
-            raw: give `AnyMsg` instead of decoding.
-            progress: called after each message with how many nanoseconds of the bag's time are done, and of how many.
+            raw: whether to yield `AnyMsg` instead of decoded messages.
+            progress: called after each message with the nanoseconds of bag time that are done, and their total.
 
         Raises:
             BagError: the file is damaged, or a message cannot be decoded.
@@ -134,7 +136,7 @@ class Bag:
         for stored in self.reader.messages(self._ids(topics), first, last):
             message = self._any(stored) if raw else self.decode(stored)
             connection, time = stored.connection, stored.time
-            del stored  # its bytes, which may be many; and below the message, while the next one is read
+            del stored  # frees its bytes, which may be many, and below the message, while the next one is read
             yield BagMessage(connection.topic, message, Time.from_nsec(time), connection)
             del message
             if progress is not None:
@@ -143,7 +145,7 @@ class Bag:
     __iter__ = messages
 
     def at(self, time: When, topics: str | Collection[str] | None = None) -> dict[str, BagMessage]:
-        """Return the last message of each topic at a time or before: what a late subscriber of latched topics knows.
+        """Return the last message of each topic at or before a time, as a late subscriber of latched topics gets it.
 
         Args:
             time: as for :meth:`messages`.
@@ -185,17 +187,17 @@ class Bag:
 
         Args:
             topic: the topic.
-            fields: paths such as ``pose.position.x`` or ``ranges``; None means every field that is not an array.
+            fields: paths such as ``pose.position.x`` or ``ranges``; None means all fields that are not arrays.
             start: as for :meth:`messages`.
             end: as for :meth:`messages`.
             progress: as for :meth:`messages`.
 
         Returns:
-            ``time`` in seconds since 1970, and a list per field, times among them in seconds. A field that is called
-            ``time`` itself is named ``time_``.
+            ``time`` in seconds since 1970, and a list for each field, with times in seconds. All have the same length.
+            A field called ``time`` is named ``time_``.
 
         Raises:
-            BagError: there is no such topic; and as for :meth:`messages`.
+            BagError: there is no such topic, or as for :meth:`messages`.
             AttributeError: there is no such field.
         """
         cls = self._class_of(topic)
@@ -221,17 +223,18 @@ class Bag:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> dict[str, NDArray[Any]]:
-        """Return a topic as arrays, which numpy calculates with and pandas makes a table of::
+        """Return a topic as arrays, for numpy and pandas::
 
             frame = pandas.DataFrame(bag.arrays("/odom")).set_index("time")
             speed = bag.arrays("/odom")["twist.twist.linear.x"].mean()
 
         Args:
-            topic: as for :meth:`columns`; and so the others.
+            topic, fields, start, end, progress: as for :meth:`columns`.
 
         Returns:
-            As :meth:`columns`, with the fields' own types of numbers: texts are objects. A field that is an array of
-            numbers has a row per message if all are of the same length; else they are objects, too.
+            As :meth:`columns`, with arrays of shape (n,) and the fields' types of numbers; strings are objects. A field
+            that is an array of numbers has the shape (n, length) if all messages have the same length; else it holds
+            objects.
 
         Raises:
             BagError: as for :meth:`columns`.
@@ -244,10 +247,10 @@ class Bag:
         return {name: column(values, types.get(name, "")) for name, values in columns.items()}
 
     def decode(self, stored: RawMessage) -> Message:
-        """Return a stored message as an object; its class is made from the definition in the bag.
+        """Return a stored message, decoded with the definition in the bag.
 
         Raises:
-            BagError: the bytes are not such a message, or the definition is missing or wrong.
+            BagError: the bytes cannot be decoded, or the definition is missing or wrong.
         """
         try:
             cls = self.message_class(stored.connection)
@@ -261,8 +264,8 @@ class Bag:
         """Return the class of a connection's messages.
 
         Raises:
-            DefinitionError: its definition is wrong.
-            UnknownTypeError: it has none.
+            DefinitionError: the definition is wrong.
+            UnknownTypeError: the connection has no definition.
         """
         return self._classes.get(connection.type, connection.md5sum, connection.definition)
 
@@ -284,7 +287,7 @@ class Bag:
         return self.reader.ids([topics] if isinstance(topics, str) else topics)
 
     def _class_of(self, topic: str) -> type[Message]:
-        """The class of a topic's messages; raises BagError if the topic, or its definition, is not there."""
+        """Return the class of a topic's messages; raises BagError if the topic, or its definition, is not there."""
         ids = self.reader.ids([topic])
         if not ids:
             known = self.topics
@@ -326,15 +329,15 @@ def open(
                 print(time, message.pose.pose.position.x)
 
     Args:
-        path: the file.
-        unindexed: also read bags that were not closed.
+        path: path of the file.
+        unindexed: whether to read bags that were not closed, too.
         progress: called with the offset in bytes while such a bag is scanned.
-        chunk_limit: largest content of a chunk that is read, in bytes: a small file may claim to hold anything. None
-            means 256 MiB, or as many MiB as the environment variable ``PYROS1_BAG_CHUNK_LIMIT`` says.
+        chunk_limit: largest content of a chunk that is read, in bytes, since a small file may claim any size. None
+            means the value of the environment variable ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB.
 
     Raises:
-        BagError: it cannot be read; the text says why and what to do.
-        OSError: it cannot be opened.
+        BagError: the bag cannot be read; the text says why and what to do.
+        OSError: the file cannot be opened.
     """
     return Bag(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
 
@@ -361,7 +364,7 @@ def _value(message: Any, path: str) -> Any:
 
 
 def _type_of(cls: type[Message], path: str) -> str:
-    """A field's type, for example ``float32[]``; empty if it is none of the message."""
+    """Return a field's type, for example ``float32[]``; empty if the message has no such field."""
     kind = ""
     for name in path.split("."):
         if kind in ("time", "duration"):

@@ -1,4 +1,4 @@
-"""Values of many messages as one array of numpy."""
+"""Values of many messages as one numpy array."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _NUMBERS = {"int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uin
 
 
 def column(values: Sequence[Any], type_name: str) -> NDArray[Any]:
-    """Return one array of a field's values.
+    """Return a field's values as one array.
 
     Args:
-        values: one per message; times as seconds.
-        type_name: the field's, for example ``float32`` or ``uint8[]``.
+        values: n values, one per message; times in seconds.
+        type_name: the field's type, for example ``float32`` or ``uint8[]``.
 
     Returns:
-        Numbers of that type; with a row per message if they are arrays of the same length. Else the values themselves.
+        Numbers of that type, shape (n,), or (n, length) for arrays of the same length. Otherwise objects, shape (n,).
     """
     import numpy as np  # noqa: PLC0415 - not cheap, and only columns need it
 

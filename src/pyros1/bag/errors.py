@@ -1,4 +1,4 @@
-"""What can be wrong with a bag file; every text names the file, the place and what to do."""
+"""Errors of bag files; every text names the file, the place and what to do."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class BagError(Error):
     Args:
         path: the file.
         reason: what is wrong and what to do.
-        offset: byte offset of the record at fault, None if the whole file is.
+        offset: byte offset of the wrong record; None if the error concerns the whole file.
     """
 
     def __init__(self, path: str, reason: str, offset: int | None = None) -> None:
@@ -22,11 +22,11 @@ class BagError(Error):
 
 
 class NotABagError(BagError):
-    """The file is empty, something else than a bag, or of a version that is not supported."""
+    """The file is empty, not a bag, or of a version that is not supported."""
 
 
 class UnindexedError(BagError):
-    """The bag was not closed, or its index is damaged: it can be saved with ``pyros1 bag reindex``."""
+    """The bag was not closed, or its index is damaged: ``pyros1 bag reindex`` can repair it."""
 
 
 class EncryptedError(BagError):

@@ -1,4 +1,4 @@
-"""What a bag holds, as the rows and the YAML of ``bag info`` (L114-L116)."""
+"""Facts about a bag, as the rows and the YAML of ``bag info`` (L114-L116)."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from pyros1.bag.format.records import NS
 from pyros1.shown import foreign
 
 _MOST_STAMPS = 10_000_000
-"""Of so many messages, the first, frequencies are calculated: a small file may hold any number of them."""
+"""Number of messages, the first ones, from which frequencies are computed: a small file may hold any number."""
 
 
 @dataclass(frozen=True)
 class Storage:
-    """Chunks of one compression.
+    """The chunks of one compression.
 
     Attributes:
-        chunks: their number.
-        size: bytes of their contents.
-        stored: bytes that they take.
+        chunks: number of chunks.
+        size: size of their contents in bytes.
+        stored: size of their stored bytes.
     """
 
     chunks: int
@@ -38,9 +38,9 @@ class Topic:
     """A topic in a bag.
 
     Attributes:
-        name: as recorded.
-        type: of its messages.
-        messages: their number.
+        name: name, as recorded.
+        type: type of its messages.
+        messages: number of messages.
         connections: number of publishers.
         frequency: median in Hz, None if not known.
     """
@@ -54,21 +54,21 @@ class Topic:
 
 @dataclass(frozen=True)
 class Summary:
-    """What a bag holds.
+    """Facts about a bag.
 
     Attributes:
         path: the file.
-        version: for example ``2.0``.
-        size: of the file in bytes.
-        start: time of the first message in seconds, as the index says.
-        end: of the last.
-        messages: their number.
+        version: version of the format, for example ``2.0``.
+        size: size of the file in bytes.
+        start: time of the first message in seconds, from the index.
+        end: time of the last message in seconds.
+        messages: number of messages.
         storage: compression -> its chunks.
         types: type -> md5 sum.
         topics: sorted by name.
-        empty: there is neither a message nor a connection.
+        empty: whether there are neither messages nor connections.
         encryption: the encryptor's name; empty if the bag is plain.
-        gpg_user: whose key it needs then.
+        gpg_user: the user whose key an encrypted bag needs.
     """
 
     path: str
@@ -91,20 +91,20 @@ class Summary:
 
     @property
     def compressed(self) -> bool:
-        """Whether any chunk is."""
+        """Whether any chunk is compressed."""
         return any(name != "none" for name in self.storage)
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Bytes of all contents, and what they take."""
+        """Size of all contents, and of their stored bytes."""
         return sum(s.size for s in self.storage.values()), sum(s.stored for s in self.storage.values())
 
 
 def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
-    """Sum up a bag. Without `frequencies` only its index and the chunks' headers are read.
+    """Return the facts about a bag. Without `frequencies` only its index and the chunks' headers are read.
 
     Raises:
-        BagError: it cannot be read.
+        BagError: the bag cannot be read.
     """
     chunks = bag.chunks
     connections = bag.connections
@@ -121,7 +121,7 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         types.setdefault(connection.type, connection.md5sum)
         by_topic.setdefault(connection.topic, []).append(number)
     old = bag.file.version == 102
-    rates = _frequencies(bag, by_topic) if frequencies or old else {}  # stock has them of old bags at once
+    rates = _frequencies(bag, by_topic) if frequencies or old else {}  # stock shows them for old bags without an option
     topics = [
         Topic(
             foreign(name),
@@ -134,7 +134,7 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
     ]
     version = "1.2" if old else "2.0"
     indexed = bag.file.index_pos > 0 if old else not bag.scanned
-    # The index's order of chunks counts, as stock's, though it may be unsorted. Old bags have none.
+    # As in stock, the index's order of chunks counts, even if it is unsorted. Old bags have no chunks.
     start, end = (bag.start, bag.end) if old or not chunks else (chunks[0].start, chunks[-1].end)
     return Summary(
         path=bag.path,
@@ -269,12 +269,12 @@ def _time_text(stamp: float) -> str:
 
 
 def size_text(size: float) -> str:
-    """Return a number of bytes for people."""
+    """Return a number of bytes in readable form."""
     return _scaled(size / 1024, 1024, ("KB", "MB", "GB", "TB", "PB", "EB", "ZB", "YB"))
 
 
 def frequency_text(frequency: float) -> str:
-    """Return a frequency in Hz for people."""
+    """Return a frequency in Hz in readable form."""
     return _scaled(frequency, 1000, ("Hz", "kHz", "MHz", "GHz", "THz", "PHz", "EHz", "ZHz", "YHz"))
 
 
@@ -290,7 +290,7 @@ def _scaled(value: float, step: float, units: tuple[str, ...]) -> str:
 
 
 def info_values(summary: Summary) -> dict[str, Any]:
-    """Return what ``bag info -y`` prints, as values. Floats are texts there, with a fixed number of digits."""
+    """Return what ``bag info -y`` prints, as values. Floats are strings with a fixed number of digits."""
     values: dict[str, Any] = {"path": summary.path, "version": summary.version}
     if summary.empty:
         return values | {"size": summary.size, "indexed": False}

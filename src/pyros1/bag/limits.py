@@ -1,11 +1,11 @@
-"""How much of a bag is believed: a file of some kilobytes may claim to hold anything. Loads nothing else of bags.
+"""Limits on the memory for a bag, as a small file may claim any size. Does not import other modules of bags.
 
-What is believed costs memory (`tests/bag/test_memory.py` and `test_limits.py` hold these factors):
+Within the limits, reading takes this much memory (checked by `tests/bag/test_memory.py` and `test_limits.py`):
 
-- a large message at most three times its size, read, shown, copied, packed or encrypted;
-- a text in which a character needs more than a byte up to six times: Python's strings then have as many bytes for all;
-- a list of numbers what Python's lists take, which is eight bytes and the number for each element;
-- a chunk of many small messages four times its content.
+- a large message at most three times its size, to read, show, copy, compress or encrypt it;
+- a string with characters of several bytes up to six times: Python then uses that many bytes for all its characters;
+- a list of numbers as much as in Python: eight bytes and a number object for each element;
+- a chunk of many small messages four times the size of its content.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from collections.abc import Mapping
 from pyros1.errors import Error
 
 CHUNK_LIMIT = 256 << 20
-"""Largest content of a chunk that is read unless told otherwise, in bytes: a small file may claim anything."""
+"""Default limit of a chunk's content, in bytes."""
 
 _MOST_MIB = 4096
 
 LIMIT_VARIABLE = "PYROS1_BAG_CHUNK_LIMIT"
-"""Environment variable with another limit, in MiB."""
+"""Name of the environment variable with another limit, in MiB."""
 
 
 def chunk_limit(environ: Mapping[str, str]) -> int:
@@ -38,11 +38,11 @@ def parse_limit(text: str, name: str) -> int:
     """Return a limit in MiB as bytes.
 
     Args:
-        text: the number.
-        name: of the option or variable, for the error.
+        text: the number of MiB.
+        name: name of the option or variable, for the error message.
 
     Raises:
-        Error: it is no number, or bags cannot hold so large chunks.
+        Error: it is not a number, or larger than chunks can be.
     """
     if not re.fullmatch("[0-9]{1,4}", text) or not 0 < int(text) < _MOST_MIB:
         raise Error(f"{name}: {text[:20]!r} is not a number of MiB from 1 to {_MOST_MIB - 1}")

@@ -1,1 +1,1 @@
-"""The commands: each module parses its arguments, calls the library and prints. Only here is anything printed."""
+"""The commands: each module parses its arguments, calls the library and prints. Nothing else in pyros1 prints."""

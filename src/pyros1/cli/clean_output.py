@@ -1,7 +1,7 @@
-"""What a command prints has no control characters but its own, whoever sent what it prints.
+"""Output streams that remove control characters from what a command prints.
 
-Names and texts of others are cleaned where they are printed, see `pyros1.shown`; this is the net below. What a command
-itself writes to steer a terminal, colours and the like, passes if it writes to one.
+Names and texts from other programs are cleaned where they are printed, see `pyros1.shown`. This is a second line of
+defence. Escape sequences of the command itself, such as colours, pass if the output is a terminal.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ _clean = partial(shown.lines, keep_bytes=True)
 
 
 class CleanStream:
-    """A text stream that writes to another.
+    """A text stream that cleans text and writes it to another stream.
 
     Args:
-        stream: the other.
+        stream: the other stream.
 
     Attributes:
-        under: the other.
+        under: the other stream.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -52,7 +52,7 @@ class CleanStream:
 
     @property
     def exact(self) -> TextIO:
-        """For data: the other stream, if that is no terminal."""
+        """Return the stream for data: the other stream, unless it is a terminal."""
         return self.under if not self._steers else self  # type: ignore[return-value]
 
     def __iter__(self) -> Iterator[str]:
@@ -64,7 +64,7 @@ class CleanStream:
 
 @contextmanager
 def clean_output() -> Iterator[None]:
-    """Let stdout and stderr be such streams meanwhile."""
+    """Replace stdout and stderr by such streams in a ``with`` statement."""
     out, err = sys.stdout, sys.stderr
     ours: tuple[Any, Any] = (CleanStream(out), CleanStream(err))
     sys.stdout, sys.stderr = ours
@@ -78,6 +78,6 @@ def clean_output() -> Iterator[None]:
 
 
 def data_stream() -> TextIO:
-    """Return the stream for data that must stay exact when it goes to a program or a file, such as CSV."""
+    """Return the stream for data, such as CSV, that must not change on the way to a program or a file."""
     stream: TextIO = getattr(sys.stdout, "exact", sys.stdout)
     return stream

@@ -1,7 +1,6 @@
-"""``pyros1 __complete``: what may stand at the cursor, for the completion of shells.
+"""``pyros1 __complete``: candidates for the word at the cursor, for the completion of shells.
 
-It prints no error, asks a master that does not answer at once no longer than a moment, and imports what one kind of
-candidate needs, no more.
+It prints no errors, waits only a moment for the master, and imports only what the kind of candidate needs.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 
 
 def candidates(line: Line) -> list[str]:
-    """Return what may stand at the cursor, whole words, unquoted."""
+    """Return the candidates for the word at the cursor: whole words, unquoted."""
     if not line.command:
         return sorted([*registry.commands(), "help"])
     if line.token.startswith("-"):
@@ -45,7 +44,7 @@ def main(argv: list[str]) -> int:
     """Print candidates.
 
     Args:
-        argv: the shell; what parts words in it (``COMP_WORDBREAKS`` of bash, else empty); the index of the word at the
+        argv: the shell; its word separators (``COMP_WORDBREAKS`` of bash, else empty); the index of the word at the
             cursor; the words of the command line.
 
     Returns:
@@ -60,7 +59,7 @@ def main(argv: list[str]) -> int:
         lead = token[:1] if token[:1] in ("'", '"') else ""
         line = Line([*words[:-1], token[len(lead) :]], one_line=shell == "fish")
         found = [each for each in candidates(line) if each.startswith(line.token) and each == lines(each) != ""]
-    except Exception:  # noqa: BLE001 - whatever is wrong, a line that is being typed is not the place to say it
+    except Exception:  # noqa: BLE001 - errors must not appear in a line that is being typed
         return 0
     start = max((line.token.rfind(each) for each in ":=" if each in breaks), default=-1) + 1
     out = data_stream()
@@ -73,7 +72,7 @@ def main(argv: list[str]) -> int:
 
 
 def join_parts(words: list[str]) -> list[str]:
-    """Undo bash's parting of words at colons and equals signs: ``rate`` ``:=`` ``5`` is one word of ROS."""
+    """Undo bash's splitting of words at colons and equals signs: ``rate`` ``:=`` ``5`` is one word in ROS."""
     result: list[str] = []
     glue = False
     for word in words:
@@ -87,11 +86,11 @@ def join_parts(words: list[str]) -> list[str]:
 
 
 def quote(text: str, lead: str = "") -> str:
-    """Return a word as a shell reads it back, in double quotes if it needs any.
+    """Return a word quoted for a shell, in double quotes if necessary.
 
     Args:
         text: the word.
-        lead: the quotation mark that was typed already.
+        lead: the quotation mark that was already typed.
     """
     if not lead and _SAFE.issuperset(text):
         return text

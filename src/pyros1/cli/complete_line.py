@@ -7,15 +7,15 @@ import os
 from pyros1.cli import registry
 
 PATIENCE = 0.7
-"""Seconds after which completion gives up."""
+"""Timeout of completion in seconds."""
 
 
 class Line:
     """A command line with the cursor in it.
 
     Args:
-        words: of the command line, up to the cursor; the last is the one to complete.
-        one_line: whether a candidate must be in one line.
+        words: the words up to the cursor; the last is the one to complete.
+        one_line: whether a candidate must fit on one line.
     """
 
     def __init__(self, words: list[str], one_line: bool = False) -> None:
@@ -37,10 +37,10 @@ class Line:
 
     @property
     def verb(self) -> str:
-        """The verb, of a command that has verbs."""
+        """The verb, if the command has verbs."""
         return registry.find_verb(self.command, self.words[0]) or "" if self.words and self.verbs else ""
 
     @property
     def given(self) -> list[str]:
-        """The words behind the command and its verb."""
+        """The words after the command and its verb."""
         return self.words[1:] if self.verb else self.words

@@ -1,4 +1,4 @@
-"""The values that completion offers: what runs, what is installed, and files."""
+"""The values that completion offers: what is running, what is installed, and files."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
 
 _LISTEN = 0.25
-"""Seconds of listening for frames."""
+"""Seconds to listen for frames."""
 
 
 @contextmanager
 def _master() -> Iterator[MasterClient]:
-    """The master, if it answers soon: name lookups cannot be given a deadline, so the process ends after a while."""
+    """Return the master if it answers soon. Name lookups have no timeout, so the process ends after a while."""
     from pyros1.cli.complete_line import PATIENCE  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
@@ -76,7 +76,7 @@ def _machines(_: Line) -> list[str]:
 
 
 def _topic_type(line: Line) -> list[str]:
-    """The topic's type; all types if it has none yet, or no master runs."""
+    """Return the topic's type; all types if it has none yet, or no master is running."""
     from pyros1.errors import Error  # noqa: PLC0415
 
     try:
@@ -90,7 +90,7 @@ def _topic_type(line: Line) -> list[str]:
 
 
 def _frames(_: Line) -> list[str]:
-    """Frames that are heard of at once: all static ones, and those that are sent often."""
+    """Return frames that are received at once: all static ones, and those that are sent often."""
     from time import sleep  # noqa: PLC0415
 
     with _master() as master:
@@ -111,7 +111,7 @@ def _frames(_: Line) -> list[str]:
 
 
 def _types(line: Line, kind: str) -> list[str]:
-    """Packages with a slash behind, then the types of the one that was chosen."""
+    """Return packages with a slash, or the types of the package that was typed."""
     from pyros1.finding.library import Library  # noqa: PLC0415
 
     library = Library(os.environ)
@@ -168,7 +168,7 @@ def _packages(_: Line) -> list[str]:
 
 
 def _places(line: Line) -> list[str]:
-    """Folders in a package, and the places with names of their own."""
+    """Return folders in a package, and special names of folders."""
     from pyros1.cli.commands.pkg._files import folder_of, special_places  # noqa: PLC0415
     from pyros1.finding.packages import is_folder  # noqa: PLC0415
 
@@ -226,7 +226,7 @@ def _package_launch_files(line: Line) -> list[str]:
 
 
 def _launch_args(line: Line) -> list[str]:
-    """Arguments of the file: ``name:=``; none that was given already."""
+    """Return arguments of the file as ``name:=``, without those already given."""
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.reading.words import find_files  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
@@ -269,4 +269,4 @@ KINDS: dict[str, Callable[[Line], list[str]]] = {
     "topic": _topics,
     "topic_type": _topic_type,
 }
-"""Kind -> what makes its values."""
+"""Kind -> function that returns its values."""

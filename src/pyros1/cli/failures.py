@@ -1,4 +1,4 @@
-"""How a command ends that cannot do what was asked, and what is said then."""
+"""How a command fails, and what it prints then."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.cli import output
 from pyros1.errors import Error, MasterUnreachableError
 
 EX_USAGE = 64
-"""Exit code of a missing or unknown verb (sysexits.h), as the stock tools'."""
+"""Exit code for a missing or unknown verb (sysexits.h), as in the stock tools."""
 _MOST_HOMES = 3
 
 
@@ -18,9 +18,9 @@ class CommandError(Error):
     """Ends a command with a text and an exit code.
 
     Args:
-        text: printed to stderr as it is, without "ERROR: " before it if ``plain``.
+        text: printed to stderr, after "ERROR: " unless ``plain``.
         code: the exit code.
-        plain: see there.
+        plain: print the text without "ERROR: ".
     """
 
     def __init__(self, text: str, code: int = 1, *, plain: bool = False) -> None:
@@ -30,28 +30,28 @@ class CommandError(Error):
 
 
 class UsageError(Error):
-    """The command line is wrong: usage is printed, then the text; the exit code is 2."""
+    """The command line is wrong: usage and the text are printed. The exit code is 2."""
 
 
 def fail(text: str, code: int = 1) -> NoReturn:
-    """End the command with a text that is printed as it is."""
+    """Raise an error that ends the command with this text, printed without "ERROR: "."""
     raise CommandError(text, code, plain=True)
 
 
 def report(text: str, code: int) -> int:
-    """Print an error and return the exit code."""
+    """Print an error. Return the exit code."""
     flush()
     print(f"ERROR: {text}", file=sys.stderr)
     return code
 
 
 def no_master(error: MasterUnreachableError, code: int) -> int:
-    """Print that the master does not answer, in stock's words, and where, why and what to do; return the exit code."""
+    """Print that the master does not answer, in stock's words, with where, why and what to do. Return the exit code."""
     return report(f"Unable to communicate with master!\n{error}", code)
 
 
 def flush() -> None:
-    """Write out what was printed, so that it stands before an error's text; a closed pipe does not matter any more."""
+    """Flush stdout, so that it comes before an error's text. A closed pipe is ignored."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:
@@ -59,20 +59,20 @@ def flush() -> None:
 
 
 def quiet_pipe() -> int:
-    """After the reader of our output went away: let the interpreter end without complaint."""
+    """Let the interpreter end silently after the reader of our output has gone."""
     output.abandon()
     return 0
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return a hint at what a misspelt word may mean, to be put behind a message; empty if nothing is near."""
+    """Return a hint at what a misspelt word may mean, to append to a message; empty if nothing is similar."""
     from pyros1.suggest import did_you_mean as hint  # noqa: PLC0415 - only what fails needs it
 
     return hint(word, known)
 
 
 def elsewhere(verb: str) -> str:
-    """Return a hint at other commands that have such a verb: the tool of topic_tools sought among those of topics."""
+    """Return a hint at other commands that have this verb, for example a tool of topic_tools typed after ``topic``."""
     from pyros1.cli import registry  # noqa: PLC0415 - only what fails needs it
     from pyros1.suggest import SYNONYMS  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""The option parser that a verb's record makes, and the layout of its help."""
+"""The option parser made from a verb's record, and the layout of its help."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pyros1.cli.records import Verb
 
 
 class Parser(OptionParser):
-    """Parses a verb's words, as its record says.
+    """Parses a verb's words as its record describes.
 
     Args:
         verb: the record.
-        invocation: says how the command was called: under the stock tool's name help is like that tool's.
+        invocation: how the command was called: under the stock tool's name the help is like that tool's.
     """
 
     def __init__(self, verb: Verb, invocation: Invocation) -> None:
@@ -33,10 +33,10 @@ class Parser(OptionParser):
 
 
 class _Formatter(IndentedHelpFormatter):
-    """Lays help out as if hidden options were not there; optparse's own leaves room for them."""
+    """Formats help without room for hidden options, which optparse's formatter leaves."""
 
     def store_option_strings(self, parser: OptionParser) -> None:
-        """Measure the options that are shown."""
+        """Measure the visible options."""
         everything = parser.option_list
         parser.option_list = [option for option in everything if option.help != SUPPRESS_HELP]
         try:

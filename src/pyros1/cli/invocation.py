@@ -1,6 +1,6 @@
-"""One run of a command: its words, and the names, the master and the node that these give.
+"""One run of a command: its words, and the names, the master and the node that follow from them.
 
-Only what every command needs is imported here: listing topics must stay quick.
+Only what every command needs is imported here, so that commands start quickly.
 """
 
 from __future__ import annotations
@@ -18,25 +18,30 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 MASTER_TIMEOUT = 5.0
-"""Seconds that a command gives the master for an answer."""
+"""Timeout for the master's answers in seconds."""
+
+
+def called_as(name: str) -> bool:
+    """Return whether this program was called by a stock tool's name, for example ``rostopic``."""
+    return bool(sys.argv) and os.path.basename(sys.argv[0]) == name != ""
 
 
 class Invocation:
-    """One run of a command: its arguments without the remappings, and the names and the master that those give (N11).
+    """One run of a command: its arguments without remappings, and the names and the master from these (N11).
 
     Args:
         command: its name.
-        stock: the stock tool's name, for example ``rostopic``; empty if there is none.
+        stock: the stock tool's name, for example ``rostopic``; empty if stock has no such tool.
         argv: arguments after the command's name, the verb first if it has verbs.
-        with_verb: it has verbs.
-        environ: environment variables; None takes the process's.
+        with_verb: whether it has verbs.
+        environ: environment variables; None means those of the process.
 
     Attributes:
-        tool: the name that the command's node has, that of the stock tool.
+        tool: base name of the command's node: the stock tool's name.
         program: how the user called the command: ``rostopic`` under that name, else ``pyros1 topic``.
-        as_stock: it was called by the stock tool's name.
-        verb: the first argument, of a command with verbs.
-        args: the arguments, but for the verb and remappings.
+        as_stock: whether it was called by the stock tool's name.
+        verb: the first argument, if the command has verbs.
+        args: the arguments without the verb and remappings.
         special: remappings whose names begin with ``__``.
     """
 
@@ -52,7 +57,7 @@ class Invocation:
         self.environ = os.environ if environ is None else environ
         arguments = names.parse_arguments(argv)
         self.tool = stock or f"ros{command}"
-        self.as_stock = bool(sys.argv) and os.path.basename(sys.argv[0]) == stock != ""
+        self.as_stock = called_as(stock)
         self.program = stock if self.as_stock else f"pyros1 {command}"
         self.argv = argv
         self.verb = arguments.rest[0] if with_verb and arguments.rest else ""
@@ -65,19 +70,19 @@ class Invocation:
         self._wait: Callable[[float], bool]  # set by open_node
 
     def resolve(self, name: str) -> str:
-        """Return the full name that a name on the command line stands for. Legal or not is the master's business."""
+        """Return the full name of a name on the command line. The master checks whether it is legal."""
         if names.is_private(name):
             return shown.foreign(names.canonicalize_name(f"{self._namespace}/{self.tool}/{name[1:]}"))
         return shown.foreign(names.canonicalize_name(names.ns_join(self._namespace, name)))
 
     @property
     def namespace(self) -> str:
-        """The namespace of relative names, ``/`` if none was given."""
+        """The namespace of relative names (default ``/``)."""
         return self._namespace
 
     @property
     def caller_id(self) -> str:
-        """The name under which the tool speaks to master and nodes."""
+        """The tool's name in calls to master and nodes."""
         return f"/{self.tool}-{os.getpid()}" if self.tool == "rosparam" else f"/{self.tool}"
 
     @property
@@ -105,12 +110,12 @@ class Invocation:
         return Graph(self.master)
 
     def open_node(self) -> Node:
-        """A node for this command, with an anonymous name as the stock tool's (L05).
+        """Return a node for this command, with an anonymous name like the stock tool's (L05).
 
         Raises:
-            MasterUnreachableError: the master is not there; tools do not wait for it.
+            MasterUnreachableError: no master answers; tools do not wait for it.
         """
-        self.master.ping()  # says at once, before anything heavy is imported, if there is no master
+        self.master.ping()  # fails early, before slow imports, if no master answers
         from threading import Event  # noqa: PLC0415
 
         from pyros1.node import Node  # noqa: PLC0415
@@ -130,5 +135,5 @@ class Invocation:
         return node
 
     def pause(self, seconds: float) -> bool:
-        """Wait in wall time; returns False, at once, when the command's node ends."""
+        """Wait in wall time. Return False, at once, when the command's node ends."""
         return not self._wait(seconds)

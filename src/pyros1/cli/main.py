@@ -1,4 +1,4 @@
-"""The ``pyros1`` command: runs the command that was asked for, and imports no other."""
+"""The ``pyros1`` program: runs one command, and imports no other."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from pyros1.cli.records import GROUPS
 from pyros1.errors import Error
 
 _SPEAK_FOR_THEMSELVES = frozenset({"run", "launch"})
-"""Commands that give hints at misspelt words themselves."""
+"""Commands that print hints at misspelt words themselves."""
 _TAKE_VALUES = frozenset({"pub", "call", "set", "publish"})
-"""Verbs whose words are YAML values, in which ``a:1`` and ``a=1`` say something."""
+"""Verbs whose words are YAML values, in which ``a:1`` and ``a=1`` have a meaning."""
 
 
 _MOST_VERBS = 12
-"""Verbs of a command that the list of commands names."""
+"""Verbs that the list of commands shows."""
 
 
 def usage() -> str:
@@ -43,13 +43,13 @@ def _about(name: str, entry: registry.CommandEntry) -> str:
 def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     """Run a command.
 
-    Ctrl-C ends what runs until then with 0. It ends what is cut short by it as if there were no handler: a loop of the
-    shell around it ends, too.
+    Ctrl-C ends commands that run until Ctrl-C with 0. It ends other commands like the signal itself, so that a loop of
+    the shell around them ends, too.
 
     Args:
         argv: the command line with the program's name; None takes ``sys.argv``. Under a stock tool's name, such as
             ``rostopic``, the program is that tool.
-        alone: this process is the command and nothing else; None: it is if there is no ``argv``.
+        alone: whether this process only runs the command; None: it does if there is no ``argv``.
 
     Returns:
         The exit code.
@@ -57,20 +57,20 @@ def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     if alone is None:
         alone = argv is None
     if alone:
-        interrupts.die_quietly()  # a traceback of imports is of no use
+        interrupts.die_quietly()  # a traceback of imports helps nobody
         output.prepare()
     try:
         try:
             with clean_output():
                 return _entry(list(sys.argv if argv is None else argv))
         finally:
-            sys.stdout.flush()  # now: what fails in Python's own flush at the end cannot be caught
+            sys.stdout.flush()  # here, since errors of Python's own flush at the end cannot be caught
     except KeyboardInterrupt:
         if alone:
             interrupts.die()
         return interrupts.INTERRUPTED
     except BrokenPipeError:
-        output.abandon()  # whoever read it has gone
+        output.abandon()  # the reader has gone
         return 0
     except OSError as error:
         if error.filename != output.NAME:
@@ -105,7 +105,7 @@ def _entry(words: list[str]) -> int:
         from pyros1.cli.failures import did_you_mean, elsewhere  # noqa: PLC0415 - only what fails needs it
 
         hint = elsewhere(word) or did_you_mean(word, registry.commands())
-        print(f"pyros1: there is no command {word!r}{hint}; see: pyros1 help", file=sys.stderr)
+        print(f"pyros1: unknown command {word!r}{hint}; see: pyros1 help", file=sys.stderr)
         return 64
     return _run(name, words[2:])
 
@@ -128,21 +128,21 @@ def _run(command: str, arguments: list[str]) -> int:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
     except MemoryError:
-        print("ERROR: there is not enough memory for this", file=sys.stderr)
+        print("ERROR: not enough memory", file=sys.stderr)
         return 1
     except UnicodeDecodeError as error:
         byte, place = error.object[error.start], error.start
-        print(f"ERROR: what was read is not UTF-8 text: byte {byte:#04x} at {place}", file=sys.stderr)
+        print(f"ERROR: the input is not UTF-8 text: byte {byte:#04x} at offset {place}", file=sys.stderr)
         return 1
     except OSError as error:
-        if error.filename in (None, output.NAME):  # a defect, if it is about no file that the user named
+        if error.filename in (None, output.NAME):  # a bug, if the error is not about a file that the user named
             raise
         print(f"ERROR: {error.filename or repr('')}: {error.strerror}", file=sys.stderr)
         return 1
 
 
 def _say_what_was_meant(command: str, arguments: list[str]) -> None:
-    """After a failure: give hints at words that look like misspelt options and remappings, but for messages' values."""
+    """After a failure, print hints at words that look like misspelt options and remappings, except messages' values."""
     if command in _SPEAK_FOR_THEMSELVES:
         return
     from pyros1.suggest import argument_hint, meant_option  # noqa: PLC0415 - only what fails needs it

@@ -1,6 +1,6 @@
 """``python -m pyros1.cli.make_index``: makes the tables of commands from their records.
 
-These are `index`, and, in a source tree, that of README.md and that of interop/commands.md.
+These are `index` and, in a source tree, those in README.md and interop/commands.md.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
 
 
 def text() -> str:
-    """Return the table, as the records have it."""
+    """Return the text of `index`, made from the records."""
     lines = [_HEAD]
     for name, told in sorted(registry.describe(module) for module in registry.modules()):
         lines.append(f"    {name!r}: (\n")
@@ -46,11 +46,11 @@ def text() -> str:
 
 
 ROOT = Path(__file__).parents[3]
-"""Of a source tree."""
+"""Root of the source tree."""
 _BEGIN = "<!-- made by python -m pyros1.cli.make_index -->\n"
 _END = "<!-- end -->\n"
 _ROW = re.compile(r"^\| (?:L\d+)? ?\| [^|]+ \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
-"""A row on what stock has: which verbs it is about, and its tests."""
+"""A row about a feature of stock: the verbs that have it, and their tests."""
 _TESTS = re.compile(r"`((?:tests|interop)/[^`:]+)(?:::[^`]+)?`")
 
 
@@ -69,11 +69,10 @@ def readme_table(_: str = "") -> str:
 
 
 def verbs_table(text: str) -> str:
-    """Return the table of all verbs and commands without verbs, with what stock has for each and its test files.
+    """Return the table of all verbs and commands without verbs, with the stock command and the test files of each.
 
     Args:
-        text: interop/commands.md, whose rows say in their third column which verbs they are about, and in the last
-            which tests show it.
+        text: the text of interop/commands.md. Its rows name verbs in the third column, and tests in the last.
     """
     shown = _test_files(text)
     lines = ["| `pyros1 ...` | stock ROS 1 | what it does | tests |\n", "|---|---|---|---|\n"]
@@ -84,7 +83,7 @@ def verbs_table(text: str) -> str:
 
 
 def _commands() -> Iterator[tuple[str, str, str]]:
-    """Yield what is typed behind ``pyros1``, what is typed for it in stock ROS 1, and the line of help on it."""
+    """Yield the words after ``pyros1``, the stock command that does the same, and the description."""
     for name, entry in registry.commands().items():
         known = registry.verbs(name)
         if not known:
@@ -96,7 +95,7 @@ def _commands() -> Iterator[tuple[str, str, str]]:
 def _test_files(text: str) -> Mapping[str, list[str]]:
     """Return the test files that the rows of interop/commands.md name, for each verb.
 
-    A command that has verbs stands for those that stock's tool has.
+    A command with verbs stands for all its verbs that stock's tool has.
     """
     found: dict[str, set[str]] = {}
     for about, tests in _ROW.findall(text):
@@ -112,11 +111,11 @@ DOCUMENTS: Mapping[Path, Callable[[str], str]] = {
     ROOT / "README.md": readme_table,
     ROOT / "interop" / "commands.md": verbs_table,
 }
-"""Files with a table between two marks, and what makes that of the file's text."""
+"""Files with a table between two marks, and functions that make the table from the file's text."""
 
 
 def document(path: Path) -> str:
-    """Return the text of a document with its table as the records have it."""
+    """Return the text of a document with its table made from the records."""
     text = path.read_text(encoding="utf-8")
     before, _, rest = text.partition(_BEGIN)
     return before + _BEGIN + DOCUMENTS[path](text) + _END + rest.partition(_END)[2]

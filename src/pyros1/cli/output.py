@@ -1,4 +1,4 @@
-"""Standard output as it may be: closed, full, a pipe that nobody reads, or with an encoding that lacks characters."""
+"""Standard output in all its states: closed, full, a pipe without reader, or an encoding that lacks characters."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from typing import Any, TextIO
 _STAND_INS = str.maketrans(
     {"─": "-", "│": "|", "├": "|", "└": "`", "•": "*", "…": "...", "→": "->", "←": "<-", "↔": "<->", "·": "."}
 )
-"""What is drawn with in place of characters that the encoding lacks."""
+"""ASCII replacements of drawing characters that the encoding lacks."""
 _HANDLER = "pyros1"
 NAME = "standard output"
-"""The file's name in errors of standard output."""
+"""The name of standard output in errors."""
 
 
 def prepare() -> None:
-    """Make standard output and error usable: at the start of a process that is a command."""
+    """Make standard output and error usable at the start of a command's process."""
     if sys.stdin is None or sys.stdout is None or sys.stderr is None:
         _fill_descriptors()
     sys.stdout = _named(sys.stdout)
@@ -27,21 +27,21 @@ def prepare() -> None:
             codecs.register_error(_HANDLER, _replace)
             stream.reconfigure(errors=_HANDLER)
         elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
-            stream.reconfigure(errors="backslashreplace")  # parts of file names that are no text
+            stream.reconfigure(errors="backslashreplace")  # undecodable bytes of file names
 
 
 def _fill_descriptors() -> None:
-    """Open what the caller has closed: else the next socket would be standard output for a child."""
+    """Open streams that the caller has closed: otherwise the next socket would be standard output of a child."""
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(descriptor, True)
     os.close(descriptor)
-    sys.stdin = sys.stdin or open(0, closefd=False)  # noqa: SIM115 - as long as the process
+    sys.stdin = sys.stdin or open(0, closefd=False)  # noqa: SIM115 - open until the process ends
     sys.stdout = sys.stdout or open(1, "w", closefd=False)  # noqa: SIM115
     sys.stderr = sys.stderr or open(2, "w", closefd=False)  # noqa: SIM115
 
 
 def _replace(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Encode a character that the encoding lacks: bytes of a file name as they are, others as best we can."""
+    """Encode a character that the encoding lacks: undecodable bytes of file names unchanged, others similar."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     character = error.object[error.start]
@@ -54,7 +54,7 @@ def _replace(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 class _Descriptor(io.FileIO):
-    """A file whose errors say which one it is: print tells nobody."""
+    """A file whose errors have its name: those of print have none."""
 
     def write(self, data: Any) -> int:
         try:
@@ -65,7 +65,7 @@ class _Descriptor(io.FileIO):
 
 
 def _named(stream: TextIO) -> TextIO:
-    """Return the same stream with errors that have `NAME` in place of a file's."""
+    """Return the same stream, whose errors have `NAME` as file name."""
     if not isinstance(stream, io.TextIOWrapper):
         return stream
     raw = _Descriptor(stream.fileno(), "w", closefd=False)
@@ -79,7 +79,7 @@ def _named(stream: TextIO) -> TextIO:
 
 
 def abandon() -> None:
-    """Let what could not be written go, so that the interpreter ends without complaint."""
+    """Discard what could not be written, so that the interpreter ends silently."""
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, sys.stdout.fileno())
     os.close(null)

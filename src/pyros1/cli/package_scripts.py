@@ -1,4 +1,4 @@
-"""What the scripts of the packages that come along do: all are the same few lines, and the table is here.
+"""The commands of the scripts in pyros1's ROS packages. All scripts have the same text and look themselves up here.
 
 They are files so that every ``rosrun`` and every launcher finds them, and no links, since wheels have none. To add one:
 copy any of them to ``packages/PACKAGE/scripts/``, and say here which command it is. Those of minimal_nodes are another
@@ -50,11 +50,11 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "topic_tools": {name: f"topic_tools {name}" for name in _TOPIC_TOOLS.split()},
     "xacro": {"xacro": _xacro},
 }
-"""Package -> name of a script -> the command of ``pyros1`` that it is, or a function that returns an exit code."""
+"""Package -> script -> the ``pyros1`` command to run, or a function that returns an exit code."""
 
 
 def run(file: str) -> None:
-    """Do what a script does, with the arguments of this process, and end the process.
+    """Run the command of a script with this process's arguments, and end the process.
 
     Args:
         file: the script; a link to it will do.

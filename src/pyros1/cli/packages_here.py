@@ -1,8 +1,8 @@
 """Packages around the current folder: they are found without any setting.
 
-Found are the packages that lie in the current folder; inside a package, it and those beside it; and inside a
-workspace, those in its ``src``. They come behind ``ROS_PACKAGE_PATH``, so what the user has set there has the last
-word, and they are put into it, so that nodes that are started find them wherever they run.
+These are the packages in the current folder; inside a package, it and those next to it; inside a workspace, those in
+its ``src``. They are appended to ``ROS_PACKAGE_PATH``, so that the user's setting has priority and started nodes find
+them wherever they run.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _MOST_ENTRIES = 5000
 
 
 def add_packages_here(environ: MutableMapping[str, str]) -> None:
-    """Put the packages around the current folder into ``ROS_PACKAGE_PATH``, behind what is there.
+    """Append the packages around the current folder to ``ROS_PACKAGE_PATH``.
 
     Args:
         environ: environment variables; changed.
@@ -68,7 +68,7 @@ def _is_package(folder: str) -> bool:
 
 
 def _may_trust(folder: str, parent: str) -> bool:
-    """In a place where anybody may put folders, such as /tmp, only one's own count."""
+    """Return whether to use a folder: in places where anybody can create folders, such as /tmp, only the user's own."""
     return not os.stat(parent).st_mode & 0o002 or os.stat(folder).st_uid == os.getuid()
 
 

@@ -1,6 +1,6 @@
-"""The words of a command line become options and arguments, as a verb's record says.
+"""Parsing of a command line's words into options and arguments, as a verb's record describes.
 
-A verb's `parse` is one of these functions, or one of its own.
+A verb's `parse` is one of these functions, or a function of the verb's module.
 """
 
 from __future__ import annotations
@@ -18,39 +18,39 @@ def parse_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     """Return the options' values by name, as attributes, and the arguments.
 
     Raises:
-        SystemExit: help was asked for (0), or the options are wrong (2); what there is to say has been printed.
+        SystemExit: with code 0 after help, 2 after a usage error. The text has been printed.
     """
     return parse_these(invocation, verb, invocation.args)
 
 
 def parse_all_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Do the same with what looks like remappings, too: these are arguments of a command without verbs."""
+    """Do the same, with words that look like remappings as arguments, for commands without verbs."""
     return parse_these(invocation, verb, invocation.argv)
 
 
 def parse_without_specials(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Do that, but for words that begin with ``__``."""
+    """Do that, except for words that begin with ``__``."""
     return parse_these(invocation, verb, [word for word in invocation.argv if not word.startswith("__")])
 
 
 def parse_with_negative_numbers(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Do the same where arguments may be negative numbers, which are no options."""
+    """Do the same, with negative numbers as arguments instead of options."""
     return parse_guarded(invocation, verb, [guard(word) for word in invocation.args])
 
 
 def leave_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Return None and all words: the verb parses them itself, and the record's options are for help and completion."""
+    """Return None and all words: the verb parses them itself. The record's options serve help and completion."""
     return None, invocation.args
 
 
 def parse_guarded(invocation: Invocation, verb: Verb, words: list[str]) -> tuple[Any, list[str]]:
-    """Parse words of which some were marked by `guard` as arguments."""
+    """Parse words, some of which `guard` has marked as arguments."""
     options, arguments = parse_these(invocation, verb, words)
     return options, [argument.removeprefix(_GUARD) for argument in arguments]
 
 
 def guard(word: str) -> str:
-    """Return a word, marked as no option if it is a negative number."""
+    """Return a word, marked as an argument if it is a negative number."""
     return _GUARD + word if _is_negative_number(word) else word
 
 
@@ -60,13 +60,13 @@ def unguard(word: str) -> str:
 
 
 def defaults(verb: Verb) -> Any:
-    """Return the options' values when none is given."""
+    """Return the options' default values."""
     return SimpleNamespace(**{option.dest: option.settings.get("default") for option in verb.options})
 
 
 def parse_these(invocation: Invocation, verb: Verb, words: list[str]) -> tuple[Any, list[str]]:
     """Do as `parse_words` with other words than the invocation's."""
-    if not any(word.startswith("-") for word in words):  # nothing to parse: the quickest commands import no parser
+    if not any(word.startswith("-") for word in words):  # nothing to parse, and quick commands need no parser
         return defaults(verb), words
     from pyros1.cli.help import Parser  # noqa: PLC0415
 

@@ -1,11 +1,11 @@
-"""What a command or verb is: one record each, from which usage, help, completion, the tables and the dispatch come.
+"""The records of commands and verbs. Usage, help, completion, the tables and the dispatch are made from them.
 
-A command is a module or folder in `pyros1.cli.commands` with a `Command` record named ``COMMAND``, which is in
-``__init__.py`` if it is a folder. One that has verbs, such as ``topic``, is a folder with a file for each verb, which
-has the verb's record, ``VERB``; nearly the same verbs may share a file, which then has a list of records, ``VERBS``.
-Files and folders whose names begin with ``_`` are shared by the verbs of a command.
+A command is a module or folder in `pyros1.cli.commands` with a `Command` record named ``COMMAND``; in a folder, it is
+in ``__init__.py``. A command with verbs, such as ``topic``, is a folder with a file for each verb, which has the verb's
+record, ``VERB``. Similar verbs may share a file, which then has a list of records, ``VERBS``. Files and folders whose
+names begin with ``_`` are shared by the verbs of a command.
 
-This module imports nothing that takes time: records are made whenever a command starts.
+This module imports nothing slow: records are made at each start of a command.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.cli.invocation import Invocation
 
 Run = Callable[["Invocation", Any, list[str]], "int | None"]
-"""Runs a verb: takes the invocation, the options' values, the arguments; returns the exit code, None for 0."""
+"""Runs a verb: takes the invocation, the options' values and the arguments; returns the exit code, None for 0."""
 Parse = Callable[["Invocation", "Verb"], tuple[Any, list[str]]]
 """Takes the invocation and the verb; returns the options' values and the arguments."""
 
@@ -28,8 +28,8 @@ class Option:
     Args:
         names: ``-w``, ``--window``.
         help: what it does.
-        own: stock's tool does not have it: help under that tool's name leaves it out.
-        hidden: help always leaves it out.
+        own: stock's tool does not have it, so help under that tool's name does not show it.
+        hidden: help never shows it.
         settings: as `optparse.OptionParser.add_option` takes them: dest, action, type, default, metavar ...
     """
 
@@ -51,7 +51,7 @@ class Option:
 
 
 class Flag(Option):
-    """An option without a value: False unless it is given."""
+    """An option without a value: True if it is given, else False."""
 
     __slots__ = ()
 
@@ -68,10 +68,10 @@ class Argument:
 
     Args:
         name: as usage shows it, for example ``topic``.
-        completes: what a shell offers for it: kinds of `pyros1.cli.complete_values`, parted by ``|``.
-        many: it may be repeated.
-        optional: it may be left out.
-        help: what it is, for help that lists arguments.
+        completes: what shells offer for it: kinds of `pyros1.cli.complete_values`, separated by ``|``.
+        many: whether it may be repeated.
+        optional: whether it may be left out.
+        help: its description, for help that lists arguments.
     """
 
     __slots__ = ("completes", "help", "many", "name", "optional")
@@ -91,24 +91,24 @@ class Argument:
 
 
 class Verb:
-    """One verb of a command, or what a command without verbs does.
+    """One verb of a command, or the action of a command without verbs.
 
     Args:
-        name: as it is typed; empty if the command has no verbs.
-        about: one line, for the list of verbs.
+        name: the name to type; empty if the command has no verbs.
+        about: description in one line, for the list of verbs.
         parts: its options and its arguments, in order.
-        run: does the work.
-        usage: what usage shows behind the name; None: made of the parts.
+        run: runs the verb.
+        usage: what usage shows after the name; None makes it from the parts.
         description: lines of help between usage and options.
-        examples: pairs of what is typed behind the name, or a whole line if it begins with ``pyros1``, and what that
-            does.
-        aliases: other names of it.
-        stock: what has the same task in stock ROS 1: a program, such as ``rosls``, with the words behind it, if any;
-            empty if nothing has. None: the verb of that name of the command's stock tool. Under that tool's name, the
-            list of verbs has only these.
-        stock_about: the line in that list under the stock tool's name, where it must be another; empty: there is none.
-        stock_examples: help under the stock tool's name has the examples, too.
-        parse: makes options and arguments of the words, see `pyros1.cli.parsing`; None: `parse_words`.
+        examples: pairs of words to type after the name, or a whole line if it begins with ``pyros1``, and what they
+            do.
+        aliases: other names of the verb.
+        stock: the stock program that does the same, such as ``rosls``, with its first words, if any; empty if stock has
+            none. None means the verb of the same name of the command's stock tool. Under that tool's name, the list of
+            verbs shows only these.
+        stock_about: `about` under the stock tool's name, if it differs; empty for no text.
+        stock_examples: whether help under the stock tool's name also shows the examples.
+        parse: makes options and arguments from the words, see `pyros1.cli.parsing`; None means `parse_words`.
     """
 
     __slots__ = (
@@ -150,7 +150,7 @@ class Verb:
 
         Args:
             program: how the command was called.
-            as_stock: it was called by the stock tool's name.
+            as_stock: whether it was called by the stock tool's name.
         """
         if not self.examples or (as_stock and not self.stock_examples):
             return ""
@@ -161,10 +161,10 @@ class Verb:
 
 
 def examples_block(called: str, examples: Sequence[tuple[str, str]]) -> str:
-    """Return examples as they end help; see `Verb` for these.
+    """Return examples as text for the end of help; see `Verb`.
 
     Args:
-        called: what is typed before each, if it is no whole line.
+        called: what to type before each, unless it is a whole line.
         examples: at least one.
     """
     rows = [(line if line.startswith("pyros1 ") else f"{called} {line}".rstrip(), about) for line, about in examples]
@@ -174,7 +174,7 @@ def examples_block(called: str, examples: Sequence[tuple[str, str]]) -> str:
 
 GROUPS = {
     "run": "Start programs",
-    "look": "See and change what runs",
+    "look": "Inspect and control running nodes",
     "files": "Recordings and files",
     "develop": "Messages and packages",
     "machine": "This machine",
@@ -186,24 +186,25 @@ class Command:
     """A command.
 
     Args:
-        name: as it is typed.
-        about: one line, for ``pyros1 help``.
-        group: under which of `GROUPS` that lists it.
-        verb: what it does, of a command without verbs.
-        stock: the stock tool's name; empty if there is none.
-        also: further programs of stock ROS 1, each with the words behind this command that do the same; those that one
-            verb stands for are in its record.
+        name: the name to type.
+        about: description in one line, for ``pyros1 help``.
+        group: the one of `GROUPS` that contains it.
+        verb: the action of a command without verbs.
+        stock: the stock tool's name; empty if stock has no such tool.
+        also: further stock programs, each with the words after this command that do the same. Programs for a single
+            verb are in the verb's record.
         aliases: other names of the command.
         heading: the first lines of the list of its verbs, with ``{program}`` for how it was called.
         order: verbs that come first in that list, in this order; the others follow by name.
         row: a line of that list, with ``{program}``, ``{name}``, ``{about}`` and ``{usage}``.
-        footing: the last lines.
+        footing: the last lines of that list.
         usage_code: exit code without a known verb.
         error_code: exit code after an error.
-        failure: makes the text of an error, where it is not ``ERROR: `` and the error's own; None: that.
-        stock_help: words at which the stock tool prints the list of verbs with exit code 0; an empty one: without any.
-        names_unknown: the stock tool says which verb it does not know.
-        dispatch: finds and runs the verb, where that need not be the first word, and returns the exit code.
+        failure: makes the text of an error; None means ``ERROR: `` and the error's text.
+        stock_help: words after which the stock tool prints the list of verbs with exit code 0; an empty word stands
+            for no words.
+        names_unknown: whether the stock tool prints the name of an unknown verb.
+        dispatch: finds and runs a verb that need not be the first word, and returns the exit code.
     """
 
     __slots__ = (

@@ -1,8 +1,8 @@
 """Finds commands and their verbs.
 
-Names and one-line texts of all commands come from a table (`index`), so that nothing is imported but what runs. The
-table is made from the records by ``python -m pyros1.cli.make_index``, and a test checks that it is current. What is in
-the folders but not in the table is found, too, and imported to ask it.
+Names and descriptions of all commands come from a table (`index`), so that only the command that runs is imported.
+``python -m pyros1.cli.make_index`` makes the table from the records, and a test checks that it is current. Commands in
+the folders that are missing in the table are imported and found, too.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from pyros1.cli.records import Command, Verb
 
 PACKAGE = "pyros1.cli.commands"
 SHELL_FUNCTIONS = ("roscd", "rospd", "rosd")
-"""Names of what only a function of the shell can do: changing its folder."""
+"""Names of shell functions that change the shell's current folder, which no program can do."""
 _FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "commands")
 
 
 class VerbEntry:
-    """What is known of a verb without importing it; see `records.Verb`."""
+    """What is known about a verb without importing it; see `records.Verb`."""
 
     __slots__ = ("about", "aliases", "completes", "module", "stock", "stock_about", "usage")
 
@@ -46,19 +46,19 @@ class VerbEntry:
 
     @property
     def of_tool(self) -> bool:
-        """The command's stock tool has this verb."""
+        """Whether the command's stock tool has this verb."""
         return self.stock is None
 
     @property
     def program(self) -> str:
-        """The program of stock ROS 1 that does the same without any word behind its name; empty if there is none."""
+        """The stock program that does the same without further words; empty if stock has none."""
         return "" if self.stock is None or " " in self.stock else self.stock
 
 
 class CommandEntry:
-    """What is known of a command without importing it; see `records.Command`.
+    """What is known about a command without importing it; see `records.Command`.
 
-    `verbs` is empty if it has none; `completes` then has the kinds of its arguments.
+    If it has no verbs, `verbs` is empty and `completes` has the kinds of its arguments.
     """
 
     __slots__ = ("about", "aliases", "also", "completes", "group", "module", "stock", "verbs")
@@ -96,12 +96,12 @@ def commands() -> dict[str, CommandEntry]:
 
 
 def command(name: str) -> CommandEntry | None:
-    """Return a command; None if there is none of that name."""
+    """Return a command by its name, None if it is unknown."""
     return CommandEntry(*INDEX[name]) if name in INDEX else commands().get(name)
 
 
 def stock_names() -> dict[str, tuple[str, ...]]:
-    """Return the names under which users of ROS 1 know commands, each with the words behind ``pyros1`` for it."""
+    """Return the stock names of commands, each with the words after ``pyros1`` that do the same."""
     names: dict[str, tuple[str, ...]] = {}
     for name, entry in commands().items():
         if entry.stock:
@@ -113,11 +113,11 @@ def stock_names() -> dict[str, tuple[str, ...]]:
 
 
 def completes(name: str, verb: str, position: int) -> str:
-    """Return the kinds of an argument, parted by ``|``; empty if nothing is known.
+    """Return the kinds of an argument, separated by ``|``; empty if unknown.
 
     Args:
         name: the command.
-        verb: its verb, empty if it has none.
+        verb: its verb; empty for a command without verbs.
         position: number of arguments before this one.
     """
     entry = command(name)
@@ -128,8 +128,8 @@ def completes(name: str, verb: str, position: int) -> str:
 
 
 def command_name(word: str) -> str | None:
-    """Return the command that a word means: ``topic`` or, by its stock name, ``rostopic``. None if there is none."""
-    for name in (word, word.removeprefix("ros")):  # nearly always, and soon found
+    """Return the command that a word means, by name or stock name: ``topic`` or ``rostopic``. None if unknown."""
+    for name in (word, word.removeprefix("ros")):  # the common case, and quick
         if name in INDEX:
             return name
     for name, entry in commands().items():
@@ -139,7 +139,7 @@ def command_name(word: str) -> str | None:
 
 
 def verbs(name: str) -> dict[str, VerbEntry]:
-    """Return the verbs of a command by name, in the order of its list; new ones at the end. Empty if it has none."""
+    """Return the verbs of a command by name, in the order of its list, new ones last. Empty for none."""
     entry = command(name)
     if entry is None:
         return {}
@@ -152,7 +152,7 @@ def verbs(name: str) -> dict[str, VerbEntry]:
 
 
 def find_verb(name: str, word: str) -> str | None:
-    """Return the name of the verb that a word means, None if there is none."""
+    """Return the name of the verb that a word means, None if it is unknown."""
     known = verbs(name)
     if word in known:
         return word
@@ -160,19 +160,19 @@ def find_verb(name: str, word: str) -> str | None:
 
 
 def load_command(name: str) -> Command:
-    """Return the record of a command that there is."""
+    """Return the record of an existing command."""
     entry = command(name)
     assert entry is not None, name
     return _load(entry.module)
 
 
 def load_verb(name: str, verb: str) -> Verb:
-    """Return the record of a verb that there is."""
+    """Return the record of an existing verb."""
     return next(each for each in _records(verbs(name)[verb].module) if each.name == verb)
 
 
 def describe(module: str) -> tuple[str, tuple[Any, ...]]:
-    """Import a command and return its name and what its entry is made of, the verbs left out."""
+    """Import a command. Return its name and the parts of its entry, without the verbs."""
     record = _load(module)
     also = {name: tuple(words) for name, words in record.also.items()}
     kinds = _kinds(record.verb) if record.verb else ()
@@ -180,7 +180,7 @@ def describe(module: str) -> tuple[str, tuple[Any, ...]]:
 
 
 def describe_verbs(module: str) -> dict[str, tuple[Any, ...]]:
-    """Import a file of verbs and return what their entries are made of, by name."""
+    """Import a file of verbs. Return the parts of their entries, by name."""
     return {
         verb.name: (module, verb.about, verb.stock_about, verb.stock, verb.usage, _kinds(verb), verb.aliases)
         for verb in _records(module)
@@ -188,10 +188,10 @@ def describe_verbs(module: str) -> dict[str, tuple[Any, ...]]:
 
 
 def modules(command: str = "") -> list[str]:
-    """Return what is in the folder of commands, or in a command's, but for helpers, without `PACKAGE` before it."""
+    """Return the modules of all commands, or of one command's verbs, without helpers and the `PACKAGE` prefix."""
     try:
         names = os.listdir(os.path.join(_FOLDER, command))
-    except OSError:  # a module, or an archive, of which the table knows all
+    except OSError:  # a module, or an archive, whose commands are all in the table
         return []
     found = [name.removesuffix(".py") for name in names if name.endswith(".py")]
     if not command:
@@ -201,7 +201,7 @@ def modules(command: str = "") -> list[str]:
 
 
 def _kinds(verb: Verb) -> tuple[str, ...]:
-    """Return what completes each argument; the last with a ``+`` if it may be repeated."""
+    """Return the completion of each argument; the last has a ``+`` if it may be repeated."""
     return tuple(argument.completes + "+" * argument.many for argument in verb.arguments)
 
 

@@ -22,7 +22,7 @@ from pyros1.errors import Error, MasterUnreachableError
 
 
 def run_command(name: str, argv: list[str]) -> int:
-    """Run a command that there is.
+    """Run an existing command.
 
     Args:
         name: its name.
@@ -54,7 +54,7 @@ def run_command(name: str, argv: list[str]) -> int:
 
 
 def _told(command: Command, error: Error | OSError) -> int:
-    """Print an error in the words of the command and return the exit code; raise it again if it is about no file."""
+    """Print an error in the form of the command. Return the exit code. Raise the error again if it names no file."""
     text = command.failure(error) if command.failure else None
     code = error.code if isinstance(error, CommandError) else command.error_code
     if text is None and not isinstance(error, Error):
@@ -66,7 +66,7 @@ def _told(command: Command, error: Error | OSError) -> int:
 
 
 def run_verb(verb: Verb, invocation: Invocation) -> int:
-    """Parse the words of an invocation, run a verb with them, and return the exit code."""
+    """Parse the words of an invocation and run a verb with them. Return the exit code."""
     try:
         options, arguments = (verb.parse or parse_words)(invocation, verb)
         code = verb.run(invocation, options, arguments)
@@ -86,7 +86,7 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
     Args:
         command: the command.
         program: how it was called.
-        as_stock: it was called by the stock tool's name: only what that has is listed.
+        as_stock: whether it was called by the stock tool's name; then only stock's verbs are listed.
     """
     lines = [command.heading.format(program=program)]
     known = registry.verbs(command.name)
@@ -99,14 +99,14 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
 
 
 def _asked_about(command: Command, invocation: Invocation) -> str | None:
-    """Return the verb whose help is asked for, as in ``topic help echo``, None if that is not so."""
+    """Return the verb in a request for help such as ``topic help echo``, None if the words are something else."""
     if not invocation.args or invocation.verb not in command.help_words(as_stock=invocation.as_stock):
         return None
     return registry.find_verb(command.name, invocation.args[0])
 
 
 def _no_such_verb(command: Command, invocation: Invocation) -> int:
-    """Print the list of verbs and, where that does not suffice, that there is no such verb; return the exit code."""
+    """Print the list of verbs and, unless help was requested, that the verb is unknown. Return the exit code."""
     print(verb_list(command, invocation.program, as_stock=invocation.as_stock))
     if invocation.verb in command.help_words(as_stock=invocation.as_stock):
         return 0
@@ -116,5 +116,5 @@ def _no_such_verb(command: Command, invocation: Invocation) -> int:
     if not hint and not (invocation.verb and (not invocation.as_stock or command.names_unknown)):
         return command.usage_code
     flush()
-    print(f"{invocation.program}: there is no {invocation.verb!r}{hint}", file=sys.stderr)
+    print(f"{invocation.program}: unknown command {invocation.verb!r}{hint}", file=sys.stderr)
     return command.usage_code if invocation.as_stock else command.usage_code or EX_USAGE

@@ -1,1 +1,1 @@
-"""What is wrong with a ROS system, and the cure: collectors find facts, pure checks make findings of them."""
+"""Diagnosis of a ROS system: collectors gather facts, and pure checks derive findings with cures from them."""

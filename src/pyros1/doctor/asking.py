@@ -1,4 +1,4 @@
-"""Questions to single nodes and services, each with a deadline of its own. They leave nothing in the nodes' logs."""
+"""Questions to single nodes and services, each with a timeout. They leave no traces in the nodes' logs."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from pyros1.wire.header import HeaderReader, encode_header
 from pyros1.wire.xmlrpc import dumps_call
 
 NODE_TIMEOUT = 2.5
-"""Seconds for one node's answers."""
+"""Timeout for the answers of a node in seconds."""
 
 
 def failure_of(error: BaseException) -> Failure:
-    """Return why a question was not answered, of the error that it ended with."""
+    """Return why a question was not answered, from the error it ended with."""
     causes: list[BaseException] = []
     cause: BaseException | None = error
     while cause is not None:
@@ -37,7 +37,7 @@ def failure_of(error: BaseException) -> Failure:
 
 
 def addresses(host: str) -> list[str] | None:
-    """Return the addresses of a host name, None if it cannot be resolved; may block as long as the resolver does."""
+    """Return the IP addresses of a host name, None if it cannot be resolved. May block as long as the resolver does."""
     try:
         return direct_addresses(host) or look_up(host)
     except OSError:
@@ -66,10 +66,10 @@ def ask_node(caller_id: str, uri: str) -> NodeFacts:
 
 
 def clock_offset(caller_id: str, host: str, port: int) -> float | None:
-    """Return how many seconds a machine's clock is ahead of ours, by the ``Date`` of a node's HTTP answer.
+    """Return how far a machine's clock is ahead of ours in seconds, by the ``Date`` of a node's HTTP answer.
 
     Returns:
-        Within about a second; None where the answer has no date.
+        The offset, accurate to about a second; None if the answer has no date.
     """
     import http.client  # noqa: PLC0415 - slow to import, and needed for a running system only
     from email.utils import parsedate_to_datetime  # noqa: PLC0415
@@ -82,7 +82,7 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
         now = (before + time()) / 2
         if date is None:
             return None
-        # The date is cut to whole seconds.
+        # The date is in whole seconds.
         return parsedate_to_datetime(date).timestamp() + 0.5 - now
     except (OSError, http.client.HTTPException, ValueError, TypeError):
         return None
@@ -91,17 +91,17 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
 
 
 def ask_publisher(caller_id: str, uri: str, topic: str) -> Offer:
-    """Ask a publisher for type and md5sum, with the greeting of a subscriber that takes anything."""
+    """Ask a publisher for type and md5sum, with the connection header of a subscriber that accepts any type."""
     api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
     try:
         answer = api.call("requestTopic", caller_id, topic, [["TCPROS"]])
         code, text, protocol = answer
         if code != 1 or not protocol or protocol[0] != "TCPROS":
-            return Offer(failure=Failure(OTHER, f"it refuses: {text}"))
+            return Offer(failure=Failure(OTHER, f"it refuses the connection: {text}"))
         greeting = {"callerid": caller_id, "topic": topic, "type": "*", "md5sum": "*", "message_definition": ""}
         header = _greet(str(protocol[1]), int(protocol[2]), greeting)
         if "error" in header:
-            return Offer(failure=Failure(OTHER, f"it refuses: {header['error']}"))
+            return Offer(failure=Failure(OTHER, f"it refuses the connection: {header['error']}"))
         return Offer(header.get("type", "*"), header.get("md5sum", "*"))
     except (Error, OSError, ValueError, TypeError) as error:
         return Offer(failure=failure_of(error))

@@ -1,4 +1,4 @@
-"""What folders of logs take of the disk, and which of their files are being written."""
+"""The disk usage of log folders, and which of their files are being written."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from time import monotonic
 
 
 def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = None) -> int:
-    """Return the bytes of a file, or of a folder and all below it; links count themselves, hard links once.
+    """Return the size in bytes of a file or folder. Links are not followed, hard links count once.
 
     Args:
         path: file or folder.
-        on_disk: count what is taken of the disk, not what the files hold.
-        deadline: of the monotonic clock: what was not counted then is left out.
+        on_disk: count disk usage instead of file sizes.
+        deadline: time on the monotonic clock in seconds; what was not counted by then is left out.
     """
     seen: set[tuple[int, int]] = set()
     total = 0
@@ -24,7 +24,7 @@ def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = N
         try:
             status = os.lstat(name)
         except OSError:
-            continue  # it went meanwhile
+            continue  # it was removed meanwhile
         if status.st_nlink > 1:
             if (status.st_dev, status.st_ino) in seen:
                 continue
@@ -43,10 +43,10 @@ def _all_below(path: Path) -> Iterator[str]:
 
 
 def human_size(size: int) -> str:
-    """Return a size as ``du -h`` prints it, for example ``272K``: rounded up, with one digit behind the point below 10.
+    """Return a size as ``du -h`` prints it, for example ``272K``: rounded up, with one decimal below 10.
 
     Args:
-        size: bytes.
+        size: size in bytes.
     """
     if size < 1024:
         return str(size)
@@ -61,10 +61,10 @@ def human_size(size: int) -> str:
 
 
 def files_in_use(folder: Path) -> list[Path]:
-    """Return the files below a folder that running programs have open; empty where the system does not tell.
+    """Return the files below a folder that running programs have open; empty where the system does not report them.
 
     Args:
-        folder: where to look; links are resolved, since open files are known by their real names.
+        folder: the folder; links in it are resolved, since the system reports real paths of open files.
     """
     found: set[Path] = set()
     real = str(folder.resolve()) + os.sep
@@ -72,7 +72,7 @@ def files_in_use(folder: Path) -> list[Path]:
         try:
             names = os.listdir(descriptors)
         except OSError:
-            continue  # somebody else's process, or one that ended
+            continue  # another user's process, or it has ended
         for name in names:
             try:
                 target = os.readlink(descriptors / name)

@@ -1,4 +1,4 @@
-"""Which node is connected to which, as the nodes themselves say. Pure."""
+"""The connections between nodes, as the nodes report them. Pure."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pyros1.graph import Connection, SystemState
 
 
 class Edge(NamedTuple):
-    """A connection, or one that should be: names of topic and nodes."""
+    """An existing or expected connection: names of topic and nodes."""
 
     topic: str
     publisher: str
@@ -17,7 +17,7 @@ class Edge(NamedTuple):
 
 
 def expected_edges(state: SystemState) -> list[Edge]:
-    """Return the connections that the master's registrations ask for."""
+    """Return the connections that follow from the master's registrations."""
     return [
         Edge(topic, publisher, subscriber)
         for topic, publishers in sorted(state.publishers.items())
@@ -27,11 +27,11 @@ def expected_edges(state: SystemState) -> list[Edge]:
 
 
 def actual_edges(connections: Mapping[str, Iterable[Connection]], uris: Mapping[str, str]) -> dict[str, set[Edge]]:
-    """Return the topic connections that each node tells of.
+    """Return the topic connections that each node reports.
 
     Args:
         connections: node name -> its ``getBusInfo``.
-        uris: node name -> API URI: an inbound connection's other end is given by its URI.
+        uris: node name -> API URI, since nodes report the other end of inbound connections by its URI.
     """
     names = {uri.rstrip("/"): name for name, uri in uris.items()}
     return {

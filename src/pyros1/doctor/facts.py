@@ -1,4 +1,4 @@
-"""What the collectors find and the checks judge."""
+"""The facts that collectors gather and checks judge."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 from pyros1.graph import Connection, SystemState
 
 UNRESOLVED, REFUSED, TIMEOUT, OTHER = "unresolved", "refused", "timeout", "other"
-"""Why somebody cannot be reached: no such host name; nobody listens; nothing comes back; anything else."""
+"""Why something cannot be reached: unknown host name, connection refused, timeout, or another reason."""
 
 
 class Failure(NamedTuple):
@@ -17,7 +17,7 @@ class Failure(NamedTuple):
 
     Attributes:
         kind: one of the four above.
-        text: as the error says it.
+        text: the error's text.
     """
 
     kind: str
@@ -25,7 +25,7 @@ class Failure(NamedTuple):
 
 
 class Disk(NamedTuple):
-    """Room on the disk of a folder, in bytes."""
+    """Space on the disk of a folder in bytes."""
 
     folder: str
     free: int
@@ -34,7 +34,7 @@ class Disk(NamedTuple):
 
 
 class LocalProcess(NamedTuple):
-    """A running ROS program of this machine, with what its environment says; empty texts where it says nothing."""
+    """A running ROS program on this machine, with variables of its environment; empty strings for unset ones."""
 
     pid: int
     name: str
@@ -48,18 +48,18 @@ class Machine:
 
     Attributes:
         environ: environment variables.
-        hostname: the machine's own name.
+        hostname: the machine's name.
         interfaces: addresses of its network interfaces.
-        resolved: host name -> addresses, None if it cannot be resolved; for all names that matter.
-        missing_paths: entries of ROS_PACKAGE_PATH that are no folders.
-        disks: of the folders that are written to.
-        log_folder: where logs are.
-        log_size: bytes in it; a lower bound if there was no time to count.
+        resolved: host name -> addresses, None if it cannot be resolved; for all relevant names.
+        missing_paths: entries of ROS_PACKAGE_PATH that are not folders.
+        disks: disks of the folders that are written to.
+        log_folder: folder of log files.
+        log_size: its size in bytes; a lower bound if counting took too long.
         masters: URIs of masters that answer on this machine.
-        processes: running ROS programs, as far as the system tells.
+        processes: running ROS programs, as far as the system reports them.
         python: version, for example ``(3, 11)``.
-        launch_problems: of the launch files that were given.
-        package_problems: of packages that cannot be used.
+        launch_problems: problems of the given launch files.
+        package_problems: problems of unusable packages.
     """
 
     environ: Mapping[str, str]
@@ -82,12 +82,12 @@ class NodeFacts:
     """A node that the master lists.
 
     Attributes:
-        uri: of its API.
-        host: of that URI.
-        addresses: what the host resolves to here; None if it does not.
+        uri: URI of its API.
+        host: host in that URI.
+        addresses: addresses of the host as resolved here; None if it cannot be resolved.
         failure: why it did not answer; None if it did.
-        connections: its ``getBusInfo``.
-        clock_offset: seconds that its machine's clock is ahead of ours, None where it does not tell.
+        connections: the result of ``getBusInfo``.
+        clock_offset: how far its machine's clock is ahead of ours in seconds, None if unknown.
     """
 
     uri: str
@@ -99,18 +99,18 @@ class NodeFacts:
 
 
 class End(NamedTuple):
-    """One end of a topic: which node."""
+    """One end of a topic."""
 
     topic: str
     node: str
 
 
 class Offer(NamedTuple):
-    """What a publisher sends or a subscriber wants, as it says itself.
+    """The type that a publisher sends or a subscriber wants, as reported by itself.
 
     Attributes:
-        type, md5sum: ``*`` is any.
-        failure: why it did not say so.
+        type, md5sum: the type and its checksum; ``*`` means any.
+        failure: why it did not report them; None if it did.
     """
 
     type: str = "*"
@@ -123,13 +123,13 @@ class System:
     """A running system.
 
     Attributes:
-        master_uri: as this shell knows it.
-        state: who publishes, subscribes and provides what.
-        nodes: by name.
-        services: name -> (URI of its provider, why that did not answer or None).
-        publications, subscriptions: what the ends say of their types; only those ends are asked for whom it matters.
-            Subscribers tell their types' names only.
-        use_sim_time: the parameter.
+        master_uri: the master's URI in this shell.
+        state: publishers, subscribers and service providers, from the master.
+        nodes: nodes by name.
+        services: name -> (URI of its provider, why it did not answer or None).
+        publications, subscriptions: the types that the ends report; only relevant ends are asked. Subscribers report
+            type names only.
+        use_sim_time: the parameter /use_sim_time.
     """
 
     master_uri: str

@@ -1,4 +1,4 @@
-"""One thing that is wrong."""
+"""A finding: a problem and its cure."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ ERROR, WARNING = "error", "warning"
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong, or may be, and what to do about it.
+    """A problem or possible problem, and what to do about it.
 
     Attributes:
         kind: short name for programs, for example ``dead-node``.
-        severity: ``error`` or ``warning``: what may be just as it should be.
+        severity: ``error``, or ``warning`` for what may be intended.
         text: what is wrong, in one sentence.
         cure: what to do, in one line.
-        items: what it is about: nodes, topics, folders.
+        items: the nodes, topics or folders concerned.
     """
 
     kind: str
@@ -27,7 +27,7 @@ class Finding:
     items: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """The same for programs."""
+        """Return the same for JSON."""
         return {
             "kind": self.kind,
             "severity": self.severity,

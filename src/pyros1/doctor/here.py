@@ -1,4 +1,4 @@
-"""Collects the facts of this machine and this shell."""
+"""Collects facts about this machine and this shell."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from pyros1.net.hosts import DEFAULT_MASTER_URI, interface_addresses, parse_uri
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
 MASTER_PORTS = range(11311, 11321)
-"""Where masters are looked for on this machine, besides where ROS_MASTER_URI says."""
+"""Ports on this machine to search for masters, in addition to that in ROS_MASTER_URI."""
 _TIMEOUT = 2.0
 _COUNTING = 1.0
 
 
 def collect_machine(environ: Mapping[str, str]) -> Machine:
-    """Return the facts of this machine, after about three seconds at most.
+    """Return the facts about this machine, within about three seconds.
 
     Args:
         environ: environment variables.
@@ -66,7 +66,7 @@ def _host_and_port(uri: str) -> tuple[str, int] | None:
 
 
 def _existing(folder: Path) -> Path:
-    """The folder, or the one above it in which it would be made."""
+    """Return the folder, or the closest existing folder above it, in which it would be created."""
     while not folder.is_dir() and folder != folder.parent:
         folder = folder.parent
     return folder
@@ -99,7 +99,7 @@ def _is_master(uri: str) -> bool:
 
 
 def ros_processes() -> list[LocalProcess]:
-    """Return the programs of this machine that have a ROS_MASTER_URI and listen, as all nodes do; Linux only."""
+    """Return programs on this machine that have a ROS_MASTER_URI and a listening socket, as nodes do. Linux only."""
     listening = _listening_sockets()
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
@@ -111,7 +111,7 @@ def ros_processes() -> list[LocalProcess]:
                 continue
             words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
         except OSError:
-            continue  # somebody else's, or it ended
+            continue  # another user's process, or it has ended
         host = environ.get("ROS_HOSTNAME") or environ.get("ROS_IP") or ""
         found.append(LocalProcess(int(folder.name), _program(words), environ["ROS_MASTER_URI"], host))
     return sorted(found)
@@ -133,7 +133,7 @@ def _has_socket(folder: Path, wanted: set[str]) -> bool:
 
 
 def _listening_sockets() -> set[str]:
-    """Sockets that listen, as the system names them in ``/proc/PID/fd``."""
+    """Return the listening sockets, as named in ``/proc/PID/fd``."""
     found = set()
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
         try:
@@ -145,7 +145,7 @@ def _listening_sockets() -> set[str]:
 
 
 def _program(words: list[str]) -> str:
-    """The name to show for a command line: the script's, where an interpreter runs one."""
+    """Return the name to show for a command line: that of the script if an interpreter runs one."""
     name = os.path.basename(words[0])
     if re.fullmatch(r"python[\d.]*", name):
         script = next((word for word in words[1:] if word and not word.startswith("-")), "")
@@ -154,7 +154,7 @@ def _program(words: list[str]) -> str:
 
 
 def check_packages(environ: Mapping[str, str]) -> list[str]:
-    """Return what is wrong with the ``package.xml`` of the packages that are found."""
+    """Return the problems in the ``package.xml`` of all packages."""
     # Only --all needs these; defusedxml has no stubs.
     from defusedxml.ElementTree import ParseError, parse  # type: ignore[import-untyped]  # noqa: PLC0415
 
@@ -172,5 +172,5 @@ def check_packages(environ: Mapping[str, str]) -> list[str]:
             continue
         lacking = [tag for tag in ("name", "version", "description") if root.find(tag) is None]
         if lacking:
-            problems.append(f"{name} ({file}): there is no <{'>, <'.join(lacking)}>")
+            problems.append(f"{name} ({file}): <{'>, <'.join(lacking)}> is missing")
     return problems

@@ -1,4 +1,4 @@
-"""Checks of this machine and this shell; no master is needed. Pure."""
+"""Checks of this machine and this shell, which need no master. Pure."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from pyros1.errors import ProtocolError
 from pyros1.net.hosts import DEFAULT_MASTER_URI, parse_uri
 
 LEAST_FREE = 100 << 20
-"""Bytes that should be free on the disk of the logs."""
+"""Bytes that should be free on the disk of the log files."""
 MOST_LOGS = 1 << 30
-"""Bytes of logs from which on a warning is due; the stock tools begin to warn there, too."""
+"""Size of the log folder in bytes that causes a warning, the same as in the stock tools."""
 _MOST_SHOWN = 10
 OLDEST_PYTHON = (3, 10)
 
 
 def check_machine(machine: Machine) -> list[Finding]:
-    """Return what is wrong with a machine and its environment."""
+    """Return the problems of a machine and its environment."""
     checks = (_master_uri, _own_address, _own_name, _package_path, _disks, _masters, _versions, _given)
     return [finding for check in checks for finding in check(machine)]
 
 
 def is_loopback(address: str) -> bool:
-    """Whether an address can be reached from its own machine only."""
+    """Return whether an address can only be reached from the same machine."""
     return address.startswith("127.") or address in ("::1", "localhost")
 
 
 def address_of(machine: Machine) -> str:
-    """An address under which others may reach the machine, for texts."""
+    """Return an address at which others may reach the machine, for texts."""
     return next((address for address in machine.interfaces if not is_loopback(address)), "<address of this machine>")
 
 
 def _master_uri(machine: Machine) -> Iterator[Finding]:
     uri = machine.environ.get("ROS_MASTER_URI")
     if not uri:
-        return  # the default holds
+        return  # the default is used
     try:
         host, _ = parse_uri(uri)
     except ProtocolError:
@@ -63,8 +63,8 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "both-set",
             WARNING,
-            f"both ROS_HOSTNAME [{name}] and ROS_IP [{address}] are set: ROS_HOSTNAME is what counts",
-            "unset the one that you do not want",
+            f"both ROS_HOSTNAME [{name}] and ROS_IP [{address}] are set: ROS_HOSTNAME is used",
+            "unset one of them",
         )
     here = address_of(machine)
     for variable, value in (("ROS_IP", address), ("ROS_HOSTNAME", name)):
@@ -75,15 +75,15 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
             yield Finding(
                 "own-address",
                 ERROR,
-                f"{variable} [{value}] is neither a host name nor an address",
+                f"{variable} [{value}] is neither a host name nor an IP address",
                 f"export ROS_IP={here}, or unset {variable}",
             )
         elif found is None:
             yield Finding(
                 "own-address",
                 ERROR,
-                f"{variable} may be incorrect: [{value}] cannot be resolved, so nobody will reach nodes of this shell",
-                f"export ROS_IP={here} and unset ROS_HOSTNAME, or add a line '{here} {value}' to /etc/hosts everywhere",
+                f"{variable} may be incorrect: [{value}] cannot be resolved: no node can reach those of this shell",
+                f"export ROS_IP={here} and unset ROS_HOSTNAME, or add '{here} {value}' to /etc/hosts on all machines",
             )
         elif not any(is_loopback(each) or each in machine.interfaces for each in found):
             yield Finding(
@@ -97,7 +97,7 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
             yield Finding(
                 "own-address",
                 ERROR,
-                f"{variable} [{value}] means this machine only, but the master is on another one: "
+                f"{variable} [{value}] is only valid on this machine, but the master is on another one: "
                 "nodes there cannot reach nodes of this shell",
                 f"export ROS_IP={here} and unset ROS_HOSTNAME; then restart the nodes of this shell",
             )
@@ -107,13 +107,13 @@ def _master_is_here(machine: Machine) -> bool:
     try:
         host, _ = parse_uri(machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
     except ProtocolError:
-        return True  # that is said elsewhere
+        return True  # reported by another check
     addresses = machine.resolved.get(host)
     return addresses is None or any(is_loopback(each) or each in machine.interfaces for each in addresses)
 
 
 def _own_name(machine: Machine) -> Iterator[Finding]:
-    """What nodes tell others where neither variable is set: the machine's name."""
+    """Check the machine's name, which nodes use as their address if neither variable is set."""
     if machine.environ.get("ROS_HOSTNAME") or machine.environ.get("ROS_IP"):
         return
     found, here = machine.resolved.get(machine.hostname), address_of(machine)
@@ -121,22 +121,22 @@ def _own_name(machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "own-name",
             ERROR,
-            f"the name of this machine [{machine.hostname}] cannot be resolved, and nodes give it as address",
+            f"the name of this machine [{machine.hostname}] cannot be resolved, and nodes use it as their address",
             f"export ROS_IP={here}, or add a line '127.0.0.1 {machine.hostname}' to /etc/hosts",
         )
     elif all(map(is_loopback, found)) and not _master_is_here(machine):
         yield Finding(
             "own-name",
             WARNING,
-            f"the name of this machine [{machine.hostname}] is {', '.join(found)} here, and nodes give it as their "
-            "address: other machines may not know the name, or take it for themselves",
+            f"the name of this machine [{machine.hostname}] resolves to {', '.join(found)} here, and nodes use it as "
+            "their address: other machines may not know the name, or resolve it to themselves",
             f"export ROS_IP={here}",
         )
     elif not any(is_loopback(each) or each in machine.interfaces for each in found):
         yield Finding(
             "own-name",
             ERROR,
-            f"the name of this machine [{machine.hostname}] resolves to {', '.join(found)}, which is no address of it",
+            f"the name of this machine [{machine.hostname}] resolves to {', '.join(found)}, which is not its address",
             f"correct the line of {machine.hostname} in /etc/hosts, or export ROS_IP={here}",
         )
 
@@ -148,7 +148,7 @@ def _package_path(machine: Machine) -> Iterator[Finding]:
             "package-path",
             ERROR,
             f"Not all paths in ROS_PACKAGE_PATH [{path}] point to an existing directory: ",
-            "remove them from ROS_PACKAGE_PATH, or source the setup file of the workspace anew",
+            "remove them from ROS_PACKAGE_PATH, or source the setup file of the workspace again",
             tuple(machine.missing_paths),
         )
 
@@ -167,13 +167,13 @@ def _disks(machine: Machine) -> Iterator[Finding]:
                 "disk-full",
                 ERROR,
                 f"the disk of [{disk.folder}] is full: {human_size(disk.free)} of {human_size(disk.total)} are free",
-                "make room: `pyros1 clean purge` removes old logs; large bags may be what fills it",
+                "free some space: `pyros1 clean purge` removes old logs; large bags may fill the disk",
             )
     if machine.log_size > MOST_LOGS:
         yield Finding(
             "log-size",
             WARNING,
-            f"the log folder [{machine.log_folder}] holds {human_size(machine.log_size)}",
+            f"the log folder [{machine.log_folder}] uses {human_size(machine.log_size)}",
             "pyros1 clean purge --size 500",
         )
 
@@ -183,8 +183,8 @@ def _masters(machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "several-masters",
             WARNING,
-            f"{len(machine.masters)} masters run on this machine, and nodes of one do not see those of another",
-            "end those that are not wanted, or check that ROS_MASTER_URI is the same in all shells",
+            f"{len(machine.masters)} masters are running on this machine; nodes of one do not see those of another",
+            "end the unwanted ones, or check that ROS_MASTER_URI is the same in all shells",
             tuple(machine.masters),
         )
     mine = machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
@@ -193,14 +193,14 @@ def _masters(machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "other-master-uri",
             WARNING,
-            f"programs of this machine run with another ROS_MASTER_URI than this shell's [{mine}]",
+            f"programs on this machine have another ROS_MASTER_URI than this shell [{mine}]",
             "if they belong together, restart them with the same ROS_MASTER_URI",
             _first(f"{p.name} (pid {p.pid}): {p.master_uri}" for p in others),
         )
 
 
 def _first(items: Iterable[str]) -> tuple[str, ...]:
-    """No more of them than can be read."""
+    """Return at most as many items as are readable, and how many more there are."""
     shown = [*items]
     more = len(shown) - _MOST_SHOWN
     return (*shown[:_MOST_SHOWN], *([f"and {more} more"] if more > 0 else []))
@@ -220,8 +220,8 @@ def _versions(machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "python",
             ERROR,
-            f"this is Python {machine.python[0]}.{machine.python[1]}; pyros1 needs 3.10 or newer",
-            "install a newer Python and pyros1 into it",
+            f"this is Python {machine.python[0]}.{machine.python[1]}, but pyros1 needs 3.10 or newer",
+            "install a newer Python, and pyros1 for it",
         )
 
 
@@ -231,14 +231,14 @@ def _given(machine: Machine) -> Iterator[Finding]:
             "launch-file",
             ERROR,
             "the launch files have problems:",
-            "correct them; `pyros1 launch --check FILE` checks them again",
+            "correct them, and check them with `pyros1 launch --check FILE`",
             tuple(machine.launch_problems),
         )
     if machine.package_problems:
         yield Finding(
             "package",
             ERROR,
-            "packages cannot be used:",
+            "these packages cannot be used:",
             "correct their package.xml",
             tuple(machine.package_problems),
         )

@@ -1,4 +1,4 @@
-"""Checks of a running system: who cannot be reached, whose clock is wrong. Pure."""
+"""Checks of a running system: unreachable nodes and services, wrong clocks. Pure."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from pyros1.errors import ProtocolError
 from pyros1.net.hosts import parse_uri
 
 MOST_SKEW_S = 1.5
-"""Seconds that clocks may differ; they are told in whole seconds."""
+"""Allowed difference of clocks in seconds. Nodes report whole seconds."""
 
 
 def check_reach(system: System, machine: Machine) -> list[Finding]:
-    """Return what is wrong with the nodes' addresses, services and clocks."""
+    """Return the problems with the nodes' addresses, services and clocks."""
     checks = (_unresolved, _dead, _silent, _loopback, _services, _clocks)
     return [finding for check in checks for finding in check(system, machine)]
 
 
 def _failed(system: System, kind: str) -> dict[str, list[str]]:
-    """Host -> nodes there that failed in one way."""
+    """Return host -> nodes there that failed in a given way."""
     hosts: dict[str, list[str]] = {}
     for name, node in sorted(system.nodes.items()):
         if node.failure is not None and node.failure.kind == kind:
@@ -34,7 +34,7 @@ def _unresolved(system: System, machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "unknown-host",
             ERROR,
-            f"Nodes are registered under the host name [{host}], which is not known here",
+            f"Nodes are registered under the host name [{host}], which is unknown here",
             f"on their machine export ROS_IP=<its address>{_who(machine, host)} and restart them, "
             f"or add a line 'ADDRESS {host}' to /etc/hosts here",
             tuple(nodes),
@@ -42,7 +42,7 @@ def _unresolved(system: System, machine: Machine) -> Iterator[Finding]:
 
 
 def _who(machine: Machine, host: str) -> str:
-    """Processes of this machine that give the host as their address: then it is here where the cure is due."""
+    """Return a text about processes on this machine that use the host as their address: the cure is needed here."""
     pids = [f"{process.name}, pid {process.pid}" for process in machine.processes if process.host == host]
     return f" (here: {address_of(machine)}; {'; '.join(pids)})" if pids else ""
 
@@ -55,8 +55,8 @@ def _dead(system: System, machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "dead-node",
             ERROR,
-            "Could not contact the following nodes: they are registered, but nobody listens at their address",
-            "if they have ended: pyros1 node cleanup; if they run, they gave a wrong address: restart them with "
+            "Could not contact the following nodes: they are registered, but refuse connections",
+            "if they have ended: pyros1 node cleanup; if they are running, their address is wrong: restart them with "
             "ROS_IP=<address of their machine>",
             tuple(f"{name} ({node.uri})" for name, node in nodes),
         )
@@ -70,8 +70,8 @@ def _silent(system: System, machine: Machine) -> Iterator[Finding]:
             "unreachable-host",
             ERROR,
             f"Nodes at [{host}]{f' ({where})' if where not in ('', host) else ''} do not answer in time",
-            f"ping {host}: if it answers, a firewall or a node that hangs is in the way; if not, that machine is off "
-            f"or gave a wrong address: export ROS_IP=<its address> there{local} and restart the nodes",
+            f"ping {host}: if it answers, a firewall blocks the connection or a node hangs; if not, that machine is "
+            f"off or its address is wrong: export ROS_IP=<its address> there{local} and restart the nodes",
             tuple(nodes),
         )
     others = [
@@ -83,16 +83,16 @@ def _silent(system: System, machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "broken-node",
             ERROR,
-            "The following nodes do not answer as nodes do",
-            "another program may have taken their port: pyros1 node cleanup, then restart them",
+            "The following nodes do not answer like ROS nodes",
+            "another program may be using their port: pyros1 node cleanup, then restart them",
             tuple(others),
         )
 
 
 def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
-    """Nodes that only their own machine can reach, in a system of several machines."""
+    """Check for nodes that can only be reached from their own machine, in a system of several machines."""
     local = [name for name, node in sorted(system.nodes.items()) if _is_local_only(node)]
-    # Who does not answer may have given a wrong address, and be here.
+    # A node that does not answer may have a wrong address and run on this machine.
     answering = {name: node for name, node in system.nodes.items() if node.failure is None}
     away = [name for name, node in answering.items() if node.addresses and not _is_here(node, machine)]
     master_away = not _master_is_here(system, machine)
@@ -101,9 +101,9 @@ def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "loopback-node",
             ERROR,
-            f"The following nodes gave an address that means 'this machine' to everybody, and {why} on another one",
+            f"The following nodes have an address that every machine takes for itself, but {why} on another machine",
             f"where they run: unset ROS_HOSTNAME, export ROS_IP=<address of that machine, here {address_of(machine)}>, "
-            "look for 127.0.1.1 in /etc/hosts, and restart them",
+            "check /etc/hosts for 127.0.1.1, and restart them",
             tuple(f"{name} ({system.nodes[name].uri})" for name in local),
         )
 
@@ -136,13 +136,13 @@ def _services(system: System, machine: Machine) -> Iterator[Finding]:
             "service",
             ERROR,
             "Errors connecting to the following services:",
-            "restart the nodes that provide them (`pyros1 service node NAME` tells which)",
+            "restart the nodes that provide them (`pyros1 service node NAME` prints the node)",
             tuple(broken),
         )
 
 
 def _owner_is_down(system: System, service: str) -> bool:
-    """Whether all nodes that provide a service do not answer: that is said once, for the node."""
+    """Return whether no node that provides a service answers: this is reported once, for the node."""
     owners = [system.nodes[name] for name in system.state.services.get(service, ()) if name in system.nodes]
     return bool(owners) and all(node.failure is not None for node in owners)
 
@@ -157,6 +157,6 @@ def _clocks(system: System, machine: Machine) -> Iterator[Finding]:
             "clock-skew",
             WARNING if system.use_sim_time else ERROR,
             f"the clock of [{host}] is {abs(offset):.0f} s {'ahead of' if offset > 0 else 'behind'} this machine's: "
-            "tf and everything that compares stamps will fail",
+            "tf and everything else that compares time stamps will fail",
             "synchronize the clocks: chrony on both machines, or now: sudo ntpdate pool.ntp.org",
         )

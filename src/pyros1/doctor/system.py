@@ -1,4 +1,4 @@
-"""Collects the facts of a running system, everybody asked at the same time."""
+"""Collects facts about a running system. All questions are asked at the same time."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from pyros1.net.hosts import parse_uri
 from pyros1.net.master_client import MasterClient
 
 ROUND = NODE_TIMEOUT + 0.5
-"""Seconds for one round of questions."""
+"""Timeout for one round of questions in seconds."""
 SETTLE = 1.0
-"""Seconds that nodes which have just come get for connecting."""
+"""Seconds that new nodes get to connect."""
 
 
 def collect_system(master: MasterClient) -> System:
-    """Ask the master, then all nodes and services, then who sends what.
+    """Ask the master, then all nodes and services, then the ends of topics about their types.
 
     Args:
-        master: of the system.
+        master: the system's master.
 
     Returns:
-        The facts, after about ten seconds at most.
+        The facts, within about ten seconds.
 
     Raises:
-        MasterUnreachableError: there is no master.
+        MasterUnreachableError: the master does not answer.
     """
     state = Graph(master).state()
     simulated = _parameter(master, "/use_sim_time") is True
@@ -49,7 +49,7 @@ def collect_system(master: MasterClient) -> System:
     services = {name: (uri, _failure(answers["service", name])) for name, uri in service_uris.items()}
     system = System(master.uri, state, nodes, services, use_sim_time=simulated)
     if missing_edges(system):
-        sleep(SETTLE)  # what has just been started may not be connected yet
+        sleep(SETTLE)  # new nodes may not be connected yet
         lost = {name for edge in missing_edges(system) for name in (edge.publisher, edge.subscriber)}
         again = together({name: partial(ask_node, master.caller_id, uris[name]) for name in lost}, ROUND)
         system.nodes = {**nodes, **{name: _node(uris[name], answer) for name, answer in again.items()}}
@@ -65,7 +65,7 @@ def _parameter(master: MasterClient, name: str) -> object:
 
 
 def _uris(master: MasterClient, method: str, names: list[str]) -> dict[str, str]:
-    """URIs of nodes or services, without those that went meanwhile; in one call where the master allows it."""
+    """Return the URIs of nodes or services, except those that ended meanwhile. One call, if the master supports it."""
     if not names:
         return {}
     try:
@@ -90,7 +90,7 @@ def _failure(answer: object) -> Failure | None:
 
 
 def _ask_for_types(master: MasterClient, system: System) -> None:
-    """Ask publishers for types where more than one end could differ, and those subscribers that have no link."""
+    """Ask publishers for types where ends may differ, and subscribers that have no connection."""
     state, nodes = system.state, system.nodes
     shared = [topic for topic, who in state.publishers.items() if len(who) + len(state.subscribers.get(topic, ())) > 1]
     ends = [

@@ -1,4 +1,4 @@
-"""Many questions at once, with one deadline for all: a host that does not answer delays nobody."""
+"""Many questions at once, with one timeout for all: a host that does not answer does not delay others."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def together(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dict[_K, _V
     """Run functions at the same time.
 
     Args:
-        jobs: functions by a key of the caller's. One that is not done in time is left behind on its daemon thread, as a
-            look-up of a host name cannot be interrupted.
-        seconds: for all of them, and as long again for each further MOST_THREADS: who does not answer must not take the
-            time of those who would.
+        jobs: functions by any key. A function that is not done in time keeps running on its daemon thread, since a
+            lookup of a host name cannot be interrupted.
+        seconds: timeout for all of them, and again for each further MOST_THREADS, so that those that do not answer
+            do not take the time of others.
 
     Returns:
         For each key, in the same order, what its function returned or raised, or a DeadlineError.
@@ -43,7 +43,7 @@ def together(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dict[_K, _V
                 return
             try:
                 answers.put((key, jobs[key]()))
-            except Exception as error:  # noqa: BLE001 - whatever it is, it is this job's answer
+            except Exception as error:  # noqa: BLE001 - any error is this job's result
                 answers.put((key, error))
 
     for number in range(min(len(jobs), MOST_THREADS)):

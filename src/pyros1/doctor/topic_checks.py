@@ -1,4 +1,4 @@
-"""Checks of a running system: topics without another end, types that do not match, links that are missing. Pure."""
+"""Checks of a running system: topics with one end, mismatched types, missing connections. Pure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _NEAR = 0.75
 
 
 def check_topics(system: System) -> list[Finding]:
-    """Return what is wrong with the topics of a system."""
+    """Return the problems with the topics of a system."""
     checks = (_clock, _types, _unheard, _links)
     return [finding for check in checks for finding in check(system)]
 
@@ -28,7 +28,7 @@ def _clock(system: System) -> Iterator[Finding]:
         yield Finding(
             "no-clock",
             ERROR,
-            "/use_sim_time is true, but nobody publishes /clock: time stands still at 0 in all nodes",
+            "/use_sim_time is true, but no node publishes /clock: time stays at 0 in all nodes",
             "start the simulator (or `rosbag play --clock`), or: pyros1 param set /use_sim_time false, and restart the "
             "nodes",
         )
@@ -53,7 +53,7 @@ def _types(system: System) -> Iterator[Finding]:
                 "type-mismatch",
                 ERROR,
                 f"the nodes of topic {topic} do not agree on its type: {', '.join(map(str, sorted(types)))}",
-                "correct the type in one of them, or remap one to another topic; they will never be connected",
+                "correct the type in one of them, or remap one to another topic: they cannot connect",
                 tuple(f"{who}: {offer.type}" for who, offer in offers.items()),
             )
         elif len(md5sums) > 1:
@@ -62,7 +62,7 @@ def _types(system: System) -> Iterator[Finding]:
                 "md5-mismatch",
                 ERROR,
                 f"the nodes of topic {topic} have different definitions of {name}",
-                f"compare `pyros1 msg md5 {name}` on their machines, build the package of the older one anew, restart",
+                f"compare `pyros1 msg md5 {name}` on their machines, rebuild the older package, and restart its nodes",
                 tuple(f"{who}: {offer.md5sum}" for who, offer in offers.items()),
             )
 
@@ -72,7 +72,7 @@ def _known(offers: Mapping[End, Offer], topic: str) -> list[tuple[End, Offer]]:
 
 
 def _unheard(system: System) -> Iterator[Finding]:
-    """Topics that are subscribed and never published, and what may have been meant."""
+    """Check for topics that are subscribed but not published, and for similar names."""
     state = system.state
     near: list[str] = []
     plain: list[str] = []
@@ -85,13 +85,13 @@ def _unheard(system: System) -> Iterator[Finding]:
                 plain.append(f"{node}: {topic}")
             else:
                 near.append(
-                    f"{node} subscribes {topic}; {', '.join(map(str, state.publishers[other]))} publishes {other}"
+                    f"{node} subscribes to {topic}; {', '.join(map(str, state.publishers[other]))} publishes {other}"
                 )
     if near:
         yield Finding(
             "near-miss",
             WARNING,
-            "The following topics have no publisher, but one of nearly the same name has:",
+            "The following topics have no publisher, but a topic of a similar name has:",
             "correct the name, or remap: FROM:=TO on the command line, <remap from= to=> in the launch file",
             tuple(near),
         )
@@ -99,14 +99,14 @@ def _unheard(system: System) -> Iterator[Finding]:
         yield Finding(
             "no-publisher",
             WARNING,
-            "The following node subscriptions are unconnected: nobody publishes their topics",
-            "start who should publish them; if somebody does, compare the names: pyros1 topic list -v",
+            "The following node subscriptions are unconnected: no node publishes their topics",
+            "start the nodes that publish them; if they are running, compare the names: pyros1 topic list -v",
             tuple(plain),
         )
 
 
 def near_miss(topic: str, others: list[str]) -> str | None:
-    """Return the topic whose name is nearly the same, or the same in another namespace; None if there is none."""
+    """Return a topic with a similar name, or the same name in another namespace, None if there is none."""
     last = topic.rpartition("/")[2]
     elsewhere = [other for other in others if other.rpartition("/")[2] == last and other != topic]
     if len(elsewhere) == 1:
@@ -124,8 +124,8 @@ def _links(system: System) -> Iterator[Finding]:
             "missing-link",
             ERROR,
             "The following nodes should be connected but aren't:",
-            "restart the subscriber; if that does not help, a firewall or an address that only one side knows "
-            "(see above) is in the way, or they have different definitions of the type: compare its `pyros1 msg md5`",
+            "restart the subscriber; if that does not help, look for a firewall, an address that only one side knows "
+            "(see above), or different definitions of the type: compare its `pyros1 msg md5`",
             tuple(_link_text(system, edge) for edge in left),
         )
     unexpected = _unexpected(system)
@@ -134,13 +134,13 @@ def _links(system: System) -> Iterator[Finding]:
             "unexpected-link",
             WARNING,
             "The following nodes are connected, but the master does not know about it:",
-            "nodes of another master, or of one that was restarted: restart the nodes",
+            "they belong to another master, or the master was restarted: restart the nodes",
             tuple(f"{edge.publisher}->{edge.subscriber} ({edge.topic})" for edge in unexpected),
         )
 
 
 def _mismatched(system: System) -> set[str]:
-    """Topics whose ends do not match: that explains their missing links."""
+    """Return topics whose ends do not match, which explains their missing connections."""
     found = set()
     for topic in {end.topic for end in system.publications}:
         offers = [o for _, o in (*_known(system.publications, topic), *_known(system.subscriptions, topic))]
@@ -160,9 +160,9 @@ def _alive(system: System) -> dict[str, list[Connection]]:
 
 
 def missing_edges(system: System) -> list[Edge]:
-    """Return the connections between nodes that answer, which the master asks for and not both ends tell of.
+    """Return expected connections between nodes that answer, unless both ends report them.
 
-    One end is not enough: rospy's subscribers tell of connections that they only try to make.
+    One end is not enough: rospy's subscribers report connections that they are only trying to make.
     """
     told = _told(system)
     return [

@@ -1,7 +1,8 @@
-"""A small, safe part of Python's expressions, for the texts in which ROS 1 lets a user calculate.
+"""A small, safe subset of Python's expressions, for texts in which ROS 1 lets users compute values.
 
-`interpreter` has the language, `operators` and `functions` what may be done in it, `limits` how large its values may
-get, `costs` how long what is done takes. Why no library does all this: "Own code, and why" in ``pyros1/README.md``.
+`interpreter` has the language, `operators` and `functions` its operations, `limits` the largest sizes of values, and
+`costs` an estimate of the time of operations. For the reasons against a library, see "Own code, and why" in
+``pyros1/README.md``.
 """
 
 from __future__ import annotations

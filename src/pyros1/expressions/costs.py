@@ -1,7 +1,7 @@
-"""What operations and functions cost: about how many items they go through, known before they do.
+"""Costs of operations and functions: an estimate, in advance, of the number of items that they process.
 
-A message counts with all that is in it; what goes through a value only once on its surface counts less than what
-compares, sorts or shows it. Where an operation may look at every pair of items, the pairs count.
+A message counts with all its fields; operations that visit only the top level of a value cost less than those that
+compare, sort or format it. If an operation may visit all pairs of items, the pairs count.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from pyros1.expressions.limits import CONTAINERS, HASHED, SCALARS, STEP, TEXTS, 
 
 _PLAIN = SCALARS - {int}
 _PAIRS = 64
-"""How many pairs of characters count as one item."""
+"""Number of pairs of characters that count as one item."""
 _GLANCE = frozenset({"get", "has", "isinstance", "len"})
-"""Functions that do not go through their arguments."""
+"""Functions that do not visit the items of their arguments."""
 _SURFACE = frozenset({"all", "any", "bool", "enumerate", "filter", "list", "map", "reversed", "sum", "tuple", "zip"})
-"""Functions that go through the items of a value, but not into them."""
+"""Functions that visit the items of a value, but not nested items."""
 _BRIEF = frozenset({"endswith", "get", "items", "keys", "startswith", "values"})
-"""Methods that do not go through the value that they are of."""
+"""Methods that do not visit the items of their value."""
 _PRECISE = frozenset({"fsum", "gcd", "lcm", "isqrt", "dist", "sumprod", "hypot", "round", "divmod"})
-"""Functions that do much with each number, or with each 64 bits of one."""
+"""Functions that do much work for each number, or for each 64 bits of one."""
 _PRECISE_FACTOR = 20
 _FIELD = 8
-"""What one field of a format text costs, besides what is shown."""
+"""Cost of one field of a format string, in addition to the formatted value."""
 
 
 def surface(value: Any) -> int:
-    """Return how many items there are on the surface of a value; eight characters are one."""
+    """Return the number of items at the top level of a value; eight characters count as one."""
     kind = type(value)
     if kind in SCALARS:
         return 0
@@ -40,12 +40,12 @@ def surface(value: Any) -> int:
 
 
 def depth(value: Any, limit: int) -> int:
-    """Return how many items there are in a value and in those inside it, each as often as it appears.
+    """Return the number of items in a value and in nested values, each as often as it occurs.
 
     Args:
-        value: anything; eight characters are one item (in a message each of a text's, which are quoted one by one when
-            it is shown), 64 bits of a large integer, too.
-        limit: counting stops beyond this.
+        value: any value; eight characters count as one item (in a message each character, since they are quoted one
+            by one), and so do 64 bits of a large integer.
+        limit: number at which counting stops.
     """
     total = 0
     shift = 3  # of a text's length
@@ -74,7 +74,7 @@ def depth(value: Any, limit: int) -> int:
 
 
 def _other(value: Any, pending: list[Any]) -> int:
-    """Count a message and put its fields to `pending`, or count what another library made."""
+    """Count a message and add its fields to `pending`, or count an object of another library."""
     if type(value).__module__ == "numpy":
         return int(value.size)
     slots = getattr(type(value), "__slots__", ())
@@ -83,13 +83,13 @@ def _other(value: Any, pending: list[Any]) -> int:
 
 
 def call(function: Callable[..., Any], arguments: Sequence[Any], keywords: Mapping[str, Any], limit: int) -> int:
-    """Return what a call goes through.
+    """Return the cost of a call.
 
     Args:
-        function: what is called.
+        function: the function.
         arguments: its arguments.
-        keywords: those that have a name.
-        limit: counting stops beyond this.
+        keywords: its keyword arguments.
+        limit: number at which counting stops.
     """
     owner, name = owner_of(function), name_of(function)
     if owner is None and name in _GLANCE:
@@ -109,7 +109,7 @@ def call(function: Callable[..., Any], arguments: Sequence[Any], keywords: Mappi
 def _method(name: str, owner: Any, arguments: Sequence[Any], inside: int, limit: int) -> int:
     if name in _BRIEF:
         return 0
-    if name == "format":  # each field may show everything again
+    if name == "format":  # each field may format all arguments again
         return int(owner.count("{")) * (_FIELD + inside)
     if type(owner) not in TEXTS:
         return depth(owner, limit)
@@ -117,14 +117,14 @@ def _method(name: str, owner: Any, arguments: Sequence[Any], inside: int, limit:
 
 
 def sought(text: Any, where: Any) -> int:
-    """Return what it costs to look for a text in another, or to strip its characters from it: the pairs count."""
+    """Return the cost of a search for a string in another, or of stripping its characters from it: the pairs count."""
     if type(text) not in TEXTS or type(where) not in TEXTS:
         return 0
     return len(text) * len(where) // _PAIRS
 
 
 def contained(item: Any, where: Any, limit: int) -> int:
-    """Return what ``item in where`` costs."""
+    """Return the cost of ``item in where``."""
     if type(where) in TEXTS:
         return surface(where) + sought(item, where)
     if isinstance(where, HASHED):
@@ -133,8 +133,8 @@ def contained(item: Any, where: Any, limit: int) -> int:
 
 
 def binary(op: ast.operator, left: Any, right: Any, limit: int) -> int:
-    """Return what an operator between two values costs, besides what it makes."""
-    if isinstance(op, ast.Mod) and isinstance(left, str):  # each field may show everything again
+    """Return the cost of an operator with two values, in addition to its result."""
+    if isinstance(op, ast.Mod) and isinstance(left, str):  # each field may format all arguments again
         return surface(left) + left.count("%") * (_FIELD + depth(right, limit))
     if type(left) is int and type(right) is int:
         return (left.bit_length() + right.bit_length()) >> 8

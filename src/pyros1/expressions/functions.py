@@ -1,7 +1,7 @@
-"""What expressions may call: builtins, methods of plain values and math, each with a bound on what it makes.
+"""Functions for expressions: builtins, methods of plain values and math, each with a limit on its result.
 
-A function that makes much out of little measures its result before it makes it. None gives access to anything but the
-values that it gets.
+A function that can make a large result from small arguments computes the size first. No function gives access to
+anything but its arguments.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _MAX_DIGITS = 400
 MATH: Mapping[str, Any] = {
     name: getattr(math, name)
     for name in dir(math)  # sorted
-    # Those left out take very long for arguments that are soon written.
+    # Those left out can take very long with short arguments.
     if not name.startswith("_") and name not in ("factorial", "comb", "perm", "prod")
 }
-"""The functions and numbers of the module math."""
+"""The functions and constants of the module math."""
 
 _STR_METHODS = frozenset(
     (
@@ -46,12 +46,12 @@ _METHODS: Mapping[type, frozenset[str]] = {
 
 
 def method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
-    """Return a method of a text, list or other plain value; None if expressions have none of that name.
+    """Return a method of a string, list or other plain value; None if it is not available in expressions.
 
     Args:
-        owner: whose it is.
-        name: without ``_`` at the beginning.
-        limit: greatest size of what it makes.
+        owner: the value.
+        name: name of the method, which must not begin with ``_``.
+        limit: largest size of its result.
     """
     if type(owner) is str and name in _MEASURED:
         return functools.partial(_MEASURED[name], limit, owner)
@@ -61,7 +61,7 @@ def method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
 
 
 def owner_of(function: Callable[..., Any]) -> Any:
-    """Return the value of which a function is a method that goes through it; None if it is none."""
+    """Return the value of a method that visits the items of that value; None for other functions."""
     if isinstance(function, functools.partial):
         return None if len(function.args) < 2 else function.args[1]
     owner = getattr(function, "__self__", None)
@@ -69,7 +69,7 @@ def owner_of(function: Callable[..., Any]) -> Any:
 
 
 def name_of(function: Callable[..., Any]) -> str:
-    """Return the name under which expressions call a function, also one that measures first."""
+    """Return a function's name in expressions, also if it is a wrapper that computes the size first."""
     return str(getattr(getattr(function, "func", function), "__name__", "")).lstrip("_")
 
 
@@ -95,7 +95,7 @@ def _replace(limit: int, text: str, old: str, new: str, count: int = -1) -> str:
 
 
 def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
-    """str.format(), but a field is a number or a name: nothing inside of values can be reached."""
+    """Format as str.format(), but fields are only numbers or names, so that attributes cannot be reached."""
     parts: list[str] = []
     automatic = length = 0
     for literal, field, spec, conversion in string.Formatter().parse(template):
@@ -104,7 +104,7 @@ def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
         if field is None:
             continue
         if "{" in (spec or ""):
-            raise ExpressionError("fields inside of fields are not possible here")
+            raise ExpressionError("nested fields are not allowed here")
         if not field:
             field, automatic = str(automatic), automatic + 1  # noqa: PLW2901 - numbers itself
         if field.isdecimal():
@@ -112,7 +112,7 @@ def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
         elif field.isidentifier():
             value = keywords[field]
         else:
-            raise ExpressionError(f"{{{field}}} is not possible here: only numbers and names are")
+            raise ExpressionError(f"{{{field}}} is not allowed here: only numbers and names are")
         parts.append(formatted(value, conversion, spec or "", limit))
         length += len(parts[-1])
         require(length, limit)
@@ -120,13 +120,13 @@ def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
 
 
 def formatted(value: Any, conversion: str | None, spec: str, limit: int) -> str:
-    """Return one field of a format text or an f-string.
+    """Return one field of a format string or an f-string.
 
     Args:
-        value: what is shown.
+        value: the value to format.
         conversion: ``r``, ``s``, ``a`` or None.
-        spec: what stands behind the colon.
-        limit: greatest width.
+        spec: the text after the colon.
+        limit: largest width.
     """
     for number in re.findall(r"\d+", spec):
         require(int(number) if len(number) < 10 else limit + 1, limit)
@@ -151,11 +151,11 @@ _MEASURED: Mapping[str, Callable[..., str]] = {
     "format": _format,
     **{name: _padder(getattr(str, name)) for name in ("center", "ljust", "rjust", "zfill")},
 }
-"""Methods of texts that make much out of little."""
+"""Methods of strings that can make large results from small arguments."""
 
 
 def _map(limit: int, function: Callable[..., Any], *iterables: Iterable[Any]) -> list[Any]:
-    """map(), but at once: what it makes has to keep the bounds, too."""
+    """Return the result of map() as a list, so that it is within the limits, too."""
     results: list[Any] = []
     total = 0
     for arguments in zip(*iterables):  # noqa: B905 - as map() does it, up to the shortest
@@ -188,16 +188,16 @@ def _zip(*iterables: Iterable[Any]) -> list[Any]:
 
 
 def _round(number: Any, ndigits: int | None = None) -> Any:
-    """round(), which for an integer would calculate any power of ten."""
+    """Round as round(), with a limit on digits, since it would compute any power of ten for an integer."""
     if ndigits is not None and abs(ndigits) > _MAX_DIGITS:
-        raise ValueError("that many digits cannot be rounded to")
+        raise ValueError("cannot round to that many digits")
     return round(number, ndigits)
 
 
 def _sum(numbers: Iterable[Any], start: float = 0) -> Any:
-    """sum(), of numbers only: lists would be copied again with every step."""
+    """Return the sum of numbers only, since lists would be copied at each step."""
     if not isinstance(start, int | float):
-        raise TypeError("sum() is of numbers only")
+        raise TypeError("sum() accepts only numbers")
     return sum(numbers, start)
 
 
@@ -209,7 +209,7 @@ def functions(limit: int) -> dict[str, Any]:
     """Return the builtins that expressions may call, by name.
 
     Args:
-        limit: greatest size of what one makes.
+        limit: largest size of a result.
     """
     measured: dict[str, Callable[..., Any]] = {"map": _map, "range": _range, "format": _format_value}
     return {

@@ -1,10 +1,10 @@
-"""The language of expressions: what is allowed of Python's syntax, and what it means.
+"""Interpreter of expressions: the allowed subset of Python's syntax, and its meaning.
 
-A text is parsed to Python's syntax tree, checked to consist of harmless parts, and interpreted node by node; nothing is
-compiled or executed. There is no way to a name that begins with ``_``, to a lambda or an assignment, and sizes and
-loops are bounded, so that an expression can neither reach into the interpreter nor keep it busy for long.
+A text is parsed to Python's syntax tree, checked to contain only harmless nodes, and interpreted node by node; nothing
+is compiled or executed. Names that begin with ``_``, lambda and assignments are not accessible, and sizes and loops are
+limited, so that an expression can neither reach into the interpreter nor keep it busy for long.
 
-Who lets users calculate says in a subclass of `Interpreter` which nodes, names, attributes and functions there are.
+Subclasses of `Interpreter` define the nodes, names, attributes and functions for their users.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pyros1.expressions.limits import (
 )
 from pyros1.expressions.operators import BINARY, COMPARE, UNARY, require_small
 
-# Which method of Interpreter gives the value of which node.
+# Type of node -> method of Interpreter that returns its value.
 _METHODS: dict[type[ast.expr], str] = {
     ast.Attribute: "_attribute",
     ast.BinOp: "_binop",
@@ -65,13 +65,13 @@ def _is_target(node: ast.expr) -> bool:
 
 
 def _assign(target: ast.expr, item: Any, names: dict[str, Any]) -> None:
-    """Give the names of a comprehension's target their values, as in ``for a, (b, c) in``."""
+    """Assign values to the names of a comprehension's target, as in ``for a, (b, c) in``."""
     if isinstance(target, ast.Name):
         names[target.id] = item
     elif isinstance(target, ast.Tuple):
         items = list(item)
         if len(items) != len(target.elts):
-            raise ExpressionError(f"{len(target.elts)} names are for {len(items)} values")
+            raise ExpressionError(f"cannot assign {len(items)} values to {len(target.elts)} names")
         for name, part in zip(target.elts, items, strict=True):
             _assign(name, part, names)
 
@@ -79,24 +79,24 @@ def _assign(target: ast.expr, item: Any, names: dict[str, Any]) -> None:
 class Interpreter:
     """One checked expression.
 
-    A subclass widens or narrows the language by the class attributes, `check`, `constant`, `name` and `attribute`.
-    As it stands, there are the names given, what can be written down, methods of plain values, and math.
+    Subclasses narrow or extend the language with the class attributes, `check`, `constant`, `name` and `attribute`.
+    By default it has the given names, literals, methods of plain values, and math.
 
     Args:
         text: the expression.
 
     Raises:
-        ExpressionError: it is malformed, too long, or uses what is not allowed.
+        ExpressionError: it is malformed, too long, or uses syntax that is not allowed.
     """
 
     nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_METHODS)
-    """The kinds of syntax nodes allowed, of those that this class knows."""
+    """The allowed types of syntax nodes, of those that this class supports."""
 
     max_items: ClassVar[int] = MAX_ITEMS
-    """Greatest `size` of a calculated value."""
+    """Largest `size` of a computed value."""
 
     max_work: ClassVar[int] = MAX_WORK
-    """Most work, see `limits`."""
+    """Most work of an expression, see `limits`."""
 
     def __init__(self, text: str) -> None:
         self._work = 0
@@ -117,10 +117,10 @@ class Interpreter:
         """Return the expression's value.
 
         Args:
-            names: what the names in it stand for.
+            names: the values of the names in it.
 
         Raises:
-            ExpressionError: a name does not exist, types do not fit, the result gets too large, ...
+            ExpressionError: a name is unknown, types do not fit, a result is too large, or another error.
         """
         self._work = 0
         try:
@@ -133,34 +133,34 @@ class Interpreter:
     # What a subclass may change ------------------------------------------------------------------------------------
 
     def check(self, node: ast.AST) -> None:
-        """Refuse a node of the tree, before anything is evaluated.
+        """Refuse a forbidden node of the tree, before the evaluation.
 
         Raises:
-            ExpressionError: it may not be in an expression.
+            ExpressionError: it is not allowed in an expression.
         """
         kind = type(node).__name__
         if isinstance(node, ast.expr) and type(node) not in self.nodes:
-            raise ExpressionError(f"{kind} is not possible in an expression")
+            raise ExpressionError(f"{kind} is not allowed in an expression")
         if isinstance(node, ast.operator) and type(node) not in BINARY:
-            raise ExpressionError(f"{kind} is not possible in an expression")
+            raise ExpressionError(f"{kind} is not allowed in an expression")
         if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
             raise ExpressionError(f"{node.attr} is not accessible")
         if isinstance(node, ast.Call) and not isinstance(node.func, ast.Name | ast.Attribute):
-            raise ExpressionError("only plain function calls are possible")
+            raise ExpressionError("only plain function calls are allowed")
         if (isinstance(node, ast.keyword) and node.arg is None) or (isinstance(node, ast.Dict) and None in node.keys):
-            raise ExpressionError("** is not possible here")
+            raise ExpressionError("** is not allowed here")
         if isinstance(node, ast.comprehension) and (node.is_async or not _is_target(node.target)):
-            raise ExpressionError("a comprehension can only give names to its items")
+            raise ExpressionError("a comprehension can only assign its items to names")
 
     def constant(self, value: Any) -> Any:
         """Return the value of a literal."""
         return value
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
-        """Return what a name stands for.
+        """Return the value of a name.
 
         Raises:
-            ExpressionError: for nothing.
+            ExpressionError: the name is unknown.
         """
         if name not in names:
             raise ExpressionError(f"there is no name {name!r}")
@@ -170,7 +170,7 @@ class Interpreter:
         """Return a field or method of a value; `name` does not begin with ``_``.
 
         Raises:
-            ExpressionError: there is none of that name, or it is not for expressions.
+            ExpressionError: there is no such attribute, or it is not available in expressions.
         """
         found = method(owner, name, self.max_items)
         if found is None:
@@ -199,13 +199,13 @@ class Interpreter:
         return check_bits(value)
 
     def _spend(self, items: int) -> None:
-        """Count what is about to be gone through."""
+        """Add the cost of the next operation."""
         self._work += items
         if self._work > self.max_work:
             raise ExpressionError(TOO_MUCH)
 
     def _spend_reading(self, *values: Any) -> None:
-        """Count what an operation does that goes through whole values."""
+        """Add the cost of an operation that visits whole values."""
         for value in values:
             if type(value) not in SCALARS:
                 self._spend(costs.depth(value, self.max_work - self._work))
@@ -217,9 +217,11 @@ class Interpreter:
         return self.name(node.id, names)
 
     def _attribute(self, node: ast.Attribute, names: Mapping[str, Any]) -> Any:
-        if isinstance(node.value, ast.Name) and node.value.id == "math":  # which is no value itself
+        if isinstance(node.value, ast.Name) and node.value.id == "math":  # which is not a value itself
             if node.attr not in MATH:
-                raise ExpressionError(f"there is no math.{node.attr} for expressions; there are: {', '.join(MATH)}")
+                raise ExpressionError(
+                    f"math.{node.attr} is not available in expressions; available are: {', '.join(MATH)}"
+                )
             return MATH[node.attr]
         return self.attribute(self.value(node.value, names), node.attr)
 
@@ -236,7 +238,7 @@ class Interpreter:
     def _set(self, node: ast.Set, names: Mapping[str, Any]) -> Any:
         return self._bounded({self.value(item, names) for item in node.elts})
 
-    # A generator expression is calculated at once: what it makes has to keep the bounds, too.
+    # A generator expression is evaluated at once, so that its result is within the limits, too.
     def _listcomp(self, node: ast.ListComp | ast.GeneratorExp, names: Mapping[str, Any]) -> Any:
         return self._collected(node.generators, names, lambda inner: self.value(node.elt, inner))
 
@@ -303,7 +305,7 @@ class Interpreter:
         left = self.value(node.left, names)
         result: Any = True
         for number, (op, comparator) in enumerate(zip(node.ops, node.comparators, strict=True)):
-            if number and not result:  # only a chain asks whether it is true: of a numpy array that cannot be said
+            if number and not result:  # only a chain needs its truth value, which numpy arrays do not have
                 break
             right = self.value(comparator, names)
             if isinstance(op, ast.In | ast.NotIn):

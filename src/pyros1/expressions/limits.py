@@ -1,4 +1,4 @@
-"""How large the values of an expression may get, and the error of one that is wrong or gets too large."""
+"""Limits on the values and the work of expressions, and the error of expressions."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ MAX_TEXT = 10_000
 """Most characters of an expression."""
 
 MAX_ITEMS = 10_000
-"""Most characters or items of a calculated value, those of the values inside it included."""
+"""Most characters or items of a computed value, with those of nested values."""
 
 MAX_BITS = 4096
-"""Most bits of a calculated integer."""
+"""Most bits of a computed integer."""
 
 MAX_WORK = 10_000_000
-"""Most work of an expression: what its operations and functions go through counts one for each item, or for eight
-characters of a text; besides, each part that is calculated counts `STEP`, as often as comprehensions go through it."""
+"""Most work of an expression. Operations and functions count one for each item that they visit, or for eight
+characters of a string; in addition, each evaluation of a node counts `STEP`."""
 
 STEP = 6
-"""What it costs to calculate one part of an expression, one item of a comprehension, or to look into a list."""
+"""Cost to evaluate a node or an item of a comprehension, or to access an item of a list."""
 
 CALL = 16
-"""What a call costs, besides what the function does."""
+"""Cost of a call, in addition to that of the function."""
 
-TOO_MUCH = "there is too much to calculate; look at fewer fields or items"
+TOO_MUCH = "the expression takes too much work; use fewer fields or items"
 MAX_SAME_HASH = 100
-"""Most keys of a set or dictionary that have the same hash, as the multiples of 2**61 - 1 have."""
+"""Most keys of a set or dictionary with the same hash, such as the multiples of 2**61 - 1."""
 
 _WEIGHTLESS = frozenset({bool, float, type(None)})
 SCALARS = _WEIGHTLESS | {int}
@@ -40,15 +40,15 @@ HASHED: tuple[type[Any], ...] = (dict, set, frozenset, type({}.keys()), type({}.
 
 
 class ExpressionError(Error, ValueError):
-    """An expression is malformed, uses what is not allowed, gets too large, or fails; the text says which."""
+    """An expression is malformed, not allowed, too large, or fails; the text says which."""
 
 
 def size(value: Any, limit: int = MAX_ITEMS) -> int:
-    """Count the characters and items of a value and of those inside it, each as often as it appears.
+    """Return the number of characters and items of a value and of nested values, each as often as it occurs.
 
     Args:
-        value: anything; an integer counts as many as it has times 64 bits, what is no text or container nothing.
-        limit: counting stops beyond this.
+        value: any value; an integer counts one for each 64 bits, other values that are not strings or containers 0.
+        limit: number at which counting stops.
 
     Returns:
         The size, or any number above `limit`.
@@ -57,7 +57,7 @@ def size(value: Any, limit: int = MAX_ITEMS) -> int:
 
 
 def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
-    """Return the `size` of a value and how many items had to be looked at to know it."""
+    """Return the `size` of a value, and the number of items that were visited to compute it."""
     if isinstance(value, TEXTS):
         return len(value), len(value) >> 3
     total = looks = 0
@@ -84,7 +84,7 @@ def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
 
 
 def inside(items: Collection[Any], pending: list[Any]) -> int:
-    """Return how many items integers count beyond 64 bits, and put to `pending` what has to be looked at one by one."""
+    """Return the number for integers beyond 64 bits, and add to `pending` the items that must be visited separately."""
     kinds = set(map(type, items))
     if kinds == {int}:  # as in most messages
         large: int = sum(number.bit_length() for number in items if not -_SMALL < number < _SMALL)
@@ -96,21 +96,21 @@ def inside(items: Collection[Any], pending: list[Any]) -> int:
 
 
 def bounded(value: Any, limit: int = MAX_ITEMS) -> Any:
-    """Return a calculated value unchanged.
+    """Return a computed value unchanged, after a check.
 
     Args:
         value: the value.
-        limit: its greatest `size`.
+        limit: its largest `size`.
 
     Raises:
-        ExpressionError: it is larger than that, or an integer of more than `MAX_BITS` bits.
+        ExpressionError: it is larger, or an integer of more than `MAX_BITS` bits.
     """
     require(size(value, limit), limit)
     return check_bits(value)
 
 
 def check_bits(value: Any) -> Any:
-    """Return a calculated value unchanged.
+    """Return a computed value unchanged, after a check.
 
     Raises:
         ExpressionError: it is an integer of more than `MAX_BITS` bits.
@@ -121,7 +121,7 @@ def check_bits(value: Any) -> Any:
 
 
 def require(needed: int, limit: int = MAX_ITEMS) -> None:
-    """Check a size before what has it is made.
+    """Check the size of a result before it is made.
 
     Raises:
         ExpressionError: `needed` is above `limit`.
@@ -131,14 +131,14 @@ def require(needed: int, limit: int = MAX_ITEMS) -> None:
 
 
 def spread(keys: Iterable[Any]) -> None:
-    """Check what will be the keys of a set or dictionary, which takes for ever if they have the same hash.
+    """Check the keys of a new set or dictionary, which would be very slow if they had the same hash.
 
     Raises:
-        ExpressionError: more than `MAX_SAME_HASH` different ones have.
-        TypeError: one has no hash.
+        ExpressionError: more than `MAX_SAME_HASH` different keys have the same hash.
+        TypeError: a key has no hash.
     """
     if isinstance(keys, (*TEXTS, dict, set, frozenset)):
-        return  # of texts nobody knows the hash beforehand, and the others were checked when they were made
+        return  # hashes of strings cannot be predicted, and the others were checked when they were made
     found: dict[int, list[Any]] = {}
     for key in keys:
         same = found.setdefault(hash(key), [])

@@ -1,4 +1,4 @@
-"""The operators of expressions, and how much what they are asked to do would make and cost."""
+"""The operators of expressions, with the size of their results and their cost."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
 
 
 def _invert(value: Any) -> Any:
-    return ~int(value) if isinstance(value, bool) else ~value  # Python is about to drop the one of booleans
+    return ~int(value) if isinstance(value, bool) else ~value  # Python will remove the one of booleans
 
 
 BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -52,13 +52,13 @@ COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 
 
 def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
-    """Measure the result of an operation that makes much out of little, before it is made.
+    """Check the size of the result of an operation that can make a large one from small operands.
 
     Args:
         op: the operator.
         left: its first operand.
         right: its second operand.
-        limit: greatest `size` of the result.
+        limit: largest `size` of the result.
 
     Raises:
         ExpressionError: it would be larger.
@@ -75,7 +75,7 @@ def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
 def _require_bits(op: ast.operator, left: Any, right: Any) -> None:
     if isinstance(left, int) and isinstance(right, int) and right > 0:
         bits = left.bit_length()
-        # Of a power, the fewest bits that it can have; they are never more than twice as many.
+        # For a power, the smallest possible number of bits; it never has more than twice that.
         require(bits + right if isinstance(op, ast.LShift) else (bits - 1) * right, MAX_BITS)
 
 
@@ -86,9 +86,9 @@ def _require_items(sequence: Any, count: Any, limit: int) -> None:
 
 def _require_width(template: str | bytes | bytearray, limit: int) -> None:
     if not isinstance(template, str):
-        raise ExpressionError("texts cannot be formatted")
+        raise ExpressionError("only strings can be formatted with %")
     if _STAR_WIDTH.search(template):
-        raise ExpressionError("texts cannot be formatted with a width of *")
-    # Every number in the text counts, as if it were a width or precision.
+        raise ExpressionError("strings cannot be formatted with a width of *")
+    # Each number in the string counts as if it were a width or precision.
     numbers = (number.lstrip("0")[:9] for number in re.findall(r"[0-9]+", template))
     require(sum(int(number or "0") for number in numbers), limit)

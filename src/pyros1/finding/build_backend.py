@@ -1,6 +1,6 @@
-"""The build backend of this project (PEP 517, PEP 660): setuptools', with the stubs of the messages made before.
+"""The build backend of this project (PEP 517, PEP 660): setuptools, which first generates the stubs of the messages.
 
-So wheels and editable installs have stubs of all definitions that come with pyros1, and nobody keeps them by hand.
+So wheels and editable installs have current stubs of all definitions that come with pyros1.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ Settings = dict[str, Any] | None
 
 
 def make_stubs() -> None:
-    """Write the stubs of the definitions that come along."""
+    """Write the stubs of the definitions that come with pyros1."""
     library = stubs.shipped()
-    for old in stubs.HOME.glob("*/*.pyi"):  # those of a user's own packages belong into no wheel
+    for old in stubs.HOME.glob("*/*.pyi"):  # stubs of a user's own packages do not belong in the wheel
         old.unlink()
     stubs.write(stubs.stubs(library, library.packages()), stubs.HOME)
 

@@ -1,4 +1,4 @@
-"""The CMakeLists.txt of a new package: with the places, commented out, that ROS's tutorials ask people to fill in."""
+"""The CMakeLists.txt of a new package, with the commented-out sections that ROS's tutorials ask people to fill in."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ _HEAD = """cmake_minimum_required(VERSION 3.0.2)
 project({name})
 
 # To build: catkin_make, in the folder above src. In a shell with a Python environment (venv, conda) catkin does not
-# find its own modules; there: catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3
+# find its own modules; then use: catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3
 """
 
 _DEFINITIONS = """# Messages, services and actions: the files in the folders msg, srv and action.
-# For those of your own take the # away and name your files; then message_generation belongs into find_package above,
-# message_runtime into catkin_package below, and both into package.xml.
+# To add your own, remove the # and name your files; then add message_generation to find_package above,
+# message_runtime to catkin_package below, and both to package.xml.
 """
 
 _PROGRAMS = """# Programs and libraries in C++
 # add_library(${PROJECT_NAME} src/${PROJECT_NAME}.cpp)
 # add_executable(${PROJECT_NAME}_node src/${PROJECT_NAME}_node.cpp)
 # target_link_libraries(${PROJECT_NAME}_node ${catkin_LIBRARIES})
-# This has messages generated before the program is compiled:
+# This makes catkin generate messages before it compiles the program:
 # add_dependencies(${PROJECT_NAME}_node ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 """
 
@@ -31,8 +31,8 @@ def cmake_lists(package: NewPackage, has_messages: bool) -> str:
     """Return the text of CMakeLists.txt.
 
     Args:
-        package: what it is to be.
-        has_messages: whether it comes with the example's message and nodes.
+        package: the new package.
+        has_messages: whether it has the example's message and nodes.
     """
     head = _HEAD.format(name=package.name)
     if package.meta:
@@ -52,7 +52,7 @@ def cmake_lists(package: NewPackage, has_messages: bool) -> str:
 
 
 def _call(function: str, *lines: str) -> str:
-    """Return a call with an argument in each line."""
+    """Return a CMake call with one argument per line."""
     return "\n".join([f"{function}(", *(f"  {line}" for line in lines), ")", ""])
 
 
@@ -61,7 +61,7 @@ def _commented(text: str) -> str:
 
 
 def _found(package: NewPackage, components: Sequence[str]) -> str:
-    text = "# What this package needs\n"
+    text = "# Dependencies of this package\n"
     text += (
         _call("find_package", "catkin REQUIRED COMPONENTS", *components).replace("(\n  ", "(", 1)
         if components
@@ -77,7 +77,7 @@ def _definitions(depends: Sequence[str], has_messages: bool) -> str:
     text = _DEFINITIONS + (messages if has_messages else _commented(messages))
     text += _commented(_call("add_service_files", "FILES", "Service1.srv"))
     text += _commented(_call("add_action_files", "FILES", "Action1.action"))
-    text += "# Behind DEPENDENCIES: the packages whose messages yours have as fields\n"
+    text += "# After DEPENDENCIES: the packages whose messages are fields of yours\n"
     fields = [each for each in depends if each.endswith("_msgs")] or ["std_msgs"]
     if has_messages:
         return f"{text}generate_messages(\n  # DEPENDENCIES\n" + "".join(f"  # {each}\n" for each in fields) + ")\n"
@@ -91,7 +91,7 @@ def _exported(depends: Sequence[str], has_messages: bool) -> str:
     exported = [*depends, *(["message_runtime"] if has_messages else [])]
     lines.append(f"{'' if exported else '# '}CATKIN_DEPENDS{''.join(f' {each}' for each in exported)}")
     lines += [] if has_messages else ["# message_runtime"]
-    return "# What packages get that need this one\n" + _call("catkin_package", *lines)
+    return "# What this package exports to packages that depend on it\n" + _call("catkin_package", *lines)
 
 
 def _included(depends: Sequence[str]) -> str:

@@ -1,8 +1,8 @@
-"""All packages of this machine, from a crawl that is remembered between commands.
+"""All packages of this machine, from a crawl of the folders whose results are cached between commands.
 
-The record of a crawl says for each folder when it was changed and what was in it. A later command asks the system for
-the times only, and reads again what has changed: what was added, moved or removed is seen at once. Times that are too
-young to be trusted (a second change within the clock's granularity would not show) are not remembered.
+The record of a crawl holds the modification time and the content of each folder. A later command asks the system only
+for the times, and reads the folders that have changed: what was added, moved or removed is seen at once. Folders that
+changed just now are not recorded, since a second change within the clock's granularity would not show.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ Record = list[Any]
 
 
 class Found(NamedTuple):
-    """A package that was found.
+    """A package on this machine.
 
     Attributes:
-        name: of the package.
-        folder: where it is.
+        name: the package's name.
+        folder: its path.
         manifest: file name of its manifest: ``package.xml``, ``manifest.xml`` or ``stack.xml`` (a stack of rosbuild).
-        meta: whether it only stands for others.
+        meta: whether it is a metapackage.
     """
 
     name: str
@@ -50,12 +50,12 @@ class Found(NamedTuple):
 
 
 def places(environ: Mapping[str, str]) -> list[tuple[str, int]]:
-    """Return the folders in which packages are looked for, in order, each with how many levels deep."""
+    """Return the folders in which packages are searched, in order, each with the number of levels to search."""
     return [(str(folder), depth) for folder, depth in PackageIndex(environ).places()]
 
 
 def cache_folder(environ: Mapping[str, str]) -> Path:
-    """Return the folder for what can be made again: ``$XDG_CACHE_HOME/pyros1``, ``~/.cache/pyros1``."""
+    """Return the cache folder: ``$XDG_CACHE_HOME/pyros1`` or ``~/.cache/pyros1``."""
     base = environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     return Path(base, "pyros1")
 
@@ -63,11 +63,11 @@ def cache_folder(environ: Mapping[str, str]) -> Path:
 def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[Found]:
     """Return all packages in the order in which they are found; of several with one name the first counts.
 
-    Below one root that is the one directly in it, in a folder of its name, as for `PackageIndex`.
+    Below one root, a package in a folder of its name directly in the root comes first, as for `PackageIndex`.
 
     Args:
-        environ: environment variables, for where to look and where to remember.
-        roots: the folders to look in, and how many levels deep; None means those of this machine.
+        environ: environment variables: they say where to search and where the cache is.
+        roots: the folders to search, each with the number of levels; None means those of this machine.
     """
     roots = places(environ) if roots is None else roots
     file = _record_file(environ, roots)
@@ -84,16 +84,17 @@ def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | N
 
 
 def find_quickly(environ: Mapping[str, str], name: str) -> Found | None:
-    """Return a package from the record of an earlier crawl, without asking about every other one.
+    """Return a package from the record of an earlier crawl, without a check of all other packages.
 
     Folders that hold packages are checked, and so is the package itself.
 
     Args:
-        environ: environment variables, for where to look and where the record is.
-        name: of the package.
+        environ: environment variables: they say where to search and where the cache is.
+        name: the package's name.
 
     Returns:
-        The package; None if only :func:`all_packages` can tell: something has changed, or there is none.
+        The package; None if a full crawl (:func:`all_packages`) must answer: something has changed, or there is no such
+        package.
     """
     roots = places(environ)
     records = _load(_record_file(environ, roots))
@@ -112,7 +113,7 @@ def _is_direct(package: Found, root: str) -> bool:
 
 
 def _recorded(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[Found]:
-    """Yield the packages of that name; LookupError if a record is missing or too old."""
+    """Yield the packages of that name; raise LookupError if a record is missing or too old."""
     record = records.get(folder)
     if record is None:
         if os.path.isdir(folder):
@@ -133,19 +134,19 @@ def _recorded(records: Mapping[str, Record], folder: str, depth: int, name: str)
 
 
 def _record_file(environ: Mapping[str, str], roots: list[tuple[str, int]]) -> Path:
-    # Two sets of places with one number would share a file: each would find the other's records, which do no harm.
+    # If two sets of places had the same number, they would share a file; the other's records do no harm.
     return cache_folder(environ) / f"packages-{crc32(repr(roots).encode()):08x}.json"
 
 
 class Crawl:
-    """Walks through folders with the help of an earlier walk's records.
+    """A walk through folders with the help of the records of an earlier one.
 
     Args:
         records: folder -> record.
-        now: the present time in nanoseconds; None asks the clock.
+        now: the present time in nanoseconds; None: by the clock.
 
     Attributes:
-        changed: whether something was not as the records say.
+        changed: whether something differed from the records.
     """
 
     def __init__(self, records: Mapping[str, Record], now: int | None = None) -> None:
@@ -159,8 +160,8 @@ class Crawl:
         """Yield the packages in a folder and below, in the order of their names.
 
         Args:
-            folder: where to look.
-            depth: how many levels deep.
+            folder: the folder to search.
+            depth: number of levels to search.
             above: device and inode of the folders on the way, so that links that lead back are not followed.
         """
         try:
@@ -184,7 +185,7 @@ class Crawl:
                 yield from self.packages(f"{folder.rstrip('/')}/{each}", depth - 1, (*above, here))
 
     def trusted(self) -> dict[str, Record]:
-        """Return the records that a later walk may believe."""
+        """Return the records that a later walk may rely on."""
         limit = self._now - _TRUSTED_AGE
         return {folder: record for folder, record in self._new.items() if max(record[0], record[3]) < limit}
 
@@ -201,13 +202,13 @@ class Crawl:
 
 
 def profile(roots: list[tuple[str, int]]) -> list[tuple[float, str, bool]]:
-    """Return for each folder the seconds that reading it and all below takes without a record, the slowest first.
+    """Return the seconds that it takes to read each folder, with all below it, without a record; slowest first.
 
     Args:
-        roots: the folders to look in, and how many levels deep.
+        roots: the folders to search, each with the number of levels.
 
     Returns:
-        (seconds, folder, whether there is a package in it or below).
+        (seconds, folder, whether it or a folder below holds a package) of each folder.
     """
     result: list[tuple[float, str, bool]] = []
 
@@ -253,7 +254,7 @@ def _read(folder: str, changed: int) -> Record:
         return [changed, [], manifest, time_read, name, meta]
     if not _IGNORED.isdisjoint(entries):
         folders: list[str] = []
-    else:  # links that lead nowhere stay in the list: where they lead to may come
+    else:  # broken links stay in the list: their targets may appear later
         folders = sorted(n for n, entry in entries.items() if n[0] != "." and (entry.is_symlink() or entry.is_dir()))
     if manifest:
         return [changed, folders, manifest, _changed(folder, manifest), os.path.basename(folder), False]
@@ -261,7 +262,7 @@ def _read(folder: str, changed: int) -> Record:
 
 
 def identity(folder: str, manifest: str) -> tuple[str, bool]:
-    """Return the name that a manifest gives its package, and whether it is a metapackage."""
+    """Return the package name in a manifest, and whether the package is a metapackage."""
     base = os.path.basename(folder)
     if manifest != "package.xml":
         return base, False
@@ -286,7 +287,7 @@ def _load(file: Path) -> dict[str, Record]:
 
 
 def _save(file: Path, records: Mapping[str, Record]) -> None:
-    """Write the records for the next command. Where that is not possible, it reads the folders itself."""
+    """Write the records for the next command. If that fails, the next command reads the folders itself."""
     temporary = file.with_name(f"{file.name}.{os.getpid()}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)

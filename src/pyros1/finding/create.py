@@ -1,11 +1,11 @@
-"""Making new packages, for pyros1 and stock catkin alike."""
+"""Creates new packages, for pyros1 and for stock catkin."""
 
 from __future__ import annotations
 
 import keyword
 import os
 import re
-from html import escape  # XML's three characters are among HTML's; xml.sax is slow to import
+from html import escape  # HTML's escapes include XML's; xml.sax is slow to import
 from pathlib import Path
 
 from pyros1.errors import Error
@@ -18,7 +18,7 @@ _PERSON = re.compile(r"(.*?)\s*<([^<>]+@[^<>]+)>")
 
 
 class CreateError(Error):
-    """The package cannot be made; nothing was written."""
+    """The package cannot be created."""
 
 
 def name_problem(name: str) -> str:
@@ -28,9 +28,9 @@ def name_problem(name: str) -> str:
     if name[0].isdigit() or name[0] in "_-":
         return "it must start with a letter"
     if not _NAME.fullmatch(name) or len(name) < 2:
-        return "it should be lower case letters, digits and single underscores, two at least, for example my_robot"
+        return "use at least two lower-case letters, digits and single underscores, for example my_robot"
     if keyword.iskeyword(name):
-        return "it is a word of Python, so nothing could be imported from it"
+        return "it is a Python keyword, so nothing could be imported from it"
     return ""
 
 
@@ -38,24 +38,25 @@ def create(package: NewPackage, parent: Path) -> list[str]:
     """Write a package.
 
     Args:
-        package: what it is to be.
-        parent: the folder to make it in.
+        package: the new package.
+        parent: the folder in which the package is created.
 
     Returns:
-        What was made, files and folders (with a slash behind), relative to ``parent``, in order.
+        The paths of the new files and folders (these with a trailing slash), relative to ``parent``, in order.
 
     Raises:
-        CreateError: the name does not do, or a file is already there. Nothing is written then.
+        CreateError: the name is not valid, or a file exists already (then nothing is written), or a file cannot be
+            written.
     """
     if not re.fullmatch(r"[^\W]([\w-]*)", package.name):
-        raise CreateError(f"'{package.name}' is no name for a package: {name_problem(package.name)}")
+        raise CreateError(f"'{package.name}' is not a valid package name: {name_problem(package.name)}")
     if not re.fullmatch(r"\d+\.\d+\.\d+", package.version):
-        raise CreateError(f"the version must be three numbers, for example 0.1.0, not '{package.version}'")
+        raise CreateError(f"'{package.version}' is not a valid version: use three numbers, for example 0.1.0")
     folder = parent / package.name
     files = _files(package)
     for path in [folder, *(folder / name for name in files)]:
         if path.exists() and (path != folder or not path.is_dir()):
-            raise CreateError(f"{path} is already there; nothing was changed")
+            raise CreateError(f"{path} already exists; nothing was changed")
     made = []
     try:
         for name, text in files.items():
@@ -120,7 +121,7 @@ def package_xml(package: NewPackage) -> str:
             lines += ["  <build_depend>message_generation</build_depend>"]
             lines += [f"  <{tag}>message_runtime</{tag}>" for tag in ("build_export_depend", "exec_depend")]
         else:
-            lines += ["  <!-- With messages, services or actions of its own a package needs these, too: -->"]
+            lines += ["  <!-- A package with messages, services or actions also needs: -->"]
             lines += ["  <!-- <build_depend>message_generation</build_depend> -->"]
             lines += ["  <!-- <exec_depend>message_runtime</exec_depend> -->"]
     return "\n".join([*lines, "</package>", ""])

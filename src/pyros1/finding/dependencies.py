@@ -1,4 +1,4 @@
-"""Which package needs which, as rospack answers it."""
+"""Dependencies between packages, by rospack's rules."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pyros1.finding.manifest import Manifest, ManifestError, read_manifest
 
 
 class Packages:
-    """Packages and what they need; manifests are read when they are asked for.
+    """Packages and their dependencies; manifests are read when they are needed.
 
     Args:
-        found: in the order of preference; of several with one name the first counts.
+        found: the packages, in the order of preference; of several with one name the first counts.
     """
 
     def __init__(self, found: Sequence[Found]) -> None:
@@ -28,7 +28,7 @@ class Packages:
         """Return a package.
 
         Raises:
-            PackageNotFoundError: there is none of that name.
+            PackageNotFoundError: there is no such package.
         """
         package = self.by_name.get(name)
         if package is None:
@@ -50,7 +50,7 @@ class Packages:
         return manifest
 
     def direct(self, name: str) -> list[str]:
-        """Return the packages that a package needs itself. What is no package comes from the system.
+        """Return the direct dependencies of a package; names that are not packages are dependencies on the system.
 
         Raises:
             ManifestError: a rosbuild package names a package that is not there, or a manifest cannot be read.
@@ -63,11 +63,11 @@ class Packages:
         return [each for each in names if each in self.by_name]
 
     def needs(self, name: str) -> list[str]:
-        """Return all that a package needs, what is needed before what needs it."""
+        """Return all dependencies of a package, direct and indirect, each one before those that need it."""
         return list(self._after(name, {name}))
 
     def needs_first(self, name: str) -> list[str]:
-        """Return all that a package needs, what needs before what is needed."""
+        """Return all dependencies of a package, direct and indirect, each one after those that need it."""
         result: dict[str, None] = {}
         waiting = [*reversed(self.direct(name))]
         while waiting:
@@ -78,11 +78,11 @@ class Packages:
         return list(result)
 
     def needed_by(self, name: str) -> list[str]:
-        """Return the packages that need a package themselves, sorted."""
+        """Return the packages that depend on a package directly, sorted."""
         return sorted(each for each in self.by_name if name in self._known(each))
 
     def all_needed_by(self, name: str) -> list[str]:
-        """Return the packages that need a package, directly or through others, sorted."""
+        """Return the packages that depend on a package, directly or through others, sorted."""
         users: dict[str, list[str]] = {}
         for each in self.by_name:
             for needed in self._known(each):
@@ -97,14 +97,14 @@ class Packages:
         return sorted(result - {name})
 
     def tree(self, name: str, level: int = 0, above: tuple[str, ...] = ()) -> Iterator[tuple[int, str]]:
-        """Yield (level, package) of what a package needs, each with all that it needs below it."""
+        """Yield (level, package) of the tree of a package's dependencies, from the top down."""
         for each in self.direct(name):
             yield level, each
             if each not in above:
                 yield from self.tree(each, level + 1, (*above, name))
 
     def chains(self, name: str, target: str) -> Iterator[tuple[str, ...]]:
-        """Yield all ways in which a package comes to need another."""
+        """Yield all chains of dependencies from one package to another."""
         leading = {target, *self.all_needed_by(target)}
         yield from self._chains((name,), target, leading)
 
@@ -123,7 +123,7 @@ class Packages:
                 yield each
 
     def _known(self, name: str) -> Iterable[str]:
-        """What a package needs, as far as that can be read: somebody else's broken manifest stops nobody."""
+        """Return a package's direct dependencies, none if its manifest is broken: that must not stop a search."""
         try:
             return self.manifest(name).runs_with()
         except ManifestError:

@@ -1,7 +1,7 @@
-"""``from pyros1.msgs.std_msgs.msg import Float64``: modules made from definitions when they are imported.
+"""Modules generated from definitions on import, as in ``from pyros1.msgs.std_msgs.msg import Float64``.
 
 A finder in ``sys.meta_path`` answers for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made
-when it is first asked for and then kept in its module: each type has one class in a process, and pickles find it.
+when it is first used and then kept in its module: each type has one class per process, and pickles find it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pyros1.msgs.spec import is_type_name
 
 
 class MessageFinder:
-    """Import hook and maker of classes.
+    """Import hook that makes message and service classes.
 
     Args:
         environ: environment variables, read when the first definition is needed.
@@ -46,11 +46,11 @@ class MessageFinder:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Answer the import system: a spec for a package with definitions, or its msg or srv module.
+        """Return the import system's spec for a package with definitions, or its msg or srv module.
 
         Raises:
-            ImportError: there is no such thing; the text says what may have been meant. Python asks for the types of a
-                msg or srv module only if these are not there: as modules, since it takes ours for packages.
+            ImportError: there is no such package or type; the text has a hint at what may have been meant. Python asks
+                for a type, as if it were a module, only if the msg or srv module does not have it.
         """
         if not name.startswith(self._prefix + "."):
             return None
@@ -72,7 +72,7 @@ class MessageFinder:
         """Leave it to the import system."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Fill a new module: msg and srv modules make their classes when these are asked for."""
+        """Fill a new module: msg and srv modules make each class when it is first used."""
         package, *kind = module.__name__[len(self._prefix) + 1 :].split(".")
         package = ros_name(package)
         module.__doc__ = f"Definitions of the ROS package {package}."
@@ -105,9 +105,11 @@ class MessageFinder:
             make(name)
         except UnknownTypeError as error:
             if short in other(package):
-                return f"{error}; there is {self._prefix}.{module_name(package)}.{other_kind}.{short}"
+                return f"{error}; did you mean {self._prefix}.{module_name(package)}.{other_kind}.{short}?"
             return str(error)
-        return f"{short} is no module: write from {self._prefix}.{module_name(package)}.{kind} import {short}"
+        return (
+            f"{short} is a class, not a module: write from {self._prefix}.{module_name(package)}.{kind} import {short}"
+        )
 
     # -- classes -------------------------------------------------------------------------------------------------------
 
@@ -145,12 +147,12 @@ class MessageFinder:
     def _kept(self, name: str, kind: str, make: Callable[[str], type[Any]]) -> Any:
         package, _, short = name.partition("/")
         if not is_type_name(name) or not self.library.has_package(package):
-            # Raises the error that says what was searched.
+            # Raises the error that says where it was searched.
             return self.library.message(name) if kind == "msg" else self.library.service(name)
         module = importlib.import_module(f"{self._prefix}.{module_name(package)}.{kind}")
         kept = vars(module).get(short)
         if kept is None:
-            # Another thread may have been here too: the first one's class stays.
+            # Another thread may have made the class meanwhile: the first one stays.
             kept = vars(module).setdefault(short, make(module.__name__))
         return kept
 
@@ -163,7 +165,7 @@ class MessageFinder:
 
 
 def installed(environ: Mapping[str, str]) -> MessageFinder:
-    """Return the process's import hook; install one if there is none, before `generated.Hook`, whose work it does."""
+    """Return the process's import hook; if needed, install it, before `generated.Hook`, which it replaces."""
     for finder in sys.meta_path:
         if isinstance(finder, MessageFinder):
             return finder

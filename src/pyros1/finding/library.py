@@ -1,6 +1,6 @@
-"""Definitions by name: where the text of ``package/Type`` is found on this machine (G28).
+"""Definitions of messages and services by name: finds the text of ``package/Type`` on this machine (G28).
 
-In this order: packages where `packages` looks for them, the definitions that come with pyros1. A package's
+It searches the packages that `packages` finds, then the definitions that come with pyros1. A package's
 folder has ``msg``, ``srv`` and ``action``; the messages of an action need no .msg files.
 """
 
@@ -29,7 +29,7 @@ _ACTION_PARTS = ("ActionGoal", "ActionResult", "ActionFeedback", "Action", "Goal
 
 
 class Library:
-    """Finds and parses definitions; remembers what it parsed.
+    """Parsed definitions of messages and services, each read once.
 
     Args:
         environ: environment variables, for ``ROS_PACKAGE_PATH``.
@@ -56,8 +56,8 @@ class Library:
         """Return the parsed definition of a message type.
 
         Raises:
-            UnknownTypeError: there is none.
-            DefinitionError: it is wrong; the text names file and line.
+            UnknownTypeError: there is no such type.
+            DefinitionError: the definition is wrong; the text names file and line.
         """
         spec = self._messages.get(name)
         if spec is None:
@@ -75,7 +75,7 @@ class Library:
         return spec
 
     def has_package(self, package: str) -> bool:
-        """Tell whether there are definitions of that package."""
+        """Return whether a package of that name has definitions."""
         return any(map(_has_definitions, self.folders(package)))
 
     def messages(self, package: str) -> list[str]:
@@ -97,10 +97,10 @@ class Library:
         return sorted(name for name in found if self.has_package(name))
 
     def folders(self, package: str) -> list[str]:
-        """Return the folders that may hold definitions of a package, the first to be asked first."""
+        """Return the folders that may hold definitions of a package, in the order of search."""
         folders = self._folders.get(package)
         if folders is None:
-            # Debian installs some message packages without a package.xml, so these folders count by their name.
+            # Debian installs some message packages without a package.xml, so these folders are packages by their name.
             folders = [folder for root in self._roots if os.path.isdir(folder := os.path.join(root, package))]
             try:
                 found = self._packages.find_folder(package)
@@ -141,11 +141,11 @@ class Library:
                     yield name.removesuffix("." + kind)
 
     def no_package(self, package: str) -> str:
-        """Return that there is no such package, with a hint at what may have been meant."""
+        """Return a text that says that there is no such package, with a hint at what may have been meant."""
         from pyros1.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
 
         hint = did_you_mean(package, self.packages())
-        return f"no package [{package}] with definitions{hint or '; is ROS_PACKAGE_PATH set?'}"
+        return f"there is no package [{package}] with definitions{hint or '; is ROS_PACKAGE_PATH set?'}"
 
     def _not_found(self, name: str, what: str) -> str:
         names: Callable[[str], list[str]] = self.services if what == "service" else self.messages
@@ -164,10 +164,11 @@ class Library:
         return f"{what} type [{name}] is unknown{hint or instead}"
 
     def _full_names(self, name: str, names: Callable[[str], list[str]]) -> list[str]:
-        """Return what a name without package, or one with a folder as in ROS 2, may stand for; a few at most."""
+        """Return a few full names that a name without a package, or with a folder as in ROS 2, may stand for."""
         package, short = name.partition("/")[0], name.rpartition("/")[2]
         if "/" in name:
-            return [f"{package}/{short}"] if short in names(package) else []
+            meant = f"{package}/{short}"
+            return [meant] if meant != name and short in names(package) else []
         found = [f"{package}/{short}" for package in self.packages() if short in names(package)]
         return found[:_MOST_HINTS]
 
@@ -177,7 +178,7 @@ def _has_definitions(folder: str) -> bool:
 
 
 def _listed(folder: str) -> list[str]:
-    """Return the names in a folder that are not hidden; none if it cannot be read."""
+    """Return the names in a folder that are not hidden; nothing if it cannot be read."""
     try:
         return [name for name in os.listdir(folder) if name[0] != "."]
     except OSError:
@@ -185,7 +186,7 @@ def _listed(folder: str) -> list[str]:
 
 
 def _read(path: str) -> str:
-    """Return the text of a definition file, line ends as ``\\n``."""
+    """Return the text of a definition file, with ``\\n`` as line ends."""
     try:
         with open(path, "rb") as file:
             data = file.read()

@@ -1,4 +1,4 @@
-"""What a package says about itself: package.xml of formats 1 to 3 (REP 127, 140, 149) and rosbuild's manifest.xml."""
+"""Manifests of packages: package.xml of formats 1 to 3 (REP 127, 140, 149) and rosbuild's manifest.xml."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, ParseError
 from pyros1.errors import Error
 
 RUN_TAGS = ("run_depend", "exec_depend", "depend")
-"""Tags of what a catkin package needs when it runs, in the order in which rospack takes them."""
+"""Tags of a catkin package's run-time dependencies, in rospack's order."""
 
 _DEPENDENCY_TAGS = frozenset(
     [
@@ -33,15 +33,15 @@ class Manifest:
     """A package's manifest.
 
     Attributes:
-        name: of the package.
-        path: of the file.
-        catkin: a package.xml, not a manifest.xml.
+        name: name of the package.
+        path: path of the file.
+        catkin: whether the file is a package.xml, not a manifest.xml.
         depends: (tag, package) of each dependency, as written.
         exports: (tag, attributes) of each export.
-        system: names of system packages, of a manifest.xml's ``rosdep`` tags.
+        system: names of system packages, from a manifest.xml's ``rosdep`` tags.
         version_control: (type, url) of each ``versioncontrol`` tag.
-        version: as written; empty if there is none.
-        metapackage: whether it only stands for others.
+        version: as written; empty if the file gives none.
+        metapackage: whether it is a metapackage.
     """
 
     name: str
@@ -55,13 +55,13 @@ class Manifest:
     metapackage: bool = False
 
     def runs_with(self) -> list[str]:
-        """Return the packages that it needs when it runs, each once."""
+        """Return the run-time dependencies, each once."""
         if not self.catkin:
             return list(dict.fromkeys(name for _, name in self.depends))
         return list(dict.fromkeys(name for tag in RUN_TAGS for each, name in self.depends if each == tag))
 
     def exported(self, language: str, attribute: str) -> list[str]:
-        """Return the values of an export's attribute, with ``${prefix}`` put in."""
+        """Return the values of an export's attribute, with ``${prefix}`` replaced."""
         prefix = str(self.path.parent)
         values = [values[attribute] for tag, values in self.exports if tag == language and attribute in values]
         return [value.replace("${prefix}", prefix) for value in values]
@@ -71,23 +71,23 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
     """Read a manifest.
 
     Args:
-        path: of package.xml, manifest.xml or stack.xml.
-        name: of the package, where the file has none; empty takes the folder's.
+        path: path of package.xml, manifest.xml or stack.xml.
+        name: name of the package if the file has none; empty: the folder's name.
 
     Raises:
-        ManifestError: it is not there, or not XML, or of another kind.
+        ManifestError: the file cannot be read, or is not a manifest.
     """
     from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped] # noqa: PLC0415 - most commands need names only
     from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped] # noqa: PLC0415
 
-    if path.exists() and not path.is_file():  # a device may never end, a pipe never begin
+    if path.exists() and not path.is_file():  # a device may never end, and a pipe may never deliver anything
         raise ManifestError(f"cannot read {path}: it is not a regular file")
     try:
         root = fromstring(path.read_bytes())
     except OSError as error:
         raise ManifestError(f"cannot read {path}: {error.strerror}") from error
     except (ParseError, DefusedXmlException, ValueError) as error:
-        raise ManifestError(f"cannot understand {path}: {error}") from error
+        raise ManifestError(f"{path} is not valid XML: {error}") from error
     if root.tag not in ("package", "stack"):
         raise ManifestError(f"{path}: the root element is <{root.tag}>, not <package>")
     name = _text(root.find("name")) or name or path.parent.name

@@ -1,4 +1,4 @@
-"""What a new package is to be."""
+"""The description of a new package."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from dataclasses import dataclass
 
 @dataclass
 class NewPackage:
-    """What a package is to be.
+    """The description of a new package.
 
     Attributes:
-        name: of the package.
-        depends: packages that it needs, to build and to run.
-        system: what it needs of the system, as rosdep names it.
-        boost: components of Boost to be linked with.
+        name: name of the package.
+        depends: packages on which it depends, to build and to run.
+        system: dependencies on the system, by their rosdep keys.
+        boost: components of Boost to link with.
         version, description, licenses, authors, maintainers: for package.xml; people as ``Name <address>``.
-        meta: a package that only stands for others.
-        examples: with nodes, a message and a launch file.
+        meta: whether it is a metapackage.
+        examples: whether to add example nodes, a message and a launch file.
     """
 
     name: str

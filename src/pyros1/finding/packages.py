@@ -1,16 +1,15 @@
-"""Where ROS packages are on this machine (https://wiki.ros.org/ROS/EnvironmentVariables#ROS_PACKAGE_PATH).
+"""Finds the ROS packages of this machine (https://wiki.ros.org/ROS/EnvironmentVariables#ROS_PACKAGE_PATH).
 
-A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (rosbuild). Searched are, in this order: the
-folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of ``CMAKE_PREFIX_PATH``, stock
-installations found on the machine, the Python packages of this interpreter that declare a ROS package (by a
-``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that come with pyros1.
-Of several packages of one name below one of these folders the one directly in it counts, if its folder has that name,
-else the first in the order of the folders' names. (Stock takes the order in which the file system lists them.) Nothing
-is read before a question is asked, and what was found is remembered by the object: have one of them and ask it
-everything.
+A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (rosbuild). The search goes, in this order,
+through the folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of
+``CMAKE_PREFIX_PATH``, stock installations on the machine, the Python packages of this interpreter that declare a ROS
+package (by a ``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that come
+with pyros1. If one of these folders holds several packages of one name, the one directly in it counts, if its folder
+has that name, else the first in the order of the folders' names. (Stock takes the order in which the file system lists
+them.) Nothing is read before it is needed, and the index remembers what it has found: use one index for all searches.
 
-Every node looks for the packages of its messages when it starts. So a package that is where one would expect it is
-found without a look at all others, and this module knows paths as strings: `pathlib` is loaded for those who ask for
+Every node looks for the packages of its messages when it starts. So a package in its usual place is found without a
+search through all others, and this module handles paths as strings: `pathlib` is loaded only by methods that return
 its objects.
 """
 
@@ -37,10 +36,10 @@ OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__f
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _NAME_TAG = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _MOST_OF_A_MANIFEST = 1 << 20
-"""Characters of a package.xml that are read for its name."""
+"""Most characters of a package.xml that are read to find the name."""
 _IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 MAX_DEPTH = 20
-"""How many levels below a folder of ``ROS_PACKAGE_PATH`` packages are looked for."""
+"""Number of levels below a folder of ``ROS_PACKAGE_PATH`` that are searched for packages."""
 _Names = list[str]
 
 
@@ -60,7 +59,7 @@ def _prefixes(environ: Mapping[str, str]) -> _Names:
 
 
 def _plain(folders: Iterable[str]) -> _Names:
-    """Return the names of folders without needless slashes and dots, those that are not empty."""
+    """Return the paths that are not empty, without needless slashes and dots."""
     result = []
     for folder in filter(None, folders):
         path = "/".join(part for part in folder.split("/") if part not in ("", "."))
@@ -69,7 +68,7 @@ def _plain(folders: Iterable[str]) -> _Names:
 
 
 def _python_folders() -> _Names:
-    """Where Python's installers put packages, and the data files that belong to them."""
+    """Return the folders of installed Python packages, and of the data files that belong to them."""
     libraries = [part for part in sys.path if os.path.basename(part) in ("site-packages", "dist-packages")]
     return [os.path.join(sys.prefix, "share"), *libraries]
 
@@ -81,11 +80,11 @@ def _paths(folders: Iterable[str]) -> list[Path]:
 
 
 class PackageIndex:
-    """Finds packages and files in them.
+    """Index of packages and of files in them.
 
     Args:
         environ: environment variables; ``ROS_PACKAGE_PATH`` and ``CMAKE_PREFIX_PATH`` are used.
-        installs: folders of packages to search behind ``ROS_PACKAGE_PATH``; None means those of this machine.
+        installs: folders of packages to search after ``ROS_PACKAGE_PATH``; None means those of this machine.
         own: folder of pyros1's own packages.
     """
 
@@ -106,7 +105,7 @@ class PackageIndex:
         self._executables: dict[tuple[str, str], _Names] = {}
 
     def places(self) -> _Places:
-        """Return the folders searched, in order, each with how many levels deep."""
+        """Return the folders to search, in order, each with the number of levels."""
         depths = [MAX_DEPTH] * len(self._roots) + [1] * len(self._flat)
         return list(zip(_paths([*self._roots, *self._flat]), depths, strict=True))
 
@@ -114,7 +113,7 @@ class PackageIndex:
         """Return the folder of the package.
 
         Raises:
-            PackageNotFoundError: it is in none of the places; the text names them.
+            PackageNotFoundError: there is no such package; the text names the folders that were searched.
         """
         return _paths([self.find_folder(name)])[0]
 
@@ -126,13 +125,13 @@ class PackageIndex:
             if folder is None:
                 places = ", ".join(dict.fromkeys([*self._roots, *self._flat]))
                 raise PackageNotFoundError(
-                    f"package [{name}] not found (searched: {places}); is ROS_PACKAGE_PATH set as it should be?"
+                    f"package [{name}] not found (searched: {places}); is ROS_PACKAGE_PATH set correctly?"
                 )
             self._found[name] = folder
         return folder
 
     def paths(self) -> dict[str, Path]:
-        """Return every package's folder by name; where a name occurs twice, the place searched first wins."""
+        """Return the folders of all packages (name -> path); of several packages with one name the first counts."""
         result: dict[str, str] = {}
         for root in self._roots:
             for name, folder in self._crawl(root).items():
@@ -146,14 +145,14 @@ class PackageIndex:
         return dict(zip(result, _paths(result.values()), strict=True))
 
     def find_resource(self, package: str, filename: str) -> _Paths:
-        """Return the files of that name in a package.
+        """Return the paths of the files of that name in a package.
 
         Args:
             package: package name.
             filename: a plain name, searched everywhere in the package, or a path relative to the package's folder.
 
         Returns:
-            Paths in the order found, each file once; empty if there is none.
+            Paths in the order found, each file once; empty if no file matches.
 
         Raises:
             PackageNotFoundError: there is no such package.
@@ -165,7 +164,7 @@ class PackageIndex:
         return _paths(_unique(filter(os.path.isfile, _walk(folder, filename))))
 
     def find_executable(self, package: str, name: str) -> _Paths:
-        """Return the executables of that name: first in ``lib/<package>`` of an install prefix, then in the package.
+        """Return the paths of executables: first those in ``lib/<package>`` of an install prefix, then in the package.
 
         Args:
             package: package name.
@@ -179,7 +178,7 @@ class PackageIndex:
         if known and all(map(os.path.isfile, known)):
             return _paths(known)
         found = self._executables_in(folder, package, name)
-        # Debian installs some packages without their programs, which are in packages of their own.
+        # Debian installs the programs of some packages with separate packages.
         spare = os.path.join(self._own, package)
         if not found and spare != folder and _package_name(spare) == package:
             found = self._executables_in(spare, package, name)
@@ -210,7 +209,7 @@ class PackageIndex:
         return _unique(path for path in candidates if os.path.isfile(path) and (own or os.access(path, os.X_OK)))
 
     def executables(self, package: str) -> _Names:
-        """Return the names of everything in a package that can be started, sorted.
+        """Return the names of all executables of a package, sorted.
 
         Args:
             package: package name.
@@ -251,7 +250,7 @@ class PackageIndex:
                 name = _package_name(folder)
                 if name is not None and (name not in found or folder == os.path.join(root, name)):
                     found[name] = folder
-            self._crawled[root] = found  # when it is complete: other threads may ask, too
+            self._crawled[root] = found  # only when it is complete: other threads may read it, too
         return found
 
     def list(self) -> _Names:
@@ -260,7 +259,7 @@ class PackageIndex:
 
 
 def is_direct(root: str, name: str) -> bool:
-    """Tell whether a folder of ``ROS_PACKAGE_PATH`` has the package of that name directly in it, under its name."""
+    """Return whether a folder of ``ROS_PACKAGE_PATH`` holds that package directly, in a folder of its name."""
     folder = os.path.join(root, name)
     if _package_name(folder) != name or os.path.exists(os.path.join(folder, "CATKIN_IGNORE")):
         return False
@@ -268,32 +267,32 @@ def is_direct(root: str, name: str) -> bool:
 
 
 def manifest_text(path: str) -> str:
-    """Return a manifest's text; of what is no regular file, such as a link to a device, nothing: it may never end.
+    """Return a manifest's text; empty if it is not a regular file: a device, for example, may never end.
 
     Raises:
         OSError: it cannot be read.
-        ValueError: no file can have that name.
+        ValueError: the path is not possible as a file name.
     """
     with open(path, encoding="utf-8", errors="replace", opener=_open_without_waiting) as file:
         return file.read(_MOST_OF_A_MANIFEST) if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else ""
 
 
 def _open_without_waiting(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # of a pipe nobody may ever write to
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # a pipe to which nobody writes would block
 
 
 def _package_name(folder: str) -> str | None:
-    """Return the name of the package that ``folder`` is, None if it is none."""
+    """Return the name of the package in ``folder``, None if it is not a package."""
     try:
         text = manifest_text(os.path.join(folder, "package.xml"))
-    except (OSError, ValueError):  # the latter of names that no file can have: bags and peers send any
+    except (OSError, ValueError):  # ValueError: bags and peers may send names that no file can have
         return os.path.basename(folder) if os.path.isfile(os.path.join(folder, "manifest.xml")) else None
     match = _NAME_TAG.search(_COMMENT.sub("", text))
     return match[1] if match else os.path.basename(folder)
 
 
 def package_of(file: Path) -> tuple[Path, str]:
-    """Return folder and name of the package that a file belongs to, or of its own folder if that is in no package."""
+    """Return path and name of the package that holds a file, or of the file's own folder if no package holds it."""
     path = file.resolve()
     for folder in path.parents:
         name = _package_name(str(folder))
@@ -303,7 +302,7 @@ def package_of(file: Path) -> tuple[Path, str]:
 
 
 def _listed(folder: str) -> _Names:
-    """Return the names in a folder, sorted; none if it cannot be read."""
+    """Return the names in a folder, sorted; nothing if it cannot be read."""
     try:
         return sorted(os.listdir(folder))
     except OSError:
@@ -313,9 +312,10 @@ def _listed(folder: str) -> _Names:
 def _packages_below(
     root: str, seen: set[tuple[int, int]], depth: int = 0, above: tuple[tuple[int, int], ...] = ()
 ) -> Iterator[str]:
-    """Yield package folders in order; packages do not nest, marked folders and links that lead back are passed over.
+    """Yield package folders in order; packages do not nest; marked folders and circular links are skipped.
 
-    ``above`` has device and inode of the folders on the way, ``seen`` of all so far: no link leads there once more.
+    ``above`` holds device and inode of the folders on the way, ``seen`` those of all folders so far: links to them are
+    skipped.
     """
     try:
         status = os.stat(root)
@@ -339,10 +339,10 @@ def _packages_below(
 
 
 def files_below(folder: str) -> Iterator[tuple[str, _Names]]:
-    """Yield a folder and those below, each with the names of its files, in order; hidden folders are passed over.
+    """Yield a folder and those below, each with the names of its files, in order; hidden folders are skipped.
 
-    Links to folders are followed, as stock follows them, behind everything that is there without them. Each folder is
-    entered once, and those that `folder` is in are not: links that lead back or to each other end nowhere.
+    Links to folders are followed, as in stock, after everything that is reached without them. Each folder is
+    entered once, and the parents of `folder` never, so circular links do no harm.
     """
     seen = {_identity(parent) for parent in _parents(os.path.realpath(folder))}
     behind = [folder]
@@ -367,7 +367,7 @@ def files_below(folder: str) -> Iterator[tuple[str, _Names]]:
 
 
 def is_folder(entry: os.DirEntry[str]) -> bool:
-    """Tell whether an entry of a folder is a folder, or a link to one. Of a link to itself is_dir() raises OSError."""
+    """Return whether an entry of a folder is a folder or a link to one (is_dir() raises OSError for circular links)."""
     try:
         return entry.is_dir()
     except OSError:

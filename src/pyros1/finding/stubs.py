@@ -11,15 +11,15 @@ from pyros1.generated import module_name
 from pyros1.msgs.stubs import message_stub, package_stub, service_stub
 
 HOME = Path(SHIPPED).parent
-"""Where the stubs of the definitions that come with pyros1 are: ``pyros1.msgs``."""
+"""Folder of the stubs of the definitions that come with pyros1: ``pyros1.msgs``."""
 
 
 def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str]]:
-    """Yield the files of packages and their texts, with paths from the folder of ``pyros1.msgs``.
+    """Yield (path, text) of the stub files of packages; paths are relative to the folder of ``pyros1.msgs``.
 
     Args:
-        library: where definitions come from.
-        packages: their names.
+        library: the source of the definitions.
+        packages: names of packages.
 
     Raises:
         UnknownTypeError: there is no such package.
@@ -40,15 +40,15 @@ def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str
 
 
 def shipped() -> Library:
-    """Return the definitions that come with pyros1, and no others."""
+    """Return a library of only the definitions that come with pyros1."""
     return Library({}, installs=())
 
 
 def write(files: Iterable[tuple[Path, str]], folder: Path) -> list[Path]:
-    """Write files that are not there or differ; return them.
+    """Write the files that do not exist or differ; return their paths.
 
     Raises:
-        OSError: one cannot be written.
+        OSError: a file cannot be written.
     """
     written = []
     for name, text in files:

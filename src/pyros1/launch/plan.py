@@ -1,4 +1,4 @@
-"""What a set of launch files asks for, fully resolved: nothing in here needs the files again."""
+"""The plan of a launch: what its launch files ask for, fully resolved. The files are not needed again."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ class NodePlan:
     """A node to start.
 
     Attributes:
-        package: ROS package that holds the executable.
+        package: ROS package that contains the executable.
         type: the executable's name.
         name: base name.
         namespace: ``/`` or ``/a/b/``, with a slash at the end.
-        args: extra arguments, already split.
+        args: arguments, already split into words.
         remappings: ``(from, to)`` pairs in order.
         env: environment variables to set.
-        prefix: words in front of the executable.
+        prefix: words before the executable.
         cwd: ``ros_home`` or ``node`` (the executable's folder).
         output: ``log`` or ``screen``.
-        respawn: start it again whenever it exits.
+        respawn: start the node again whenever it exits.
         respawn_delay: seconds to wait before that.
-        required: the whole launch ends when it exits.
+        required: the whole launch ends when the node exits.
         machine: name of a declared machine, None for this one.
-        file: the launch file that defines it.
-        line: line there.
-        wait_for: what has to exist before it starts.
-        wait_timeout: seconds until that is given up, 0 for never.
+        file: the launch file that defines the node.
+        line: the line in that file.
+        wait_for: what must exist before the node starts.
+        wait_timeout: seconds to wait for this, 0 for no limit.
     """
 
     package: str
@@ -61,12 +61,12 @@ class NodePlan:
 
 @dataclass
 class TestPlan(NodePlan):
-    """A ``<test>``: a node whose end is the end of the test.
+    """A ``<test>``: a node that performs a test. The test ends when the node does.
 
     Attributes:
         test_name: name of the test, and of its results.
-        time_limit: seconds until it has failed.
-        retry: how often it may be tried again.
+        time_limit: seconds after which the test fails.
+        retry: how often a failed test is repeated.
     """
 
     __test__ = False  # not one of pytest's
@@ -81,8 +81,8 @@ class MachinePlan:
     """A declared machine.
 
     Attributes:
-        name: how nodes refer to it.
-        address: host name or address.
+        name: the name that nodes use for it.
+        address: host name or IP address.
         settings: the other attributes as written.
     """
 
@@ -96,9 +96,9 @@ class IncludePlan:
     """An ``<include>``.
 
     Attributes:
-        file: the file it stands in.
-        line: line there.
-        included: the file that it names.
+        file: the file that contains the tag.
+        line: the line in that file.
+        included: the file that is included.
     """
 
     file: str
@@ -108,10 +108,10 @@ class IncludePlan:
 
 @dataclass(frozen=True)
 class ParamFileAction:
-    """A ``rosparam`` dump or delete, done before parameters are set.
+    """A ``rosparam`` dump or delete, executed before parameters are set.
 
     Attributes:
-        command: what to do.
+        command: ``dump`` or ``delete``.
         name: full name of the parameter or namespace.
         path: file to dump to, empty for delete.
     """
@@ -138,19 +138,19 @@ class ArgPlan:
 
 @dataclass
 class Plan:
-    """Everything that was asked for, in the order of the files.
+    """Everything that the launch files ask for, in their order.
 
     Attributes:
         nodes: nodes, in order.
-        tests: ``<test>`` nodes; launching ignores them.
-        params: full name to value; setting a name again moves it to its new value, not its place.
+        tests: ``<test>`` nodes; a launch ignores them.
+        params: full name -> value; setting a name again changes its value, but not its place.
         clear_params: namespaces to delete first.
         actions: rosparam dumps and deletes.
-        machines: by name.
+        machines: machines by name.
         files: the files that were read, in order.
         includes: which file included which, in order.
         args: arguments declared in the top-level files, in order.
-        warnings: for a person to read.
+        warnings: warnings to print.
     """
 
     nodes: list[NodePlan] = field(default_factory=list)
@@ -165,6 +165,6 @@ class Plan:
     warnings: list[str] = field(default_factory=list)
 
     def find_node(self, name: str) -> NodePlan | None:
-        """Return the node or test of that name; a name without a leading slash is taken as global."""
+        """Return the node or test with this name. A name without a leading slash is taken as global."""
         wanted = "/" + name.strip("/")
         return next((node for node in [*self.nodes, *self.tests] if node.full_name == wanted), None)

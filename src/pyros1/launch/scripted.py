@@ -1,4 +1,4 @@
-"""What a user's program launches, and the thread that looks after it (X93)."""
+"""Nodes launched by a user's program, and the thread that supervises them (X93)."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ class Node:
     """A node to launch.
 
     Args:
-        package: its ROS package.
-        node_type: its executable.
-        name: its name, None for that of the executable.
-        namespace: its namespace.
-        machine_name: only nodes of this machine can be launched so: None or empty.
-        args: its arguments in one string, as in a launch file.
+        package: the node's ROS package.
+        node_type: the name of its executable.
+        name: the node's name, None for that of the executable.
+        namespace: the node's namespace.
+        machine_name: None or empty: only nodes on this machine can be launched in this way.
+        args: the node's arguments in one string, as in a launch file.
         respawn: start it again whenever it ends; as a string: true or false.
-        respawn_delay: seconds before that.
+        respawn_delay: seconds to wait before that.
         remap_args: pairs of names.
         env_args: pairs of a variable and its value.
-        output: ``screen`` or ``log``, which it is without.
-        cwd: ``ros_home``, which it is without, or ``node`` for the executable's folder.
+        output: ``screen`` or ``log`` (default).
+        cwd: ``ros_home`` (default), or ``node`` for the executable's folder.
         launch_prefix: words before the command line in one string.
-        required: everything ends when it ends.
-        filename: where it was read, for messages.
+        required: the launch ends when the node ends.
+        filename: name of the file that defines the node, for errors.
 
     Raises:
-        LaunchError: these arguments make no node.
+        LaunchError: an argument is invalid.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Node:
         if not package or not node_type:
             raise LaunchError("package and node_type must be non-empty")
         if machine_name:
-            raise LaunchError(f"a node for machine [{machine_name}] has to be in a launch file that declares it")
+            raise LaunchError(f"a node for machine [{machine_name}] must be in a launch file that declares the machine")
         if output not in (None, "log", "screen"):
             raise LaunchError(f"output must be one of 'log', 'screen', not [{output}]")
         if cwd not in (None, "", "ros_home", "ROS_HOME", "node"):
@@ -76,7 +76,7 @@ class Node:
         try:
             words, prefix = shlex.split(args), shlex.split(launch_prefix or "")
         except ValueError as error:
-            raise LaunchError(f"the quotes of args or launch_prefix do not match: {error}") from error
+            raise LaunchError(f"cannot split args or launch_prefix into words: {error}") from error
         self.plan = NodePlan(
             package,
             node_type,
@@ -100,19 +100,19 @@ def _flag(value: bool | str, what: str) -> bool:
 
 
 class ProcessListener(Protocol):
-    """Hears of processes that end."""
+    """Is called when processes end."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> object:
-        """Take note that a process has ended; called on the launch's thread.
+        """Handle the end of a process. Called in the launch's thread.
 
         Args:
-            process_name: its label, ``name-2``.
+            process_name: the process's label, ``name-2``.
             exit_code: negative for a signal.
         """
 
 
 class ProcessHandle:
-    """A node that was launched.
+    """A launched node.
 
     Attributes:
         name: its label, ``name-2``.
@@ -125,7 +125,7 @@ class ProcessHandle:
 
     @property
     def exit_code(self) -> int | None:
-        """None while it runs, negative for a signal."""
+        """Exit code: None while it runs, negative for a signal."""
         return self._process.exit_code
 
     @property
@@ -134,14 +134,14 @@ class ProcessHandle:
         return self._process.pid
 
     def is_alive(self) -> bool:
-        """Whether it runs."""
+        """Return whether it runs."""
         return self._process.alive
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """End it, and wait until it has ended.
+        """End the node, and wait until it has ended.
 
         Args:
-            errors: gets a text if it does not.
+            errors: a text is added if it does not end.
         """
         self._run.stop_process(self._process)
         if self._process.alive and errors is not None:
@@ -149,13 +149,13 @@ class ProcessHandle:
 
 
 class ScriptRun:
-    """A session in a thread of its own; when the program ends, so does the session.
+    """A session in a separate thread. It ends when the program ends.
 
     Args:
         plan: what to start.
-        options: how.
-        listeners: hear of processes that end.
-        resources: finds executables, and has the environment.
+        options: how to launch.
+        listeners: called when processes end.
+        resources: finds executables, and contains the environment.
     """
 
     def __init__(
@@ -177,7 +177,7 @@ class ScriptRun:
         """Start everything.
 
         Raises:
-            LaunchError: something cannot be started; what had been has ended.
+            LaunchError: something cannot be started. Processes already started have been ended.
         """
         atexit.register(self.stop)
         self._thread.start()
@@ -191,7 +191,7 @@ class ScriptRun:
         failure: Exception = LaunchError("the launch is over")
         try:
             self._session.run()
-        except Exception as error:  # noqa: BLE001 - whatever it is, nobody must wait for ever
+        except Exception as error:  # noqa: BLE001 - with any error, waiting threads must go on
             failure = error
         with self._lock:
             self._over.set()
@@ -210,7 +210,7 @@ class ScriptRun:
                 self._session.console.error(f"process_died of {listener!r} failed: {error!r}")
 
     def do(self, action: Callable[[], Any]) -> Any:
-        """Let the launch's thread do something and return what it returns; raises LaunchError when all is over."""
+        """Call a function in the launch's thread and return its result. Raise LaunchError if the launch has ended."""
         if threading.current_thread() is self._thread:
             return action()
         future: Future[Any] = Future()
@@ -233,11 +233,11 @@ class ScriptRun:
                 self._waiting.discard(future)
 
     def launch(self, node: Node) -> ProcessHandle:
-        """Start one more node."""
+        """Start another node."""
         return ProcessHandle(self.do(lambda: self._session.launch(node.plan)), self)
 
     def stop_process(self, process: Process) -> None:
-        """End a process, and wait until it has."""
+        """End a process, and wait until it has ended."""
         if not self._over.is_set():
             try:
                 self.do(lambda: self._session.supervisor.stop_node(process))
@@ -248,11 +248,11 @@ class ScriptRun:
             process.wait(time.monotonic() + seconds)
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the end; return whether it has come."""
+        """Wait for the end of the launch. Return whether it has ended."""
         return self._over.wait(timeout)
 
     def stop(self) -> None:
-        """End everything, and wait until all has ended."""
+        """End everything, and wait until it has ended."""
         atexit.unregister(self.stop)
         if self._over.is_set():
             return

@@ -1,4 +1,4 @@
-"""Launching from a user's own program: nodes one by one, or launch files (X93).
+"""Launching from a user's program: single nodes or launch files (X93).
 
     launch = ROSLaunch()
     launch.start()
@@ -7,8 +7,8 @@
     process.stop()
     launch.stop()
 
-A launch runs in a thread of its own; whatever changes it is done by that thread. Names and arguments are those that
-programs for ROS 1 use.
+A launch runs in a separate thread, which also does everything that changes it. Names and arguments are those of
+roslaunch's API.
 """
 
 from __future__ import annotations
@@ -44,30 +44,30 @@ __all__ = [
 ]
 _WAIT_STEP = 0.2
 LaunchFile = str | tuple[str, Sequence[str]]
-"""A path, or a path and the ``name:=value`` words for it."""
+"""A path, or a path and its ``name:=value`` words."""
 
 
 class ROSLaunchParent:
-    """Launches files.
+    """Launches launch files.
 
     Args:
-        run_id: the run id: that of the master that runs, or a new one; see `get_or_generate_uuid`.
+        run_id: the run id: that of the running master, or a new one; see `get_or_generate_uuid`.
         roslaunch_files: paths, or tuples of a path and a list of ``name:=value`` words.
-        is_core: be a core; another master is an error.
+        is_core: run a core; another master is an error.
         port: port of a master that is started here.
-        local_only: leave out nodes of other machines.
-        process_listeners: hear of processes that end.
+        local_only: do not start nodes of other machines.
+        process_listeners: called when processes end.
         verbose: print what was read.
-        force_screen: all output to the screen.
-        force_log: all output to log files.
-        is_rostest: accepted; what roslaunch leaves unsaid then is never said here. ``pyros1 test`` runs tests.
-        roslaunch_strs: launch files as texts.
-        num_workers: accepted; no workers are needed.
-        timeout: seconds nodes have to answer a master started here.
-        master_logger_level: least level in its log.
+        force_screen: send all output to the screen.
+        force_log: send all output to log files.
+        is_rostest: accepted for compatibility, without effect. ``pyros1 test`` runs tests.
+        roslaunch_strs: contents of launch files.
+        num_workers: accepted for compatibility, without effect.
+        timeout: seconds that a master started here waits for the answer of a node.
+        master_logger_level: lowest level in the log of a master started here.
         show_summary: print the SUMMARY block.
-        force_required: every node is required.
-        sigint_timeout: seconds between SIGINT and SIGTERM when nodes are to end.
+        force_required: make every node required.
+        sigint_timeout: seconds between SIGINT and SIGTERM when ending nodes.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
     """
 
@@ -116,13 +116,13 @@ class ROSLaunchParent:
         """Read the files and start everything.
 
         Args:
-            auto_terminate: the launch is over when no process is left.
+            auto_terminate: end the launch when no process is left.
 
         Raises:
-            LaunchError: it cannot be started; what had been started has ended.
+            LaunchError: something cannot be started. Processes already started have been ended.
         """
         if self._run is not None:
-            raise LaunchError("this launch was started before")
+            raise LaunchError("this launch was already started")
         self._options.keep_running = not auto_terminate
         plan = self._load()
         if self._verbose:
@@ -152,35 +152,35 @@ class ROSLaunchParent:
         return self._run.launch(node)
 
     def spin_once(self) -> None:
-        """Look after the processes; their own thread does that, so there is nothing to do."""
+        """Do nothing: the launch's thread supervises the processes."""
 
     def spin(self) -> None:
-        """Wait until the launch is over; Ctrl-C ends it."""
+        """Wait until the launch has ended. Ctrl-C ends it."""
         if self._run is None:
             raise LaunchError("the launch has not been started")
         try:
-            while not self._run.wait(_WAIT_STEP):  # in steps: signals must be seen everywhere
+            while not self._run.wait(_WAIT_STEP):  # in steps, since some systems handle signals only between waits
                 pass
         except KeyboardInterrupt:
             self.shutdown()
 
     def shutdown(self) -> None:
-        """End everything that was started, and wait until it has ended; harmless if done before."""
+        """End everything that was started, and wait until it has ended. Do nothing if it has already ended."""
         if self._run is not None:
             self._run.stop()
 
 
 class ROSLaunch:
-    """Launches nodes one by one; starts a master if none runs."""
+    """Launches single nodes, and starts a master if none is running."""
 
     def __init__(self) -> None:
         self.parent = ROSLaunchParent(None, [], show_summary=False)
 
     def start(self) -> None:
-        """Begin; a node can be launched from now on.
+        """Start, so that nodes can be launched.
 
         Raises:
-            LaunchError: it cannot begin.
+            LaunchError: the launch cannot be started.
         """
         self.parent.start(auto_terminate=False)
 
@@ -193,7 +193,7 @@ class ROSLaunch:
         return self.parent.launch(node)
 
     def load(self, file: LaunchFile) -> None:
-        """Add a launch file, before `start`."""
+        """Add a launch file. Call this before `start`."""
         self.parent._files.append((file, ()) if isinstance(file, str) else file)
 
     def stop(self) -> None:
@@ -205,16 +205,16 @@ class ROSLaunch:
         self.parent.spin()
 
     def spin_once(self) -> None:
-        """Look after the processes; there is nothing to do."""
+        """Do nothing: the launch's thread supervises the processes."""
         self.parent.spin_once()
 
 
 def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
-    """Return the run id of the master that runs, or a new one.
+    """Return the run id of the running master, or a new one.
 
     Args:
-        options_runid: what the user wants; returned if there is one.
-        options_wait_for_master: wait until a master runs.
+        options_runid: the user's run id; returned unless it is empty.
+        options_wait_for_master: wait until a master is running.
     """
     if options_runid:
         return options_runid
@@ -235,7 +235,7 @@ def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: boo
 
 
 def configure_logging(run_id: str) -> str:
-    """Make the folder of a run's log files and let ``latest`` point to it.
+    """Create the log folder of a run, and the link ``latest`` to it.
 
     Args:
         run_id: see `get_or_generate_uuid`.
@@ -244,21 +244,21 @@ def configure_logging(run_id: str) -> str:
         The folder.
 
     Raises:
-        LaunchError: it cannot be made.
+        LaunchError: the folder cannot be created.
     """
     try:
         return str(make_run_folder(os.environ, run_id))
     except OSError as error:
-        raise LaunchError(f"cannot make the folder of log files: {error.strerror}: {error.filename}") from error
+        raise LaunchError(f"cannot create the log folder: {error.strerror}: {error.filename}") from error
 
 
 def resolve_launch_arguments(args: Iterable[str]) -> list[str]:
-    """Turn words of a command line, ``pkg file`` or ``file...``, into paths.
+    """Return the paths for words of a command line, ``pkg file`` or ``file...``.
 
     Args:
-        args: the words; those with ``:=`` are left out.
+        args: the words; those with ``:=`` are ignored.
 
     Raises:
-        LaunchError: there is no such file.
+        LaunchError: a file does not exist.
     """
     return find_files([word for word in args if ":=" not in word], make_resources())

@@ -23,12 +23,12 @@ Answer = tuple[str, Any]
 
 
 class MasterApi:
-    """Performs calls.
+    """The API of a master: it makes each call on the registry or the parameters.
 
     Args:
-        notify: takes the notices that a call gives rise to.
+        notify: takes the notices that a call causes.
         log: gets a line for each change (M57).
-        on_shutdown: called with the reason when somebody asks the master to end.
+        on_shutdown: called with the reason when a client asks the master to end.
         pid: this process's id.
         log_calls: log each call, too, with level ``debug``.
 
@@ -53,10 +53,10 @@ class MasterApi:
         self._on_shutdown = on_shutdown
         self._pid = pid
         self._log_calls = log_calls
-        self._state: tuple[int, PreparedList] = (-1, PreparedList())  # tools ask for it all the time
+        self._state: tuple[int, PreparedList] = (-1, PreparedList())  # tools often ask for it
 
     def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
-        """Answers one call.
+        """Answer one call.
 
         Raises:
             XmlRpcFault: there is no such method (M05).
@@ -67,7 +67,7 @@ class MasterApi:
         if self._log_calls:
             self._log("debug", f"{method}({', '.join(map(repr, params))})")
         try:
-            # The order of these checks shows in the answers (M06).
+            # The order of these checks is visible in the answers (M06).
             if not params:
                 raise Refused("missing required caller_id parameter")
             if len(params) != len(entry.arguments) + 1:
@@ -232,9 +232,9 @@ class Method(NamedTuple):
 
     Attributes:
         perform: the method; gets the caller's id and the checked arguments, returns message and value.
-        default: the value of an answer with another code than 1.
+        default: the value of an answer with a code other than 1.
         arguments: checks of the arguments after the caller's id.
-        question: it asks for something that may not exist, so a refusal is nothing to log.
+        question: whether it asks for something that may not exist, so that a refusal is not logged.
     """
 
     perform: Callable[..., Answer]

@@ -1,4 +1,4 @@
-"""The arguments of the master's methods: resolved against the caller's name, and refused with stock's words.
+"""The arguments of the master's methods: resolved against the caller's name, and refused with stock's texts.
 
 Checks are as weak as stock's (M09, M10): a name that a node could use there must be accepted here.
 """
@@ -12,7 +12,7 @@ from pyros1.errors import Error
 from pyros1.names import SEP, canonicalize_name, namespace
 
 Validator = Callable[[Any, str], Any]
-"""Takes an argument and the caller's id; returns the value to use or raises Refused."""
+"""Takes an argument and the caller's id; returns the value to use, or raises Refused."""
 
 
 class Refused(Error):
@@ -32,10 +32,10 @@ class Refused(Error):
 
 
 def resolve(name: str, caller_id: str) -> str:
-    """The global name for a name in a node; accepts any characters (M08)."""
+    """Return the global form of a name that a node uses; accepts any characters (M08)."""
     if not name:
         return namespace(caller_id)
-    if name[0] == SEP:  # nearly always as it should be
+    if name[0] == SEP:  # true of nearly all names
         return canonicalize_name(name) if name[-1] == SEP or "//" in name else name
     if name[0] == "~":
         return canonicalize_name(caller_id + SEP + name[1:])
@@ -51,12 +51,12 @@ def _name(parameter: str, value: Any, caller_id: str) -> str:
 
 
 def node_name(value: Any, caller_id: str) -> str:
-    """A node's name."""
+    """Return the full name of a node."""
     return _name("node", value, caller_id)
 
 
 def name_of(parameter: str) -> Validator:
-    """A topic's or service's name: not the root."""
+    """Return the full name of a topic or service; refuse the root."""
 
     def check(value: Any, caller_id: str) -> str:
         name = _name(parameter, value, caller_id)
@@ -68,7 +68,7 @@ def name_of(parameter: str) -> Validator:
 
 
 def topic_type(value: Any, caller_id: str) -> str:
-    """``*`` or ``package/Type``."""
+    """Return a topic's type: ``*`` or ``package/Type``."""
     if not isinstance(value, str) or not value:
         raise Refused("ERROR: parameter [topic_type] must be a non-empty string")
     if value != "*" and value.count(SEP) != 1:
@@ -77,7 +77,7 @@ def topic_type(value: Any, caller_id: str) -> str:
 
 
 def api_of(parameter: str) -> Validator:
-    """An ``http://`` or ``rosrpc://`` URI."""
+    """Return an ``http://`` or ``rosrpc://`` URI."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(value, str) or not value:
@@ -90,7 +90,7 @@ def api_of(parameter: str) -> Validator:
 
 
 def raw_key(value: Any, caller_id: str) -> str:
-    """A parameter's key as it was written."""
+    """Return a parameter's key as it was written."""
     if not value:
         raise Refused("ERROR: parameter [key] must be specified and non-empty")
     if not isinstance(value, str):
@@ -99,24 +99,24 @@ def raw_key(value: Any, caller_id: str) -> str:
 
 
 def key(value: Any, caller_id: str) -> str:
-    """A parameter's key, resolved (M51)."""
+    """Return a parameter's key, resolved (M51)."""
     return resolve(raw_key(value, caller_id), caller_id)
 
 
 def parameter_value(value: Any, caller_id: str) -> Any:
-    """Anything but null."""
+    """Return the value of a parameter: anything but null."""
     if value is None:
         raise Refused("ERROR: parameter [value] must be specified")
     return value
 
 
 def subgraph(value: Any, caller_id: str) -> str:
-    """A namespace; empty means everything."""
+    """Return a namespace; empty means everything."""
     if not isinstance(value, str):
         raise Refused("ERROR: parameter [subgraph] must be a string")
     return resolve(value, caller_id) if value else ""
 
 
 def anything(value: Any, caller_id: str) -> Any:
-    """Not looked at."""
+    """Return the argument unchecked."""
     return value

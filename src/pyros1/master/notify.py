@@ -1,4 +1,4 @@
-"""Telling nodes what changed (M38-M42).
+"""Notifies nodes of changes (M38-M42).
 
 Each node has its own queue: one call in flight, in order. Nodes do not wait for each other, and a call starts at once
 when its node is free. A newer notice about the same thing takes the place of one that still waits, so a node that does
@@ -23,7 +23,7 @@ _Key = tuple[str, str, str]
 
 
 class Notifier:
-    """Sends notices; on the loop.
+    """Sender of notices, on the loop.
 
     Args:
         caller: makes the calls; its timeout is how long a silent node keeps its own later notices waiting.
@@ -36,7 +36,7 @@ class Notifier:
         self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> notices; an entry means one is in flight
 
     def send(self, notices: Sequence[Notice]) -> None:
-        """Queues notices, in order."""
+        """Queue notices, in order."""
         for notice in notices:
             waiting = self._waiting.get(notice.api)
             if waiting is None:

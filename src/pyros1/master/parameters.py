@@ -18,15 +18,15 @@ from pyros1.names import SEP
 from pyros1.wire.xmlrpc import PreparedDict
 
 MAX_DEPTH: Final = 90
-"""Deepest nesting of the tree, lists included: less than what one XML-RPC message may hold, so that the whole tree can
-always be asked for."""
+"""Deepest nesting of the tree, lists included: less than what one XML-RPC message may hold, so that a client can always
+get the whole tree."""
 
-_TOO_DEEP: Final = f"parameters cannot be nested more than {MAX_DEPTH} levels deep"
+_TOO_DEEP: Final = f"parameters cannot be nested deeper than {MAX_DEPTH} levels"
 _MAX_INT: Final = 2**31
 
 
 def _check(value: Any, depth: int) -> None:
-    """Refuses what could be stored but never be sent to anyone again.
+    """Refuse values that could be stored but not sent.
 
     Raises:
         ValueError: says what is wrong.
@@ -46,7 +46,7 @@ def _check(value: Any, depth: int) -> None:
 
 
 def _stored(value: Any, depth: int) -> Any:
-    """The value as it lies in the tree: with branches for the dicts, those in lists excepted.
+    """Return the value in the tree's form: with branches in place of dicts, except for dicts inside lists.
 
     Raises:
         ValueError: it cannot be stored.
@@ -69,13 +69,13 @@ def _path(key: str) -> list[str]:
 
 
 class Parameters:
-    """A tree of parameters."""
+    """The tree of all parameters."""
 
     def __init__(self) -> None:
         self._root = PreparedDict()
 
     def set(self, key: str, value: Any) -> None:
-        """Sets a value; a dict replaces the whole branch (M46), a scalar on the way becomes a branch (M47).
+        """Set a value; a dict replaces the whole branch (M46), a scalar on the way becomes a branch (M47).
 
         Raises:
             ValueError: the value cannot be stored: ``/`` must be a dict, there is no null, ints have 32 bits, depth is
@@ -101,7 +101,7 @@ class Parameters:
         branch[path[-1]] = stored
 
     def get(self, key: str) -> Any:
-        """The value or branch at a key (M48).
+        """Return the value or branch at a key (M48).
 
         Raises:
             KeyError: nothing is set there.
@@ -122,7 +122,7 @@ class Parameters:
         return True
 
     def delete(self, key: str) -> None:
-        """Removes a value or branch.
+        """Remove a value or branch.
 
         Raises:
             KeyError: nothing is set there; also for ``/``, which cannot be removed (M27).
@@ -138,7 +138,7 @@ class Parameters:
         del branch[path[-1]]
 
     def search(self, namespace: str, key: str) -> str | None:
-        """Finds a key from a namespace upwards; only its first part has to exist (M52).
+        """Find a key from a namespace upwards; only its first part has to exist (M52).
 
         Returns:
             The full key, None if it was not found.
@@ -161,7 +161,7 @@ class Parameters:
         return None
 
     def names(self) -> list[str]:
-        """The keys of all values; empty branches have none (M31)."""
+        """Return the keys of all values; empty branches have none (M31)."""
         found: list[str] = []
         _collect(self._root, SEP, found)
         return found
@@ -176,17 +176,17 @@ def _collect(branch: dict[str, Any], prefix: str, found: list[str]) -> None:
 
 
 def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> list[Notice]:
-    """Whom to tell what about a change (M53, M54).
+    """Return the notices that a change of a parameter causes (M53, M54).
 
     Subscribers at or above the key get the key and its value; those below it get their own key and what is now there,
-    ``{}`` if nothing. Keys are sent with a trailing slash. Below a key that was set to a scalar nobody is told, as in
-    stock.
+    ``{}`` if nothing. Keys are sent with a trailing slash. As in stock, subscribers below a key that was set to a
+    scalar are not told.
 
     Args:
         subscribers: key -> node -> API URI.
         key: what was set or deleted.
         value: the new value, ``{}`` for a deletion.
-        caller: who set it; it is not told what it knows, the key's value. None after a deletion.
+        caller: the node that set it, which is not told the value of the key that it has set. None after a deletion.
     """
     if not subscribers:
         return []
@@ -200,7 +200,7 @@ def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> l
             subject, news = mine, _below(value, mine[len(changed) :].split(SEP))
         else:
             continue
-        news = copy.deepcopy(news)  # it is sent later, when the tree may have changed again
+        news = copy.deepcopy(news)  # a copy: it is sent later, when the tree may have changed again
         knows = caller if subject == changed else None
         notices += [Notice(api, node, "paramUpdate", subject, (news,)) for node, api in nodes.items() if node != knows]
     return notices

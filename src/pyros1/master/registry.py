@@ -1,4 +1,4 @@
-"""Who publishes, subscribes and serves what: the master's memory of nodes (https://wiki.ros.org/ROS/Master_API).
+"""The master's registry: publishers, subscribers and services of all nodes (https://wiki.ros.org/ROS/Master_API).
 
 A node is known by its name and its one API URI for as long as it has a publication, subscription, service or parameter
 subscription (M37). The same name with another URI is a new node that takes the old one's place: the old one is told to
@@ -71,31 +71,31 @@ class Registry:
         self._types: dict[str, str] = {}
         self.param_subscribers: Members = {}
         self.version = 0
-        """Grows with every change of what ``system_state`` answers."""
+        """Grows with every change of the result of ``system_state``."""
 
     # ---- questions
 
     def node_api(self, node: str) -> str | None:
-        """A node's API URI, None if it is not known (M20)."""
+        """Return a node's API URI, None if it is not known (M20)."""
         entry = self._nodes.get(node)
         return entry.api if entry is not None else None
 
     def service_uri(self, service: str) -> str | None:
-        """The URI of a service's provider, None if there is none (M19)."""
+        """Return the URI of a service's provider, None if there is none (M19)."""
         provider = self._services.get(service)
         return provider[1] if provider is not None else None
 
     def published_topics(self, subgraph: str) -> list[list[str]]:
-        """``[[topic, type], ...]`` of the topics with a publisher below a namespace; empty: everywhere (M21)."""
+        """Return ``[[topic, type], ...]`` of topics with a publisher below a namespace; empty: everywhere (M21)."""
         prefix = subgraph if not subgraph or subgraph.endswith(SEP) else subgraph + SEP
         return [[topic, self._types.get(topic, ANY_TYPE)] for topic in self._publishers if topic.startswith(prefix)]
 
     def topic_types(self) -> list[list[str]]:
-        """``[[topic, type], ...]`` of all topics that ever had one (M22)."""
+        """Return ``[[topic, type], ...]`` of all topics that ever had a type (M22)."""
         return [[topic, kind] for topic, kind in self._types.items()]
 
     def system_state(self) -> list[list[list[Any]]]:
-        """``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]`` (M23)."""
+        """Return ``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]`` (M23)."""
         return [
             [[topic, list(nodes)] for topic, nodes in self._publishers.items()],
             [[topic, list(nodes)] for topic, nodes in self._subscribers.items()],
@@ -103,17 +103,17 @@ class Registry:
         ]
 
     def publisher_apis(self, topic: str) -> list[str]:
-        """The API URIs of a topic's publishers."""
+        """Return the API URIs of a topic's publishers."""
         return list(self._publishers.get(topic, {}).values())
 
     def subscriber_apis(self, topic: str) -> list[str]:
-        """The API URIs of a topic's subscribers."""
+        """Return the API URIs of a topic's subscribers."""
         return list(self._subscribers.get(topic, {}).values())
 
     # ---- changes
 
     def register_publisher(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
-        """Adds a publisher. A real type overwrites what was known, ``*`` does not (M32)."""
+        """Add a publisher. A real type overwrites what was known, ``*`` does not (M32)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].publications.add(topic)
@@ -123,7 +123,7 @@ class Registry:
         return notices + self._publisher_updates(topic)
 
     def register_subscriber(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
-        """Adds a subscriber. Its type counts only where none is known (M32)."""
+        """Add a subscriber. Its type counts only where none is known (M32)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].subscriptions.add(topic)
@@ -133,7 +133,7 @@ class Registry:
         return notices
 
     def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
-        """Makes a node the one provider of a service, in place of any other (M17)."""
+        """Make a node the only provider of a service, in place of any other (M17)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].services.add(service)
@@ -141,7 +141,7 @@ class Registry:
         return notices
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
-        """Notes that a node wants to hear of changes at, above and below a key (M29)."""
+        """Subscribe a node to changes at, above and below a key (M29)."""
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].parameters.add(key)
@@ -149,7 +149,7 @@ class Registry:
         return notices
 
     def unregister_publisher(self, node: str, topic: str, api: str) -> list[Notice] | None:
-        """Removes a publisher; None if it was not registered with that API (M16)."""
+        """Remove a publisher; None if it was not registered with that API (M16)."""
         if self._publishers.get(topic, {}).get(node) != api:
             return None
         self.version += 1
@@ -159,7 +159,7 @@ class Registry:
         return self._publisher_updates(topic)
 
     def unregister_subscriber(self, node: str, topic: str, api: str) -> bool:
-        """Removes a subscriber; False if it was not registered with that API (M16)."""
+        """Remove a subscriber; False if it was not registered with that API (M16)."""
         if self._subscribers.get(topic, {}).get(node) != api:
             return False
         self.version += 1
@@ -169,20 +169,20 @@ class Registry:
         return True
 
     def unregister_service(self, node: str, service: str, uri: str) -> bool:
-        """Removes a service; False if the node is not its present provider with that URI (M18)."""
+        """Remove a service; False if the node is not its present provider with that URI (M18)."""
         current = self._services.get(service) == (node, uri)
         if current:
             self.version += 1
             del self._services[service]
         entry = self._nodes.get(node)
         if entry is not None and (current or self._services.get(service, ("", ""))[0] != node):
-            # Also when another node has taken the service over: this one has stopped providing it.
+            # Also if another node has taken over the service: this one has stopped providing it.
             entry.services.discard(service)
             self._drop_if_idle(node)
         return current
 
     def unsubscribe_param(self, node: str, key: str, api: str) -> None:
-        """Ends a parameter subscription; nothing happens if there is none with that API (M30)."""
+        """End a parameter subscription; do nothing if none has that API (M30)."""
         if self.param_subscribers.get(key, {}).get(node) != api:
             return
         _remove(self.param_subscribers, key, node)
@@ -192,7 +192,7 @@ class Registry:
     # ---- inside
 
     def _publisher_updates(self, topic: str) -> list[Notice]:
-        """One full list of publishers to each subscriber (M38)."""
+        """Return a notice with all publishers of a topic for each subscriber (M38)."""
         subscribers = self._subscribers.get(topic)
         if not subscribers:
             return []
@@ -200,7 +200,7 @@ class Registry:
         return [Notice(api, node, "publisherUpdate", topic, (publishers,)) for node, api in subscribers.items()]
 
     def _settle(self, node: str, api: str) -> list[Notice]:
-        """Makes sure that the node is known under this API; takes an older namesake's place."""
+        """Make sure that the node is known under this API; take an older namesake's place."""
         entry = self._nodes.get(node)
         if entry is not None and entry.api == api:
             return []
@@ -212,9 +212,9 @@ class Registry:
         return notices
 
     def _purge(self, node: str, entry: _Node) -> list[Notice]:
-        """Forgets everything a node had.
+        """Remove everything that a node has registered.
 
-        Stock tells nobody (M35), so that subscribers keep trying to reach the dead publisher; they are told here.
+        Stock does not notify subscribers (M35), which then keep trying to reach the dead publisher; here they are told.
         """
         for topic in entry.subscriptions:
             _remove(self._subscribers, topic, node)

@@ -17,7 +17,9 @@ DEFAULT_PORT: Final = 11311
 NOTIFY_TIMEOUT_S: Final = 10.0
 _FAREWELL_S: Final = 0.1
 LINGER: Final = 150e-6
-"""Nodes and tools ask many things one after the other; awaking for each on another core takes longer than answering."""
+"""Seconds that the loop lingers: clients make many calls in a row, and waking up for each takes longer than the
+answer.
+"""
 
 
 def _no_log(level: str, text: str) -> None:
@@ -29,7 +31,7 @@ class Master:
 
     Args:
         port: port to listen on; 0 lets the system choose.
-        bind_host: address to listen on: ``0.0.0.0`` for everybody, ``127.0.0.1`` for this machine only.
+        bind_host: address to listen on: ``0.0.0.0`` for all machines, ``127.0.0.1`` for this machine only.
         advertised_host: the host in ``uri``.
         log: ``log(level, text)`` with level ``info``, ``warn`` or ``error``; called on the master's thread, with a line
             for each registration, parameter and notification (M57).
@@ -37,8 +39,8 @@ class Master:
             does not end by itself: call ``stop`` from another thread.
         notify_timeout: seconds that a node has to answer a notification.
         log_calls: log each call, too, with level ``debug``.
-        limits: what clients may cost.
-        on_error: gets unexpected exceptions; None: written to stderr.
+        limits: what clients may use.
+        on_error: gets unexpected exceptions; None: they are written to stderr.
     """
 
     def __init__(
@@ -75,10 +77,10 @@ class Master:
         self._shutdown_reason: str | None = None
 
     def start(self) -> None:
-        """Starts to listen and to serve.
+        """Start to listen and to serve.
 
         Raises:
-            OSError: the port cannot be listened on; ``errno.EADDRINUSE`` if somebody else does.
+            OSError: the port cannot be listened on; with ``errno.EADDRINUSE`` if it is in use.
         """
         self._server = XmlRpcServer(
             self._loop,
@@ -93,7 +95,7 @@ class Master:
         self._log("info", f"Master initialized: port[{self._server.port}], uri[{self._server.uri}]")
 
     def stop(self, timeout: float = 5.0) -> None:
-        """Closes the port and all connections and ends the thread; harmless if done before.
+        """Close the port and all connections and end the thread; harmless if done before.
 
         Args:
             timeout: longest wait in seconds.
@@ -115,11 +117,11 @@ class Master:
 
     @property
     def shutdown_reason(self) -> str | None:
-        """What a client gave as the reason when it called ``shutdown``; None if none did."""
+        """The reason that a client gave when it called ``shutdown``; None if no client did."""
         return self._shutdown_reason
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Waits until a client has asked for the end or ``stop`` was called; True if so.
+        """Wait until a client asks for the end or ``stop`` is called; return whether one of these has happened.
 
         Args:
             timeout: seconds, None for ever.
@@ -133,7 +135,7 @@ class Master:
 
     def _shutdown_requested(self, reason: str) -> None:
         self._shutdown_reason = reason
-        # Not at once: the client shall get its answer first.
+        # Not at once: the client must get its answer first.
         self._loop.call_later(_FAREWELL_S, self._announce_shutdown, reason)
 
     def _announce_shutdown(self, reason: str) -> None:

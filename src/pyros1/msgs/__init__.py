@@ -1,4 +1,4 @@
-"""Messages and services: from definition text to Python classes with the interface that genpy's have.
+"""Messages and services: from definition text to Python classes with the interface of genpy's classes.
 
 ::
 
@@ -41,6 +41,6 @@ __all__ = ["AnyMsg", "DefinitionCache", "Message", "Service", "from_definition",
 
 
 def __dir__() -> list[str]:
-    """Return the public names, and the packages that have definitions: for completion."""
+    """Return the public names, and the packages that have definitions, for completion."""
     packages = map(generated.module_name, generated.finder().library.packages())
     return sorted({*globals(), *packages})

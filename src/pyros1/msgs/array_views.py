@@ -1,7 +1,8 @@
-"""Numeric arrays that refer to the received bytes instead of copying them: memoryviews, or numpy arrays as rospy's
-``numpy_msg`` gives them (https://wiki.ros.org/rospy_tutorials/Tutorials/numpy).
+"""Numeric arrays without a copy of the received bytes: memoryviews, or numpy arrays as with rospy's ``numpy_msg``.
 
-They are read-only.
+See https://wiki.ros.org/rospy_tutorials/Tutorials/numpy.
+
+The arrays have one dimension and are read-only.
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ from pyros1.msgs.base import View
 
 
 def memoryview_view(buffer: bytes, position: int, count: int, code: str) -> Any:
-    """Return ``count`` numbers of the struct code at ``position`` as a memoryview of that format.
+    """Return ``count`` numbers of the struct code at ``position`` as a memoryview of that format, shape (count,).
 
     Raises:
-        NotImplementedError: on a machine whose numbers are not little-endian.
+        NotImplementedError: the machine is not little-endian.
     """
     if sys.byteorder != "little":
         raise NotImplementedError("arrays as memoryviews need a little-endian machine; use numpy arrays")
@@ -26,7 +27,7 @@ def memoryview_view(buffer: bytes, position: int, count: int, code: str) -> Any:
 
 
 def numpy_view(numpy: Any) -> View:
-    """Return the function that makes numpy arrays.
+    """Return the function that makes numpy arrays, of shape (count,).
 
     Args:
         numpy: the numpy module.

@@ -11,7 +11,7 @@ from pyros1.msgs.base import Buffer
 from pyros1.timing import TVal
 
 LARGE_STRING = 1 << 20
-"""Bytes from which on a string is decoded without another copy of its bytes, which for short ones takes longer."""
+"""Size in bytes from which strings are decoded without a copy of their bytes, which takes longer for short ones."""
 
 _KEEP = 256
 _U32 = struct.Struct("<I")
@@ -20,7 +20,7 @@ _PREFIXES = tuple(_U32.pack(size) for size in range(256))
 
 
 class Packers(dict[int, Callable[..., bytes]]):
-    """Number of elements to the pack function for so many numbers; only those of short arrays are kept."""
+    """Number of elements -> function that packs that many numbers; only those for short arrays are kept."""
 
     def __init__(self, code: str) -> None:
         super().__init__()
@@ -33,7 +33,7 @@ class Packers(dict[int, Callable[..., bytes]]):
         return function
 
     def pack(self, values: Any) -> bytes:
-        """Pack a long array: element by element, or as it is if it holds such numbers already (array, numpy)."""
+        """Pack a long array: element by element, or as a whole if it holds such numbers already (array, numpy)."""
         if not isinstance(values, (list, tuple)) and sys.byteorder == "little":
             try:
                 view = memoryview(values)
@@ -46,12 +46,12 @@ class Packers(dict[int, Callable[..., bytes]]):
         return self[len(values)](*values)
 
 
-# Buffer formats that hold the same bytes as a struct code: which name an 8-byte integer has varies between platforms.
+# Buffer formats with the same bytes as a struct code: the name of an 8-byte integer depends on the platform.
 _SAME = {"q": "ql", "Q": "QL", "B": "B?"}
 
 
 class Unpackers(dict[int, Callable[[Buffer, int], tuple[Any, ...]]]):
-    """Number of elements to the unpack function for so many numbers; only those of short arrays are kept."""
+    """Number of elements -> function that unpacks that many numbers; only those for short arrays are kept."""
 
     def __init__(self, code: str) -> None:
         super().__init__()
@@ -65,15 +65,16 @@ class Unpackers(dict[int, Callable[[Buffer, int], tuple[Any, ...]]]):
 
 
 def octets(value: Any, length: int) -> bytes:
-    """Return the bytes of a uint8[] or char[] field's value that is not bytes itself.
+    """Return the value of a uint8[] or char[] field, which is not bytes yet, as bytes.
 
     Args:
-        value: list or tuple of ints, or anything with the buffer interface. It is copied: it may change before it is
+        value: list or tuple of ints, or anything with the buffer interface. It is copied, since it may change before it
+            is
             sent.
         length: the field's fixed length, or -1.
 
     Raises:
-        TypeError, ValueError: it is none of these; a list of the wrong length.
+        TypeError, ValueError: the value is of another kind, or has the wrong length.
     """
     if isinstance(value, (list, tuple)):
         if length >= 0 and len(value) != length:
@@ -83,7 +84,7 @@ def octets(value: Any, length: int) -> bytes:
 
 
 def pack_strings(values: Sequence[str]) -> bytes:
-    """Return the elements of a string array, each with its length."""
+    """Return the encoded elements of a string array, each with its length in front."""
     encoded = list(map(str.encode, values))
     try:
         return b"".join([_PREFIXES[len(text)] + text for text in encoded])
@@ -92,15 +93,15 @@ def pack_strings(values: Sequence[str]) -> bytes:
 
 
 def read_large_string(buffer: Buffer, begin: int, end: int) -> str:
-    """Return the string at ``begin`` to ``end``, without a copy of its bytes."""
+    """Return the string from ``begin`` to ``end``, without a copy of its bytes."""
     return str(memoryview(buffer)[begin:end], "utf-8")
 
 
 def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[list[str], int]:
-    """Return ``count`` strings and the position behind them.
+    """Return a list of ``count`` strings, and the position behind them.
 
     Raises:
-        ValueError: there cannot be so many in the bytes left, or bad UTF-8.
+        ValueError: the remaining bytes cannot hold that many strings, or are not UTF-8.
         struct.error: the buffer is too short.
     """
     if count > (end - position) // 4:
@@ -117,13 +118,13 @@ def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[li
 
 
 def pack_times(values: Sequence[Any], code: str) -> bytes:
-    """Return the elements of an array of times or durations; ``code`` is the struct code of both parts."""
+    """Return the encoded elements of an array of times or durations; ``code`` is the struct code of both parts."""
     numbers = [number for value in values for number in (value.secs, value.nsecs)]
     return struct.pack(f"<{len(numbers)}{code}", *numbers)
 
 
 def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[TVal]) -> list[TVal]:
-    """Return ``count`` times or durations; the caller has checked that they fit."""
+    """Return a list of ``count`` times or durations; the caller has checked that they fit."""
     numbers = struct.unpack_from(f"<{2 * count}{code}", buffer, position)
     result = []
     for secs, nsecs in zip(numbers[::2], numbers[1::2], strict=True):
@@ -136,8 +137,7 @@ def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[T
 
 
 def gather(parts: Sequence[bytes], large: int) -> Any:
-    """Return the parts of a frame as buffers to send in order: those of ``large`` bytes or more as they are, the others
-    joined."""
+    """Return a frame's parts as buffers to send in order: those of ``large`` bytes or more unchanged, others joined."""
     result: list[bytes | memoryview] = []
     small: list[bytes] = []
     for part in parts:

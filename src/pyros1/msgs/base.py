@@ -1,4 +1,4 @@
-"""What every message and service class is made of: the interface that programs know from genpy (G15-G25).
+"""Base classes of all messages and services, with the interface that programs know from genpy (G15-G25).
 
 A message class has no code of its own. Its constructor and codec functions are generated from the field list when they
 are first asked for, so that making a class costs little and an unused direction costs nothing:
@@ -9,9 +9,9 @@ are first asked for, so that making a class costs little and an unused direction
 * ``cls._encode(msg)``: the body only;
 * ``cls._decode(buffer, start, end)``: a message from exactly ``buffer[start:end]``, which must be bytes;
 * ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset behind it;
-* ``cls._decode_arrays(buffer, start, end, view)``, ``cls._read_arrays(...)``: the same, but numeric arrays are what
-  ``view(buffer, position, count, struct_code)`` returns, see ``array_views.py``;
-* ``cls._copy(msg)``: what encoding and decoding would give, without doing either.
+* ``cls._decode_arrays(buffer, start, end, view)``, ``cls._read_arrays(...)``: the same, but numeric arrays are made by
+  ``view(buffer, position, count, struct_code)``, see ``array_views.py``;
+* ``cls._copy(msg)``: the message that encoding and decoding would give, without either of them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Buffer = bytes | bytearray | memoryview
 Frame = bytes | list[bytes | memoryview]
 View = Callable[[bytes, int, int, str], Any]
-"""Makes the array of so many numbers at a position of a buffer; the last argument is their struct code."""
+"""Makes a numeric array of (buffer, position, number of elements, struct code)."""
 _M = TypeVar("_M", bound="Message")
 
 _MAKERS = {
@@ -41,16 +41,16 @@ _MAKERS = {
     "_read_arrays": "decoder",
     "_copy": "copier",
 }
-"""Which module generates a function."""
+"""The modules that generate functions."""
 
 
 def _module(name: str) -> Any:
-    """Return the module of that name: it needs this one, and most messages are never encoded, checked or printed."""
+    """Return a module, imported late: it needs this one, and most messages are never encoded, checked or printed."""
     return import_module("pyros1.msgs." + name)
 
 
 class Array(Protocol):
-    """What a field of many numbers takes: a list, a tuple, bytes, an array of numpy or of the standard library."""
+    """Value of an array field of numbers: a list, a tuple, bytes, an array of numpy or of the standard library."""
 
     def __len__(self) -> int: ...
     def __iter__(self) -> Iterator[Any]: ...
@@ -58,7 +58,7 @@ class Array(Protocol):
 
 
 class Writable(Protocol):
-    """What :meth:`Message.serialize` writes to."""
+    """A writable binary file, for :meth:`Message.serialize`."""
 
     def write(self, data: bytes, /) -> object:
         """Take the bytes."""
@@ -77,9 +77,9 @@ class MessageType(type):
 
 
 class _FullText:
-    """The class attribute ``_full_text``: it is put together when it is first asked for.
+    """The class attribute ``_full_text``, which is composed when it is first read.
 
-    Of most classes of nested types nobody ever does, and each text holds those of all types in it.
+    For most nested types it is never read, and each text contains the texts of all types used.
     """
 
     def __get__(self, message: object, owner: type[Any]) -> str:
@@ -97,7 +97,7 @@ class Message(metaclass=MessageType):
     Class attributes:
         _type: full type name. _md5sum, _full_text: as in connection headers.
         _slot_types: type of each field, in the order of ``__slots__``.
-        _has_header: whether the first field is the header whose ``seq`` publishers count.
+        _has_header: whether the first field is a header whose ``seq`` publishers set.
         _fixed_size: size of the encoded body in bytes if it is always the same, else None.
 
     Args:
@@ -166,11 +166,11 @@ class Message(metaclass=MessageType):
         return self
 
     def serialize_numpy(self, buff: Writable, numpy: object) -> None:
-        """Write as :meth:`serialize`, which takes numpy arrays as they are."""
+        """Write the encoded body like :meth:`serialize`, which accepts numpy arrays."""
         self.serialize(buff)
 
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
-        """Read as :meth:`deserialize`, with numpy arrays in place of tuples of numbers."""
+        """Set the fields like :meth:`deserialize`, with numpy arrays of shape (n,) in place of tuples of numbers."""
         body, view = bytes(data), _module("array_views").numpy_view(numpy)
         return self._deserialize(body, lambda cls: cls._read_arrays(body, 0, len(body), view))
 
@@ -210,7 +210,7 @@ def _same(a: object, b: object) -> bool:
 
 
 def message_class(cls: type[Any]) -> type[Message]:
-    """Return the class made from the definition: ``cls`` itself or the base that a program derived it from."""
+    """Return the class that was made from the definition: ``cls`` itself, or its base class if a program derived it."""
     for base in cls.__mro__:
         if "_slot_types" in base.__dict__:
             found: type[Message] = base
@@ -231,7 +231,7 @@ def nested_classes(cls: type[Message]) -> Mapping[str, type[Message]]:
 
 
 class Service:
-    """Base of all service classes: the request and response classes and what a connection header needs."""
+    """Base of all service classes: request and response class, and the values for connection headers."""
 
     _type: ClassVar[str]
     _md5sum: ClassVar[str]
@@ -241,7 +241,7 @@ class Service:
 
 
 class AnyMsg:
-    """A message as it came, of whatever type: subscribe with this class to get any topic without its definitions.
+    """An encoded message of any type: subscribe with this class to receive any topic without its definitions.
 
     ``_buff`` holds the encoded body, ``_connection_header`` the publisher's header.
     """
@@ -277,7 +277,7 @@ class AnyMsg:
         return [size, message._buff] if len(message._buff) >= 16384 else size + message._buff
 
     def serialize(self, buff: Writable) -> None:
-        """Write the bytes as they came."""
+        """Write the received bytes to a file-like object."""
         buff.write(self._buff)
 
     def deserialize(self, data: Buffer) -> AnyMsg:
@@ -286,15 +286,15 @@ class AnyMsg:
         return self
 
     def decode(self, cls: type[Message] | None = None) -> Message:
-        """Return the real message.
+        """Return the decoded message.
 
         Args:
-            cls: its class; None means to build it from the connection header. Many messages of one connection are best
-                decoded with one class from a :class:`pyros1.msgs.DefinitionCache`.
+            cls: its class; None: a class is made from the connection header. For many messages of one connection,
+                take one class from a :class:`pyros1.msgs.DefinitionCache`.
 
         Raises:
             DefinitionError: the header lacks type or definition, or the definition is wrong.
-            DeserializationError: the bytes are not such a message.
+            DeserializationError: the bytes are not a message of this type.
         """
         if cls is None:
             header = self._connection_header or {}

@@ -1,6 +1,6 @@
-"""Why a value cannot be encoded, or bytes cannot be decoded: the slow walk behind the generated codecs.
+"""Explains why a value cannot be encoded, or bytes cannot be decoded, after a generated codec has failed.
 
-It runs only after a codec has failed, field by field along the class's ``_slot_types``, and finds the first culprit.
+It goes slowly through the fields in the order of the class's ``_slot_types``, and finds the first wrong one.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def refusal(cls: type[Message], message: Any, error: Exception) -> Serialization
     Args:
         cls: its class.
         message: the value.
-        error: what the encoder ran into; its text serves when no field is found to blame.
+        error: the encoder's error; its text is used if no wrong field is found.
     """
     try:
         _check_message(cls, message, "")
@@ -36,7 +36,7 @@ def check(message: Message, error: Exception | None = None) -> None:
     """Check all fields of a message.
 
     Raises:
-        SerializationError: naming the first field whose value does not fit; or with the text of ``error``, if given.
+        SerializationError: the text names the first field whose value does not fit, or is that of ``error``, if given.
     """
     _check_message(message_class(type(message)), message, "")
     if error is not None:
@@ -125,11 +125,11 @@ def explain(cls: type[Message], buffer: Buffer, start: int, end: int, *, exact: 
     """Return the error for bytes that could not be decoded.
 
     Args:
-        cls: the class whose message they should be.
-        buffer: holds the bytes.
+        cls: the class of the expected message.
+        buffer: the bytes.
         start: where the message begins in ``buffer``; the error's offset counts from here.
         end: where it should end.
-        exact: whether bytes left over are an error.
+        exact: whether additional bytes at the end are an error.
     """
     walk = _Walk(memoryview(buffer)[start:end])
     try:
@@ -137,12 +137,12 @@ def explain(cls: type[Message], buffer: Buffer, start: int, end: int, *, exact: 
     except MessageError as error:
         return DeserializationError(cls._type, walk.position, str(error))
     if exact and walk.left:
-        return DeserializationError(cls._type, walk.position, f"{walk.left} bytes left over")
+        return DeserializationError(cls._type, walk.position, f"{walk.left} bytes are left over")
     return DeserializationError(cls._type, walk.position, "the buffer ends here")
 
 
 class _Walk:
-    """Goes over an encoded message without keeping any of it."""
+    """A walk through an encoded message, of which nothing is kept."""
 
     def __init__(self, data: memoryview) -> None:
         self.data = data
@@ -185,7 +185,7 @@ class _Walk:
     def _check_count(self, number: int, least: int, what: str) -> None:
         if least == 0:
             if number > MAX_EMPTY:
-                raise MessageError(f"{what} claims {number} elements without content, at most {MAX_EMPTY} are accepted")
+                raise MessageError(f"{what} claims {number} elements without content; the limit is {MAX_EMPTY}")
         elif number > self.left // least:
             raise MessageError(f"{what} claims {number} elements of at least {least} bytes, {self.left} bytes are left")
 
@@ -206,7 +206,7 @@ class _Walk:
 
 
 def _wrong_utf8(data: memoryview) -> tuple[int, str] | None:
-    """Return where bytes are not UTF-8 and why; None if they are. A string may be large: it is read piece by piece."""
+    """Return (offset, reason) of the first bytes that are not UTF-8, or None. Large strings are read in pieces."""
     decoder = codecs.getincrementaldecoder("utf-8")()
     for begin in range(0, len(data), _PIECE):
         pending = len(decoder.getstate()[0])
@@ -218,7 +218,7 @@ def _wrong_utf8(data: memoryview) -> tuple[int, str] | None:
 
 
 def _least(cls: type[Message], base: str) -> int:
-    """Return the least number of bytes that one value of a type takes."""
+    """Return the smallest number of bytes of one value of a type."""
     if base in STRUCT_CODES:
         return struct.calcsize("<" + STRUCT_CODES[base])
     return {"string": 4, "time": 8, "duration": 8}.get(base) or cls._classes[base]._min_size

@@ -10,13 +10,13 @@ from pyros1.msgs.generator import Fields, Source, fields_of, parts_of, split_typ
 from pyros1.msgs.spec import STRUCT_CODES
 
 _FEW = 50
-"""Fewer names than this are found in a list as soon as in a set made of it."""
+"""Number of names from which a set is made for the search: with fewer, a list is as fast."""
 
 
 def make_init(cls: type[Message]) -> Callable[..., None]:
     """Generate ``__init__``."""
     source = Source(cls)
-    me, args, kwds = "self", "args", "kwds"  # without a number: as people know them from other signatures
+    me, args, kwds = "self", "args", "kwds"  # without a number, since these names show in the signature
     parts = parts_of(cls)
     arranged = f"{source.ref(arrange)}({source.ref(cls)}, {args}, {kwds})"
     if len(parts) > 1:

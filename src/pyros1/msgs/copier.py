@@ -1,8 +1,8 @@
 """Generates the functions that copy messages from a publisher to subscribers in the same process.
 
-A copy is equal to what the other end of a wire would decode: numbers are checked against the ranges of their types and
-rounded to float32, sequences become tuples. What cannot change is shared: strings, and the bytes of uint8 arrays, be
-they large. Wrong values are refused as by the encoder.
+A copy equals the message that a receiver would decode: numbers are checked against the ranges of their types and
+rounded to float32, sequences become tuples. Values that cannot change are shared: strings, and the bytes of uint8
+arrays, even if large. Wrong values are refused as by the encoder.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Copier(Source):
         self.after: list[str] = []
 
     def message(self, cls: type[Message], source: str, target: str, fields: Fields | None = None) -> None:
-        """Emit the copying of a message's fields, by default of all."""
+        """Emit code that copies a message's fields, by default all of them."""
         for name, slot_type in fields_of(cls) if fields is None else fields:
             base, length = split_type(slot_type)
             nested = cls._classes.get(base)
@@ -40,7 +40,7 @@ class Copier(Source):
                 self._array(base, length, nested, f"{source}.{name}", f"{target}.{name}")
 
     def flush(self) -> None:
-        """Emit the conversion of the numbers collected."""
+        """Emit code that converts the collected numbers."""
         if self.codes:
             packed = self.pack("".join(code.replace("?", "B") for code in self.codes))
             unpack = self.unpack("".join(self.codes))

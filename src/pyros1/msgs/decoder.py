@@ -1,12 +1,11 @@
 """Generates the decoders of message classes.
 
-A decoder does not look for the cause of a failure: it catches whatever wrong bytes raise, and ``check.py`` then walks
-them slowly to say where and why. What it must check itself is what bounds memory and time, the number of elements
-against the bytes left, and that it ended exactly where the message ends. Reading behind ``end`` in a larger buffer is
-harmless: the position is wrong then.
+A decoder does not look for the cause of a failure: it catches all errors that wrong bytes cause, and ``check.py`` then
+goes through the bytes slowly to find place and reason. The decoder itself checks only what limits memory and time (the
+number of elements against the remaining bytes), and that it ends exactly at the end of the message. To read beyond
+``end`` in a larger buffer does no harm: the final position is then wrong.
 
-The objects of an array of messages are made many at a time, by ``map``: that takes half the time of making each by a
-call of its own, and there may be many.
+The objects of an array of messages are made many at a time, by ``map``, which takes half the time of separate calls.
 """
 
 from __future__ import annotations
@@ -41,15 +40,15 @@ class Decoder(Source):
 
     Args:
         cls: the message class.
-        views: leave the making of numeric arrays to the function ``view``, a fourth argument of the decoder.
-        outer: the decoder in which this is a loop, over messages of ``cls``; None begins a function.
+        views: whether numeric arrays are made by the function ``view``, a fourth argument of the decoder.
+        outer: the decoder that this one is a loop of, over messages of ``cls``; None: it begins a function.
 
     Attributes:
-        at: name of the variable that holds the position. A step takes it to the other one of two variables, so that
-            what lies between can be cut out.
-        begin: the variable that it was in first.
-        moved: whether it has moved since.
-        made: in a loop: what to make for each turn, names of object and class; else None.
+        at: name of the variable that holds the position. A step puts the next position into the other one of two
+            variables, so that the bytes between both can be cut out.
+        begin: the variable that held it first.
+        moved: whether the position has moved since.
+        made: in a loop, names of the object to make in each turn and of its class; else None.
     """
 
     def __init__(self, cls: type[Message], *, views: bool = False, outer: Decoder | None = None) -> None:
@@ -73,18 +72,18 @@ class Decoder(Source):
     # Positions --------------------------------------------------------------------------------------------------------
 
     def move(self) -> str:
-        """Let the next position be in the other variable, for the caller to set; return the one that holds this one."""
+        """Switch to the other variable, which the caller must set to the next position; return the former variable."""
         begin, self.at, self.moved = self.at, self._places[self.at == self._places[0]], True
         return begin
 
     def step(self, size: str | int) -> str:
-        """Emit a step over ``size`` bytes; return the variable that holds where they begin."""
+        """Emit a step over ``size`` bytes; return the variable that holds their first position."""
         begin = self.move()
         self.emit(f"{self.at} = {begin} + {size}")
         return begin
 
     def reserve(self, count: str, size: int) -> str:
-        """The same for ``count`` values of ``size`` bytes each, which must be there."""
+        """Emit a checked step over ``count`` values of ``size`` bytes each; return the variable of their position."""
         begin = self.step(f"{count} * {size}" if size != 1 else count)
         self.emit(f"if {self.at} > {self.arguments.end}: raise ValueError('count')")
         return begin
@@ -96,21 +95,21 @@ class Decoder(Source):
         self._targets.append(target)
 
     def number(self) -> str:
-        """Emit the reading of a length; return its name."""
+        """Emit code that reads a length; return its name."""
         count = self.fresh("n")
         self.value("I", count)
         self.flush()
         return count
 
     def assignment(self, values: str) -> list[str]:
-        """Return the statements that give the values collected to their targets."""
+        """Return the statement that assigns the collected values to their targets."""
         return [f"{', '.join(self._targets)}, = {values}", *self.after]
 
     def flush(self, *, last: bool = False) -> None:
-        """Emit the unpacking of the values collected, and move the position behind them.
+        """Emit code that unpacks the collected values and moves the position behind them.
 
         Args:
-            last: the position is not needed any more.
+            last: whether the position is not needed afterwards.
         """
         if not self.codes:
             return
@@ -123,7 +122,7 @@ class Decoder(Source):
     # Fields -----------------------------------------------------------------------------------------------------------
 
     def message(self, cls: type[Message], owner: str, fields: Fields | None = None) -> None:
-        """Emit the decoding of a message's fields, by default of all."""
+        """Emit code that decodes a message's fields, by default all of them."""
         for name, slot_type in fields_of(cls) if fields is None else fields:
             base, length = split_type(slot_type)
             target = f"{owner}.{name}"
@@ -153,7 +152,7 @@ class Decoder(Source):
             self._call(self._read(nested), target)
 
     def _make(self, cls: str, target: str) -> str:
-        """Emit the making of an object; return its name."""
+        """Emit code that makes an object; return its name."""
         local = self.fresh("m")
         if self.made is None:
             self.emit(f"{target} = {local} = {self.new(cls)}")
@@ -163,14 +162,14 @@ class Decoder(Source):
         return local
 
     def _call(self, function: str, target: str, *arguments: str) -> None:
-        """Emit the call of a function that returns what it has read, and the position behind it."""
+        """Emit the call of a function that returns a value and the position behind it."""
         begin = self.move()
         given = ", ".join([self.arguments.buffer, begin, *arguments, self.arguments.end, *self._view])
         self.emit(f"{target}, {self.at} = {function}({given})")
 
     @property
     def _view(self) -> list[str]:
-        """The further argument of nested decoders."""
+        """The additional argument of nested decoders."""
         return [self.arguments.view] if self.views else []
 
     def _read(self, nested: type[Message]) -> str:
@@ -237,7 +236,7 @@ class Decoder(Source):
         self.emit(f"{target}, {self.at} = {read}({self.arguments.buffer}, {begin}, {count}, {end})")
 
     def _fixed(self, nested: type[Message], size: int, count: str, target: str) -> None:
-        """An array of messages that are all of one size."""
+        """Emit code that decodes an array of messages of one fixed size."""
         begin = self.reserve(count, size)
         loop = self._loop(nested)
         if loop is None or loop.moved:  # more than values to unpack
@@ -252,7 +251,7 @@ class Decoder(Source):
         self._emit_loop(loop, count, target, body, (values, f"{name}({self.arguments.buffer}[{begin}:{self.at}])"))
 
     def _variable(self, nested: type[Message], least: int, count: str, target: str) -> None:
-        """An array of messages of which each has a size of its own, at least ``least`` bytes."""
+        """Emit code that decodes an array of messages of different sizes, at least ``least`` bytes each."""
         self.emit(f"if {count} > ({self.arguments.end} - {self.at}) // {least}: raise ValueError('count')")
         loop = self._loop(nested)
         if loop is None:
@@ -271,7 +270,7 @@ class Decoder(Source):
         self.at = loop.begin
 
     def _loop(self, nested: type[Message]) -> Decoder | None:
-        """Return the decoding of one element; None if that is better a function of its own."""
+        """Return the loop that decodes the elements; None if a separate function is better."""
         if self.made is not None or not self.fits(nested) or not _is_plain(nested):
             return None
         self.inlines(nested)
@@ -280,7 +279,7 @@ class Decoder(Source):
         return loop
 
     def _emit_loop(self, loop: Decoder, count: str, target: str, body: list[str], *more: tuple[str, str]) -> None:
-        """Emit a loop over new objects, and over what else is given as names and iterables."""
+        """Emit a loop over new objects, and over the iterables given with their names."""
         assert loop.made is not None
         sources = [(name, self._objects(cls, count)) for name, cls in loop.made]
         items = self.assign("items", f"list({sources[0][1]})")
@@ -294,7 +293,7 @@ class Decoder(Source):
 
 
 def _is_plain(cls: type[Message]) -> bool:
-    """Tell whether a class has no arrays of messages, however deep."""
+    """Return whether a class has no arrays of messages at any depth."""
     for slot_type in cls._slot_types:
         base, length = split_type(slot_type)
         nested = cls._classes.get(base)
@@ -314,7 +313,7 @@ def make_decode_arrays(cls: type[Message]) -> Callable[..., Any]:
 
 
 def make_read(cls: type[Message]) -> Callable[[Any, int, int], tuple[Any, int]]:
-    """Generate ``_read``; its errors are for its caller to explain, who knows where the whole message begins."""
+    """Generate ``_read``, whose errors the caller explains, since it knows where the whole message begins."""
     return _make_read(Decoder(cls))
 
 
@@ -345,7 +344,7 @@ def _make_read(source: Decoder) -> Callable[..., tuple[Any, int]]:
 
 
 def _make_message(source: Decoder, *, last: bool = False) -> None:
-    """Emit the decoding of the whole message; ``last`` as in `Decoder.flush`."""
+    """Emit code that decodes the whole message; ``last`` as in `Decoder.flush`."""
     cls = source.cls
     source.emit(f"{source.root} = {source.new(source.ref(cls, 'cls'))}")
     parts = parts_of(cls)

@@ -16,7 +16,7 @@ _MAX_DEPTH = 64
 
 
 class Digests:
-    """Computes sums and texts of messages; remembers the sums.
+    """md5 sums and full texts of messages; the sums are cached.
 
     Args:
         resolve: returns the spec of a full type name; its errors pass through.
@@ -31,7 +31,7 @@ class Digests:
         """Return the md5 sum of a message or service type.
 
         Raises:
-            DefinitionError: a type contains itself, or is nested too deep.
+            DefinitionError: a type contains itself, or is nested too deeply.
         """
         parts = _parts(spec)
         for part in parts:
@@ -51,14 +51,14 @@ class Digests:
         return list(found)
 
     def full_text(self, spec: MessageSpec | ServiceSpec) -> str:
-        """Return the definition followed by those of all types used, as connection headers carry it."""
+        """Return the definition followed by those of all types used, as in connection headers."""
         parts = [spec.text + "\n"]
         for name in self.dependencies(spec):
             parts.append(f"{SEPARATOR}\nMSG: {name}\n{self._resolve(name).text}\n")
         return "".join(parts)[:-1]
 
     def _sum_up(self, root: MessageSpec) -> None:
-        """Compute the sums of all types used, without recursion: others send definitions, however deep."""
+        """Compute the sums of all types used, without recursion, since peers send definitions of any depth."""
         path = [(root, _used(root))]
         names = {root.name}
         while path:
@@ -70,7 +70,7 @@ class Digests:
                 depth = 1 + max((self._depths[each] for each in _used(spec)), default=0)
                 if depth > _MAX_DEPTH:
                     raise DefinitionError(f"nested more than {_MAX_DEPTH} deep", spec.name)
-                if path:  # the part of a service has no name that others know
+                if path:  # the parts of a service have no public names
                     self._sums[spec.name], self._depths[spec.name] = _md5(self._md5_text(spec)), depth
             elif name in names:
                 circle = " -> ".join([*(each.name for each, _ in path), name])
@@ -103,14 +103,14 @@ def _used(spec: MessageSpec) -> Iterator[str]:
 
 
 def split_full_text(name: str, full_text: str) -> dict[str, str]:
-    """Cut a full text into the definitions that it is made of.
+    """Split a full text into its definitions.
 
     Args:
         name: full type name of the first definition.
         full_text: text as :meth:`Digests.full_text` makes it.
 
     Returns:
-        Full type name to definition text; of a type given twice the first counts.
+        Full type name -> definition text; if a type occurs twice, the first text counts.
 
     Raises:
         DefinitionError: a separator is not followed by a ``MSG:`` line.
@@ -140,7 +140,7 @@ def _is_separator(line: str) -> bool:
 
 def _md5(text: str) -> str:
     data = text.encode("utf-8", "surrogateescape")
-    try:  # hashlib loads OpenSSL, which every node would wait for when it starts
+    try:  # hashlib loads OpenSSL, which would delay the start of every node
         from _md5 import md5  # type: ignore[import-not-found]  # noqa: PLC0415
     except ImportError:
         from hashlib import md5  # noqa: PLC0415

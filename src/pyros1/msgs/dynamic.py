@@ -1,6 +1,6 @@
-"""Classes from a definition that came over the wire or out of a bag (G15).
+"""Message classes from definitions in connection headers and bags (G15).
 
-With these, any topic can be read though its message package is nowhere on this machine.
+With these, any topic can be read, even if its message package is not on this machine.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from pyros1.msgs.factory import make_message_class
 from pyros1.msgs.spec import HEADER, MessageSpec, is_type_name, parse_message
 
 MAX_TEXT = 1 << 20
-"""Longest full text accepted, in characters: a peer sends it."""
+"""Longest full text that is accepted from a peer, in characters."""
 
 _HEADER_TEXT = "uint32 seq\ntime stamp\nstring frame_id\n"
 
 
 def from_definition(type_name: str, full_text: str) -> type[Message]:
-    """Make the class that a full text describes.
+    """Return a class made from a full text.
 
     Args:
         type_name: full type name of the message, ``package/Type``.
@@ -31,9 +31,7 @@ def from_definition(type_name: str, full_text: str) -> type[Message]:
         DefinitionError: the text is wrong, too long, or lacks a type that is used.
     """
     if len(full_text) > MAX_TEXT:
-        raise DefinitionError(
-            f"the definition has {len(full_text)} characters, at most {MAX_TEXT} are accepted", type_name
-        )
+        raise DefinitionError(f"the definition has {len(full_text)} characters; the limit is {MAX_TEXT}", type_name)
     texts = split_full_text(type_name, full_text)
     texts.setdefault(HEADER, texts.get("roslib/Header", _HEADER_TEXT))
     specs: dict[str, MessageSpec] = {}
@@ -43,7 +41,7 @@ def from_definition(type_name: str, full_text: str) -> type[Message]:
         spec = specs.get(name)
         if spec is None:
             if name not in texts:
-                raise DefinitionError(f"the definition uses {name} but does not hold its text", type_name)
+                raise DefinitionError(f"the definition uses {name}, but its text is missing", type_name)
             spec = specs[name] = parse_message(name, texts[name], f"definition of {type_name}, {name}")
         return spec
 
@@ -60,16 +58,16 @@ def from_definition(type_name: str, full_text: str) -> type[Message]:
     if not is_type_name(type_name):
         raise DefinitionError(f"[{type_name}] is not a type name of the form package/Type")
     cls = lookup(type_name)
-    # What the peer sent, not what our own rules would make of it: bags and further subscribers get the same text.
+    # The text of the peer, not one composed here, so that bags and further subscribers get the same text.
     cls._full_text = full_text
     return cls
 
 
 class DefinitionCache:
-    """Keeps the classes made from definitions, for programs with many connections.
+    """Cache of classes made from definitions, for programs with many connections.
 
     Args:
-        limit: most classes kept; the oldest go first.
+        limit: most classes to keep; the oldest are removed first.
     """
 
     def __init__(self, limit: int = 1000) -> None:
@@ -80,9 +78,9 @@ class DefinitionCache:
         """Return the class for a connection header's ``type``, ``md5sum`` and ``message_definition``.
 
         Raises:
-            DefinitionError: the text is wrong. That its md5 differs from ``md5sum`` is no error: some publishers
-                announce ``*`` or a sum of their own making, and the text is what tells how to decode.
-            UnknownTypeError: the peer sent no text.
+            DefinitionError: the text is wrong. It is not an error if its md5 differs from ``md5sum``: some
+                publishers announce ``*`` or their own sums, and only the text matters for decoding.
+            UnknownTypeError: the peer sent no definition.
         """
         key = (type_name, md5sum, full_text)
         cls = self._classes.get(key)

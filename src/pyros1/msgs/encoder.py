@@ -1,7 +1,7 @@
 """Generates the encoders of message classes: one function call from a message to its frame or body.
 
-An encoder does not look for the cause of a failure: it catches whatever a wrong value raises, and ``check.py`` then
-walks the message slowly to say which field is to blame.
+An encoder does not look for the cause of a failure: it catches all errors that wrong values cause, and ``check.py``
+then goes through the message slowly to find the wrong field.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from pyros1.msgs.generator import TIME_CODES, Fields, Source, fields_of, parts_o
 from pyros1.msgs.spec import STRUCT_CODES
 
 LARGE = 16384
-"""Bodies from this size on are sent as a list of buffers, their large arrays not copied."""
+"""Size in bytes from which bodies are sent as a list of buffers, without a copy of their large arrays."""
 
 _PREFIX = 4
 """Bytes of a frame's length."""
 _SUMMANDS = 50
-"""Most lengths that are added one by one: Python's compiler does not take sums of any length."""
+"""Most lengths in one sum: Python's compiler limits the length of expressions."""
 
 WRONG_VALUE = (struct.error, SerializationError, AttributeError, TypeError, ValueError, OverflowError)
 
 
 class _Run:
-    """Neighbouring values of fixed size, which one struct packs."""
+    """Adjacent values of fixed size, which one struct packs."""
 
     def __init__(self) -> None:
         self.codes: list[str] = []
@@ -99,7 +99,7 @@ class Encoder(Source):
             octets = f"{self.ref(arrays.octets, 'octets')}({local}, {length})"
             self.emit(f"if {local}.__class__ is not bytes: {local} = {octets}")
             if length >= 0:
-                # Stock pads bytes that are too short; too many it would cut, which hides an error.
+                # Stock pads bytes that are too short. It also cuts those that are too long, which would hide an error.
                 self.emit(f"if len({local}) > {length}: raise ValueError('too long')")
                 self.value(f"{length}s", local)
                 return
@@ -117,7 +117,7 @@ class Encoder(Source):
         if code is not None:
             packers = self.ref(arrays.Packers(code), "packers", ("packers", code))
             self.large = True
-            # numpy's booleans do not pass for integers, its arrays of them do as a whole.
+            # struct does not accept single booleans of numpy, but it accepts whole arrays of them.
             whole = f"{local}.__class__ is not list" if base == "bool" else f"len({local}) > 256"
             self.piece(f"{packers}.pack({local}) if {whole} else {packers}[len({local})](*{local})")
         elif base == "string":
@@ -174,7 +174,7 @@ def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], bytes]:
 
 
 def _expressions(source: Encoder) -> list[str]:
-    """Return the expressions of the bytes collected."""
+    """Return the expressions of the collected bytes."""
     return [
         part if isinstance(part, str) else f"{source.pack(''.join(part.codes))}({', '.join(part.expressions)})"
         for part in source.parts
@@ -182,7 +182,7 @@ def _expressions(source: Encoder) -> list[str]:
 
 
 def _joined(expressions: list[str]) -> str:
-    """Return the expression of the bytes of all."""
+    """Return the expression of all bytes, joined."""
     if len(expressions) == 1:
         return expressions[0]
     if len(expressions) == 2:

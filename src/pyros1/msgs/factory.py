@@ -1,4 +1,4 @@
-"""Spec to class: the attributes of a message or service class and the limits that it must keep."""
+"""Makes message and service classes from parsed definitions, within limits."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
 
 MAX_WEIGHT = 1 << 28
-"""Most bytes of memory, roughly, that the default value of a type may need: fixed arrays can ask for any amount."""
+"""Most bytes of memory, roughly, of a type's default value: fixed arrays could need any amount."""
 
 MAX_EMPTY = 16
-"""Most elements of an array whose elements take no bytes: nothing in the received bytes backs their number."""
+"""Most elements of an array whose elements take no bytes, since the received bytes do not limit their number."""
 
 MAX_EMPTY_FIXED = 32
-"""Most messages in a field that takes no bytes, those in others included: each byte received may bring so many."""
+"""Most messages in a field that takes no bytes, nested ones included: each received byte may cause that many."""
 
 MESSAGE_WEIGHT = 64
-"""Bytes of memory, roughly, that a message needs without its values."""
+"""Bytes of memory, roughly, of a message without its values."""
 
 
 def python_name(name: str) -> str:
@@ -33,16 +33,16 @@ def python_name(name: str) -> str:
 def make_message_class(
     spec: MessageSpec, digests: Digests, lookup: Callable[[str], type[Message]], module: str
 ) -> type[Message]:
-    """Make the class of a message.
+    """Return a new class for a message type.
 
     Args:
         spec: the parsed definition.
-        digests: for md5 and full text.
-        lookup: returns the class of a message type that a field has.
+        digests: source of md5 and full text.
+        lookup: returns the class of a field's message type.
         module: ``__module__`` of the class.
 
     Raises:
-        DefinitionError: the type contains itself or is too large; two fields, or a field and a constant, have one name.
+        DefinitionError: the type contains itself or is too large, or a name occurs twice.
     """
     md5sum = digests.md5(spec)  # first: it refuses types that contain themselves
     classes = {field.base: lookup(field.base) for field in spec.fields if not field.is_builtin}
@@ -50,7 +50,7 @@ def make_message_class(
     slots = [python_name(field.name) for field in spec.fields]
     if not constants.keys().isdisjoint(slots):
         raise DefinitionError("a field and a constant have the same name", spec.name)
-    if len({*slots}) < len(slots):  # both would be one attribute
+    if len({*slots}) < len(slots):  # both would be the same attribute
         twice = next(name for name in slots if slots.count(name) > 1)
         raise DefinitionError(f"two fields have the name [{twice}] in Python", spec.name)
     minimum, weight, fixed = 0, MESSAGE_WEIGHT, True
@@ -60,7 +60,7 @@ def make_message_class(
         if weight > MAX_WEIGHT:
             raise DefinitionError(f"field [{field.name}] makes the type too large", spec.name)
         if size == 0 and cost > MESSAGE_WEIGHT * MAX_EMPTY_FIXED:
-            many = f"{cost // MESSAGE_WEIGHT} messages without content, at most {MAX_EMPTY_FIXED} are accepted"
+            many = f"{cost // MESSAGE_WEIGHT} messages without content; the limit is {MAX_EMPTY_FIXED}"
             raise DefinitionError(f"field [{field.name}] holds {many}", spec.name)
     short = spec.name.partition("/")[2]
     body: dict[str, Any] = {
@@ -82,7 +82,7 @@ def make_message_class(
     try:
         cls: Any = MessageType(short, (Message,), body)
     except (TypeError, ValueError) as error:
-        raise DefinitionError(f"no class can be made: {error}", spec.name) from error
+        raise DefinitionError(f"cannot make a class of this definition: {error}", spec.name) from error
     made: type[Message] = cls
     return made
 
@@ -90,7 +90,7 @@ def make_message_class(
 def make_service_class(
     spec: ServiceSpec, digests: Digests, lookup: Callable[[str], type[Message]], module: str
 ) -> type[Service]:
-    """Make the class of a service with its request and response classes; arguments as for messages."""
+    """Return a new class for a service type, with request and response classes; arguments as for messages."""
     short = spec.name.partition("/")[2]
     body: dict[str, Any] = {
         "__module__": module,
@@ -105,12 +105,12 @@ def make_service_class(
 
 
 def _doc(text: str) -> str:
-    """Return a definition as a class can have it: the same text, which may be long, but for bytes that are no text."""
+    """Return a definition for a class's ``__doc__``: the same text, without undecodable bytes."""
     return text if text.isascii() else text.encode("utf-8", "replace").decode()
 
 
 def _measure(field: Field, classes: dict[str, type[Message]]) -> tuple[int, int, bool]:
-    """Return a field's least size in bytes, the rough memory need of its default, and whether its size is fixed."""
+    """Return a field's smallest size and rough default memory, both in bytes, and whether its size is fixed."""
     if field.length == -1:
         return 4, 64, False
     count = 1 if field.length is None else field.length

@@ -1,4 +1,4 @@
-"""Messages from plain values: what ``rostopic pub`` and ``rosservice call`` do with their YAML arguments (G26)."""
+"""Fills messages from plain values, as ``rostopic pub`` and ``rosservice call`` do with YAML arguments (G26)."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ def fill_message(message: Message, args: Any, now: Time | None = None) -> None:
     """Set a message's fields from plain values.
 
     Args:
-        message: what to fill; fields not named keep their values.
+        message: the message to fill; fields that are not named keep their values.
         args: a list with one value for each field in order, or a dict of field names to values, or a list that holds
             one such dict. A nested message is again a list or dict. A time is a number of nanoseconds,
-            ``[secs, nsecs]``, or a dict. In place of a time ``now`` stands for the current time; in place of a header,
-            ``auto`` for one with it.
-        now: the current time; None if the words ``now`` and ``auto`` mean nothing here.
+            ``[secs, nsecs]``, or a dict. The word ``now`` stands for the current time; the word
+                ``auto`` in place of a header for one with that time.
+        now: the current time; None: the words ``now`` and ``auto`` are not accepted.
 
     Raises:
-        MessageError: a value has not the form of its field; the text names the field.
+        MessageError: a value does not fit its field; the text names the field.
     """
     if isinstance(args, dict):
         args = [args]
@@ -86,7 +86,7 @@ class _Filler:
         return [self._object(cls, base, item, None, path) for item in value]
 
     def _object(self, cls: type[Message], base: str, value: Any, current: Any, path: str) -> Any:
-        """Return a time or message made from ``value``, in ``current`` if there is one."""
+        """Return a time or message made from ``value``: a new one, or ``current`` if given."""
         if isinstance(value, str):
             if value == "now" and self.now is not None:
                 return self.now

@@ -1,10 +1,10 @@
-"""Python source for the constructor and the codec of a message class: what constructor, encoder and decoder share.
+"""Builds Python source for constructors and codecs of message classes: the parts that their generators share.
 
-Every name in the source, but for attributes and builtins, is made by `Scope.fresh` and so belongs to one thing only:
-it ends in a number that no other name of the function has, and no builtin or keyword looks like that. Names out of a
-definition, which the parser has checked (``[A-Za-z][A-Za-z0-9_]*``), stand behind a dot only.
+Every name in the source, except for attributes and builtins, is made by `Scope.fresh` and so is unique: it ends in a
+number that no other name of the function has, and no builtin or keyword has that form. Names from a definition, which
+the parser has checked (``[A-Za-z][A-Za-z0-9_]*``), occur only after a dot.
 
-Neighbouring values of fixed size share one ``struct.Struct``, across nested messages: these are inlined up to a limit.
+Adjacent values of fixed size share one ``struct.Struct``, across nested messages: these are inlined up to a limit.
 The length prefixes of strings and arrays are part of the struct before them.
 """
 
@@ -19,11 +19,11 @@ from pyros1.msgs.base import Message
 from pyros1.timing import Duration, Time
 
 MAX_INLINE = 200
-"""Most values that one function handles inline; what nested messages have beyond is left to their own functions."""
+"""Most values that one function handles inline; further values of nested messages are left to their own functions."""
 
 MOST_FIELDS = 500
-"""Most fields of its own that one function handles: those of a message with more are left to several functions.
-Python's compiler takes several kilobytes for each line of a function."""
+"""Most fields of a message that one function handles; with more fields, several functions share them, since
+Python's compiler needs several kilobytes for each line of a function."""
 
 TIME_CODES = {"time": "I", "duration": "i"}
 """Struct codes of both parts of a time."""
@@ -47,13 +47,13 @@ def fields_of(cls: type[Message]) -> Fields:
 
 
 def parts_of(cls: type[Message]) -> list[Fields]:
-    """Return the fields of a message class as lists for one function each; most classes need only one."""
+    """Return lists of a message class's fields, one for each function; most classes need only one."""
     fields = fields_of(cls)
     return [fields[first : first + MOST_FIELDS] for first in range(0, len(fields), MOST_FIELDS)]
 
 
 def inline_size(cls: type[Message]) -> int:
-    """Return how many values and messages a function handles that inlines all of ``cls``, counted up to the limit."""
+    """Return the number of values and messages in ``cls`` if all of it is inlined, counted up to the limit."""
     total = 0
     for slot_type in cls._slot_types:
         base, length = split_type(slot_type)
@@ -66,11 +66,11 @@ def inline_size(cls: type[Message]) -> int:
 
 
 class Scope:
-    """What all parts of one generated function share: its names and what may still be inlined.
+    """Scope of one generated function: its names, and the number of values that may still be inlined.
 
     Attributes:
-        objects: what the function refers to, by name.
-        budget: how many values may still be inlined.
+        objects: the objects that the function refers to, by name.
+        budget: number of values that may still be inlined.
     """
 
     def __init__(self) -> None:
@@ -80,15 +80,15 @@ class Scope:
         self._numbers = itertools.count(1)
 
     def fresh(self, hint: str) -> str:
-        """Return a name that nothing else in the function has.
+        """Return a name that is unique in the function.
 
         Args:
-            hint: what it begins with, an identifier.
+            hint: the beginning of the name, an identifier.
         """
         return f"{hint}_{next(self._numbers)}"
 
     def ref(self, value: Any, hint: str, key: Any) -> str:
-        """Return the name under which the function sees an object: that of the first one with the same key."""
+        """Return the name of an object in the function: that of the first object with the same key."""
         name = self._names.get(key)
         if name is None:
             name = self._names[key] = self.fresh(hint)
@@ -101,7 +101,7 @@ class Source:
 
     Args:
         cls: the message class.
-        scope: that of the function whose part this is; None begins a function.
+        scope: the scope of the function that this is a part of; None: it begins a function.
     """
 
     def __init__(self, cls: type[Message], scope: Scope | None = None) -> None:
@@ -125,12 +125,12 @@ class Source:
         return local
 
     def ref(self, value: Any, hint: str = "ref", key: Any = None) -> str:
-        """Return the name under which the function sees ``value``.
+        """Return the name of ``value`` in the function.
 
         Args:
             value: any object.
-            hint: what the name begins with.
-            key: objects with the same key are the same; None: each object is only like itself.
+            hint: the beginning of the name.
+            key: objects with the same key share a name; None: by the object's identity.
         """
         return self.scope.ref(value, hint, id(value) if key is None else key)
 
@@ -149,11 +149,11 @@ class Source:
         return self.ref(struct.Struct("<" + fmt).unpack_from, "unpack", ("unpack", fmt))
 
     def fits(self, cls: type[Message]) -> bool:
-        """Tell whether a nested message of this class may be inlined."""
+        """Return whether a nested message of this class may be inlined."""
         return inline_size(cls) <= self.scope.budget
 
     def inlines(self, cls: type[Message]) -> bool:
-        """Tell whether a nested message of this class is inlined, and count it."""
+        """Return whether a nested message of this class is inlined, and count it."""
         size = inline_size(cls)
         if size > self.scope.budget:
             return False
@@ -167,13 +167,13 @@ class Source:
         wrong: tuple[type[Exception], ...] = (),
         reason: Callable[[str], str] | None = None,
     ) -> Callable[..., Any]:
-        """Return the function.
+        """Return the compiled function.
 
         Args:
-            name: what its name begins with.
+            name: the beginning of its name.
             parameters: its parameters.
-            wrong: what its body raises when it is given what it cannot work on.
-            reason: returns the expression of the error that is raised instead, given the name of the first one.
+            wrong: the exceptions that its body raises for wrong input.
+            reason: returns the expression of the error to raise instead, given the name of the first exception.
         """
         body = Source(self.cls, self.scope)
         if reason is None:

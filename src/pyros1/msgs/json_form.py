@@ -1,7 +1,7 @@
-"""Messages as JSON values and back: for ``topic echo --json``, ``topic pub`` and programs that are not ROS's. Pure.
+"""Converts messages to JSON values and back: for ``topic echo --json``, ``topic pub`` and programs outside ROS. Pure.
 
 A message is an object of its fields; a time or duration ``{"secs": 1, "nsecs": 2}``; ``uint8[]`` and ``char[]`` are
-base64 text; floats that JSON has no numbers for are ``"NaN"``, ``"Infinity"`` and ``"-Infinity"``.
+base64 text; floats that are not JSON numbers are ``"NaN"``, ``"Infinity"`` and ``"-Infinity"``.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ _NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 _FLOATS = ("float32", "float64")
 _BYTES = ("uint8", "char")
 _SLICE = 3 << 12
-"""Bytes, characters and numbers that become text at a time; three bytes are four characters."""
+"""Number of bytes, characters or numbers that are converted at a time; a multiple of three, as base64 requires."""
 
 _dumps = json.JSONEncoder(ensure_ascii=False).encode
 
 
 def to_json(value: Any, type_name: str | None = None) -> Any:  # noqa: PLR0911 - one form, one line
-    """Return what `json.dumps` writes without loss.
+    """Return a value that `json.dumps` writes without loss.
 
     Args:
         value: a message, or a field's value.
@@ -59,13 +59,13 @@ def emit_json(
     *,
     shown: Callable[[str], bool] = lambda kind: True,
 ) -> None:
-    """Give the text that `json.dumps` makes of the same to a function in pieces: a large one is never whole in memory.
+    """Emit the JSON text of a value in pieces, so that a large text is never as a whole in memory.
 
     Args:
-        emit: the function.
+        emit: called with each piece of text.
         value: as for `to_json`.
         type_name: as for `to_json`.
-        shown: says of a field's type whether such fields are in it.
+        shown: returns for a field's type whether to include such fields.
     """
     if isinstance(value, Message):
         cls = message_class(type(value))
@@ -110,13 +110,13 @@ def _emit_array(
 
 
 def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Message:
-    """Make a message from what `to_json` returned; fields that are not named keep their defaults.
+    """Return a message made from a value of `to_json`; fields that are not named have their defaults.
 
     Args:
         now: the time that the words ``now`` and ``auto`` stand for, as in `fill_message`.
 
     Raises:
-        MessageError: a value has not the form of its field; the text names the field.
+        MessageError: a value does not fit its field; the text names the field.
     """
     message = cls()
     fill_message(message, _plain(cls, value, ""), now)
@@ -124,7 +124,7 @@ def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Messag
 
 
 def _plain(cls: type[Message], value: Any, prefix: str) -> Any:
-    """The value with all texts that stand for bytes and numbers replaced."""
+    """Return the value with the texts for bytes and special numbers replaced by these."""
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))

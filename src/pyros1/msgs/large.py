@@ -1,7 +1,6 @@
-"""Messages that are large because of one byte array: images, point clouds, occupancy of any kind as uint8[].
+"""Receives messages that are large because of one byte array, such as images, without copying the array.
 
-Such a message can be received with its array straight in its final ``bytes`` object, the rest beside it, and be decoded
-without the array ever being copied.
+The array of such a message can be received straight into its final ``bytes`` object, and the rest beside it.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ _read_size = struct.Struct("<I").unpack_from
 
 
 class Layout(NamedTuple):
-    """Where the byte array of a type is.
+    """Place of the byte array of a type.
 
     Attributes:
-        field: its name.
+        field: name of its field.
         tail: number of encoded bytes that follow the array.
-        counted: the array's length is encoded before it; not so if the array is the whole message.
+        counted: whether the array has a length field; not so if the array is the whole message.
     """
 
     field: str
@@ -36,9 +35,9 @@ class SplitBody:
     """An encoded message in three pieces.
 
     Args:
-        head: all before the array, without its length.
+        head: the bytes before the array, without its length.
         data: the array.
-        tail: all after it.
+        tail: the bytes after it.
         counted: as in Layout.
     """
 
@@ -58,10 +57,10 @@ class SplitBody:
 
 
 def layout(cls: type[Any]) -> Layout | None:
-    """Return where the large byte array of a message class is.
+    """Return the layout of a message class with a large byte array.
 
     Returns:
-        None if it has no uint8[] field of its own, several, or one that fields of variable size follow.
+        The layout; None if it has no uint8[] field at its top level, or several, or fields of variable size after it.
     """
     if issubclass(cls, AnyMsg):
         return Layout("_buff", 0, counted=False)
@@ -95,12 +94,12 @@ def decode_split(cls: type[Any], where: Layout | None, body: SplitBody, view: Vi
 
     Args:
         cls: message class or AnyMsg.
-        where: its layout; None if it has none.
+        where: its layout, or None.
         body: the pieces.
         view: makes numeric arrays, see ``array_views.py``; None for bytes and tuples.
 
     Raises:
-        DeserializationError: it is not such a message.
+        DeserializationError: the bytes are not a message of this class.
     """
     if where is not None and where.counted == body.counted:
         if not where.counted:
@@ -110,7 +109,7 @@ def decode_split(cls: type[Any], where: Layout | None, body: SplitBody, view: Vi
             message = decode(cls, rest, view)
         except DeserializationError:
             message = None
-        # An array that is not empty means that the pieces were cut elsewhere than the array's borders.
+        # If the array is not empty, the pieces were not cut at the array's borders.
         if message is not None and not len(getattr(message, where.field)):
             setattr(message, where.field, body.data if view is None else view(body.data, 0, len(body.data), "B"))
             return message
@@ -125,7 +124,7 @@ def decode(cls: type[Any], body: bytes, view: View | None) -> Any:
 
 
 def split_frame(frame: list[Any], tail: int) -> SplitBody | None:
-    """Return the pieces of a frame that an encoder gave as a list of buffers, if it is made of such pieces.
+    """Return the pieces of an encoder's frame, given as a list of buffers; None if it has another structure.
 
     Args:
         frame: u32 length, head and array length; the array; the tail, if there is any.

@@ -1,7 +1,7 @@
-"""Definition text to structure: .msg, .srv and .action files (https://wiki.ros.org/msg, https://wiki.ros.org/srv).
+"""Parser of .msg, .srv and .action definitions (https://wiki.ros.org/msg, https://wiki.ros.org/srv).
 
 The grammar is line based. ``#`` starts a comment, except in the value of a string constant; a line with ``=`` is a
-constant, any other line is ``type name``; type and name are separated by spaces, a tab does not separate them. Pure.
+constant, any other line is ``type name``; type and name are separated by spaces, not by tabs. Pure.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class ServiceSpec(NamedTuple):
 
 
 def is_type_name(name: str) -> bool:
-    """Tell whether ``name`` is a full type name, ``package/Type``."""
+    """Return whether ``name`` is a full type name, ``package/Type``."""
     return _FULL_NAME.match(name) is not None
 
 
@@ -111,7 +111,7 @@ def parse_message(name: str, text: str, where: str | None = None, first_line: in
         first_line: line number of the first line of ``text`` in the file.
 
     Raises:
-        DefinitionError: naming place and line.
+        DefinitionError: the text names place and line.
     """
     if not is_type_name(name):
         raise DefinitionError(f"[{name}] is not a type name of the form package/Type", where)
@@ -128,7 +128,7 @@ def parse_message(name: str, text: str, where: str | None = None, first_line: in
             else:
                 field = _field(bare, package)
                 if field.name in fields:
-                    raise ValueError(f"the field [{field.name}] occurs twice")
+                    raise ValueError(f"field [{field.name}] occurs twice")
                 fields[field.name] = field
         except ValueError as error:
             raise DefinitionError(str(error), where or name, number) from None
@@ -139,7 +139,7 @@ def parse_service(name: str, text: str, where: str | None = None) -> ServiceSpec
     """Parse the text of a service definition: a request, a line that starts with ``---``, a response (G08).
 
     Raises:
-        DefinitionError: naming place and line.
+        DefinitionError: the text names place and line.
     """
     parts = _split(text)
     if len(parts) != 2:
@@ -154,7 +154,7 @@ def parse_service(name: str, text: str, where: str | None = None) -> ServiceSpec
 
 
 def action_messages(name: str, text: str, where: str | None = None) -> dict[str, str]:
-    """Return the seven message definitions that an action stands for (G09, https://wiki.ros.org/actionlib).
+    """Return the seven message definitions of an action (G09, https://wiki.ros.org/actionlib).
 
     Args:
         name: full name of the action, ``package/Type``.
@@ -162,7 +162,7 @@ def action_messages(name: str, text: str, where: str | None = None) -> dict[str,
         where: file name for error texts.
 
     Returns:
-        Full message type name to definition text, the texts as stock's generator writes them.
+        Full message type name -> definition text, as stock's generator writes it.
 
     Raises:
         DefinitionError: the number of parts is not three.
@@ -180,7 +180,7 @@ def action_messages(name: str, text: str, where: str | None = None) -> dict[str,
 
 
 def _split(text: str) -> list[tuple[int, str]]:
-    """Cut a text at its ``---`` lines; returns each part with the number of its first line."""
+    """Split a text at its ``---`` lines; return each part with the number of its first line."""
     parts: list[tuple[int, list[str]]] = [(1, [])]
     for number, line in enumerate(text.split("\n"), 1):
         if line.startswith("---"):
@@ -217,7 +217,7 @@ def _constant(line: str, bare: str) -> Constant:
     if type_name not in BUILTINS or type_name in ("time", "duration"):
         raise ValueError(f"[{type_name}] is not a legal constant type")
     if type_name == "string":
-        # Everything after '=' belongs to the value, '#' too.
+        # Everything after '=' belongs to the value, even '#'.
         name, _, text = line.partition(" ")[2].partition("=")
     else:
         name, _, text = rest.partition("=")

@@ -1,4 +1,4 @@
-"""Messages as text: what ``rostopic echo`` prints and ``str(message)`` returns (G25, L38, L40, L41).
+"""Messages as text, as ``rostopic echo`` prints and ``str(message)`` returns them (G25, L38, L40, L41).
 
 The form is YAML-like: ``name: value`` lines, nested messages indented by two spaces, arrays of numbers in brackets,
 other arrays as ``- `` items. It is part of the interface: programs read it.
@@ -17,7 +17,7 @@ FieldFilter = Callable[[Message], Iterable[str]]
 Emit = Callable[[str], object]
 
 _SLICE = 1 << 14
-"""Numbers that become text at a time."""
+"""Number of numbers that are converted at a time."""
 
 
 class _Style(NamedTuple):
@@ -39,17 +39,17 @@ def format_message(
     type_name: str | None = None,
     indent: str = "",
 ) -> str:
-    """Return a message or a field's value as text, without a line end behind it.
+    """Return a message or a field's value as text, without a final line break.
 
     Args:
         value: a message, or any value that a field can have.
         no_string: show strings by their length only.
         no_array: show arrays by their type and length only.
-        width: least width of numbers, which fixes their number of characters; None prints them as they are.
+        width: number of characters of each number; None prints numbers as they are.
         time_offset: show times as differences to this one.
-        field_filter: returns the names of the fields to show of a message; None shows all.
+        field_filter: returns the names of the fields of a message to show; None shows all.
         type_name: the type of ``value`` if it is a field's value, for example ``uint8[]``.
-        indent: what the lines begin with.
+        indent: the beginning of each line.
     """
     pieces: list[str] = []
     style = _Style(width, no_string, no_array, time_offset, field_filter)
@@ -67,10 +67,10 @@ def emit_message(
     time_offset: Time | None = None,
     type_name: str | None = None,
 ) -> None:
-    """Give the same text to a function in pieces, none of them large: a large text is never in memory as a whole.
+    """Emit the text of `format_message` in small pieces, so that a large text is never as a whole in memory.
 
     Args:
-        emit: the function.
+        emit: called with each piece of text.
     """
     _emit_all(emit, value, _Style(width, no_string, no_array, time_offset, None), type_name, "")
 
@@ -105,7 +105,7 @@ def _fixed(value: float, width: int) -> str:
     if isinstance(value, int):
         return f"{value:{width}d}"
     text = f"{value:.{width}f}"
-    # Never cut digits in front of the point.
+    # Never cut digits before the decimal point.
     return text[: max(text.find("."), width)]
 
 
@@ -161,7 +161,7 @@ def _format_message(emit: Emit, message: Message, indent: str, style: _Style) ->
     for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
         if shown is None or name in shown:
             value = _field_value(getattr(message, name), slot_type, style)
-            # Stock does not look into arrays of messages for strings to hide.
+            # Stock does not hide strings inside arrays of messages.
             inner = style if slot_type[-1] != "]" else style._replace(no_string=False, no_array=False)
             emit(f"{before}{name}: ")
             _format(emit, value, "  " + indent, inner)
@@ -169,9 +169,9 @@ def _format_message(emit: Emit, message: Message, indent: str, style: _Style) ->
 
 
 def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
-    """Return what is shown of a field's value."""
+    """Return a field's value in the form in which it is shown."""
     if style.no_array and "[" in slot_type:
-        # Of a fixed length stock leaves the opening bracket and the number in place.
+        # For a fixed length, stock leaves the opening bracket and the number.
         return f"<array type: {slot_type.rstrip('[]')}, length: {len(value)}>"
     if style.no_string and slot_type == "string":
         return f"<string length: {len(value)}>"

@@ -2,11 +2,11 @@
 
 Programs parse what ``rostopic echo`` prints, so the quoting and the folding of long strings are part of the interface.
 A message needs only two forms: a string alone, always in double quotes, and a block sequence of strings, each plain
-where YAML 1.1 would read it back as a string, else quoted. https://yaml.org/spec/1.1/
+if YAML 1.1 would read it back as a string, else quoted. https://yaml.org/spec/1.1/
 
-PyYAML itself, with which the tests compare every form, does not serve: of short strings its emitter is five to eight
-times slower, which `echo` would pay for each field, and it holds a long one in memory several times, where this one
-gives it in pieces. Its fast variant, libyaml's, folds at other places.
+PyYAML, with which the tests compare every form, is not used: its emitter is five to eight times slower for short
+strings, such as each field in `echo`, and holds several copies of a long one in memory, while this one emits it in
+pieces. Its fast variant, libyaml, folds at other places.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Iterator
 
 WIDTH = 80
 _PIECE = 9999
-"""Most characters of a piece of a text without a space."""
+"""Most characters of a piece of text without a space."""
 _INDENT = "\n  "
 
 _ESCAPES = {
@@ -57,11 +57,11 @@ _RUN = re.compile(r" +|\n+|[^ \n']{1,9999}|'")
 
 
 def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
-    """Yield a text in double quotes, folded behind column 80, in pieces, none of them large.
+    """Yield a string in double quotes, folded after column 80, in small pieces.
 
     Args:
         text: any string.
-        column: where the opening quote stands.
+        column: column of the opening quote.
     """
     yield '"'
     column += 1
@@ -89,9 +89,9 @@ def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
 
 
 def item_pieces(text: str) -> Iterator[str]:
-    """Yield one element of a block sequence in pieces, none of them large.
+    """Yield one element of a block sequence in small pieces.
 
-    It begins in column 2, and its further lines are indented to there.
+    It begins in column 2, and its further lines are indented to that column.
     """
     if not text:
         return iter(("''",))
@@ -108,7 +108,7 @@ def _single_quoted(text: str) -> Iterator[str]:
 
 
 def _folded(text: str, column: int, *, quoted: bool = False) -> Iterator[str]:
-    """Fold at single spaces behind column 80; in quotes, double each quote and write line breaks as YAML asks."""
+    """Yield the text, folded at single spaces after column 80; in quotes, with doubled quotes and line breaks."""
     position = 0
     for match in _RUN.finditer(text):
         run = match[0]

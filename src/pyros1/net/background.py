@@ -1,4 +1,4 @@
-"""Lines written by a thread of their own: a loop must never wait for a terminal that is held, a full pipe or a disk."""
+"""Writes lines in a separate thread: a loop must never wait for a terminal that is held, a full pipe or a disk."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from typing import Any
 from pyros1.net.bell import Bell, Event
 
 MOST_WAITING = 1 << 20
-"""Characters that wait at most; beyond that, lines are lost and counted."""
+"""Most characters that may wait; further lines are dropped and counted."""
 GATHER = 0.02
-"""Seconds between two writes, so that a busy loop wakes the thread rarely."""
+"""Seconds between two writes, so that a busy loop rarely wakes the thread."""
 IDLE = 0.5
 """Seconds without lines after which the thread ends."""
 PATIENCE = 0.1
-"""Seconds for which those wait who want their lines written before they go on."""
+"""Seconds that `flush` waits for the lines to be written."""
 _STEP = 0.05
-_PIECE = 4096  # what a pipe takes whole when it says that there is room
+_PIECE = 4096  # what a pipe that is ready takes as a whole
 
 Item = tuple[str, str]
-"""What to write to, ``stdout`` or ``stderr`` (of no meaning in files), and the text with its line break."""
+"""(``stdout`` or ``stderr``, text with its line break); a file ignores the first."""
 GiveUp = Callable[[], bool]
 
 
 class Background:
-    """Writes in a thread, which exists while there is something to write. No locks: for signal handlers, too.
+    """Writer in a thread that exists while there is something to write. Takes no locks, so signal handlers may use it.
 
     Args:
-        name: the thread's.
-        put: ``put(items, give_up)`` writes some; it may wait, and looks at ``give_up()`` now and then.
+        name: the thread's name.
+        put: ``put(items, give_up)`` writes items; it may wait, and returns when ``give_up()`` is true.
     """
 
     def __init__(self, name: str, put: Callable[[list[Item], GiveUp], None]) -> None:
         self._name = name
         self._put = put
         self._items: deque[Item] = deque()
-        self._size = 0  # about: several threads count, and each taking begins anew
+        self._size = 0  # approximate: several threads count, and each write starts again from 0
         self._lost = 0
-        self._flushes: deque[Event] = deque()  # set when what was given before them is written
-        self._late = False  # it was not written in time, and is not yet
-        self._free = [True]  # holds something while there is no thread, see node/lane.py
+        self._flushes: deque[Event] = deque()  # events to set when everything before them is written
+        self._late = False  # a flush was too short, and its lines are still not written
+        self._free = [True]  # holds an item while there is no thread, see node/lane.py
         self._thread: threading.Thread | None = None  # the last one
         self._more = Bell()
         self._hurry = Bell()
@@ -55,7 +55,7 @@ class Background:
         self._deadline = 0.0
 
     def write(self, where: str, text: str) -> None:
-        """Write a text soon, after what was given before. Any thread; never waits."""
+        """Write a text soon, after all earlier ones. Never waits; may be called from any thread."""
         if self._size + len(text) > MOST_WAITING:
             self._lost += 1
             return
@@ -64,7 +64,7 @@ class Background:
         self._begin()
 
     def flush(self, timeout: float = PATIENCE) -> None:
-        """Wait a moment until what was given is written; not at all while that was too short and nothing has changed.
+        """Wait a moment until all texts are written; not at all while the output has been stuck since the last wait.
 
         Args:
             timeout: most seconds to wait.
@@ -79,7 +79,7 @@ class Background:
             self._late = True
 
     def _begin(self) -> None:
-        """See that there is a thread that takes what was given."""
+        """Make sure that a thread runs that writes what waits."""
         try:
             del self._free[0]
         except IndexError:
@@ -89,7 +89,7 @@ class Background:
         try:
             self._thread = thread = threading.Thread(target=self._run, name=self._name, daemon=True)
             thread.start()
-        except RuntimeError:  # no more threads, or the interpreter ends: `close` writes it
+        except RuntimeError:  # no thread can be started: `close` writes the rest
             self._thread = None
             self._free.append(True)
         except BaseException:  # of a signal handler
@@ -99,7 +99,7 @@ class Background:
             raise
 
     def close(self, timeout: float = 1.0) -> None:
-        """Write what is left, for at most ``timeout`` seconds. What comes later is tried once."""
+        """Write what is left, for at most ``timeout`` seconds. Later texts are tried once."""
         self._deadline = monotonic() + timeout
         self._closing.set()
         self._more.ring()
@@ -128,20 +128,24 @@ class Background:
                 items.append(self._items.popleft())
         self._size = 0
         if self._lost and items:
-            items.append((items[-1][0], f"... {self._lost} lines were lost here: they were not taken in time\n"))
+            items.append(
+                (items[-1][0], f"... {self._lost} lines were lost here: the output did not take them in time\n")
+            )
             self._lost = 0
         return items
 
     def _run(self) -> None:
         if self._thread is not threading.current_thread():
-            return  # who started it was interrupted by a signal handler that raised, and has given it up
+            return  # the caller that started it was interrupted by a signal handler that raised
         while True:
             if not self._items and not self._closing.is_set():
                 self._more.wait(lambda: self._items or self._flushes or self._closing.is_set(), IDLE)
-            flushes = [self._flushes.popleft() for _ in range(len(self._flushes))]  # before the texts that they mean
+            flushes = [
+                self._flushes.popleft() for _ in range(len(self._flushes))
+            ]  # before the texts that they refer to
             items = self._take()
             if items:
-                with contextlib.suppress(Exception):  # there is no place left to say it
+                with contextlib.suppress(Exception):  # nowhere left to report it
                     self._put(items, self._given_up)
                 self._late = False
             for done in flushes:
@@ -152,7 +156,7 @@ class Background:
                 return
 
     def _end(self) -> bool:
-        """Let go; return False if something has come meanwhile and nobody else took it."""
+        """End the thread's turn; return False if new texts have come meanwhile and no other thread took them."""
         self._free.append(True)
         if self._items or self._flushes:
             try:
@@ -165,10 +169,12 @@ class Background:
 
 
 def write_to_terminal(items: list[Item], give_up: GiveUp) -> None:
-    """Write to this process's stdout and stderr; trouble with them is nobody's business."""
+    """Write to this process's stdout and stderr; errors of these are ignored."""
     for where, text in items:
         stream = getattr(sys, where, None)
-        stream = getattr(stream, "under", stream)  # a command's, see cli/clean_output.py; log lines are clean
+        stream = getattr(
+            stream, "under", stream
+        )  # a command's own stream, see cli/clean_output.py; log lines are clean
         if stream is None:
             continue
         try:
@@ -182,7 +188,7 @@ def write_to_terminal(items: list[Item], give_up: GiveUp) -> None:
 
 
 def _write_directly(stream: Any, text: str, give_up: GiveUp) -> None:
-    """Write to the descriptor: who waits inside of Python's stream would keep its lock at the program's end."""
+    """Write to the descriptor: a thread that waits inside Python's stream would keep its lock at the program's end."""
     descriptor = stream.fileno()
     rest = text.encode(stream.encoding, stream.errors)
     poll = select.poll()

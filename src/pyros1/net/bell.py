@@ -1,5 +1,5 @@
-"""Waiting that a signal handler can end: Python's own Condition and Event hold a lock while they are set or waited for,
-and a handler that interrupts its thread just there would wait for that lock for ever.
+"""Waits that a signal handler can end: Python's Condition and Event hold a lock while they are set or waited for,
+and a handler that interrupts its thread just then would wait for that lock for ever.
 """
 
 from __future__ import annotations
@@ -11,34 +11,34 @@ from math import inf
 from time import monotonic
 
 STEP = 0.2
-"""Seconds for which a signal may be overlooked."""
+"""Most seconds for which a signal may go unnoticed."""
 
 
 class Bell:
-    """Wakes threads that wait for something to become true. `ring` takes no lock: anybody may ring at any moment."""
+    """Wakes threads that wait for a condition. `ring` takes no lock, so it may be called at any moment."""
 
     def __init__(self) -> None:
-        self._waiters: dict[threading.Lock, None] = {}  # to be released, which ends a wait
+        self._waiters: dict[threading.Lock, None] = {}  # locks whose release ends a wait
 
     def ring(self) -> None:
-        """End all waits that have begun. To be called after what they wait for was changed."""
+        """End all waits that have begun. Call it after a change of what they wait for."""
         for waiter in list(self._waiters):
-            with contextlib.suppress(RuntimeError):  # if it was rung for, and has not left yet
+            with contextlib.suppress(RuntimeError):  # if another ring released it, and the wait has not removed it yet
                 waiter.release()
 
     def wait(self, ready: Callable[[], object], timeout: float | None = None) -> bool:
-        """Wait until something is true or the bell rings.
+        """Wait until a condition is true or the bell rings.
 
         Args:
-            ready: whether it is true. Not called again before the end of the wait.
+            ready: returns whether the condition is true. It is called once, before the wait.
             timeout: most seconds to wait; None for no limit.
 
         Returns:
-            Whether it is true.
+            Whether the condition is true.
         """
         waiter = threading.Lock()
         waiter.acquire()
-        self._waiters[waiter] = None  # before looking, or a change in between would be missed
+        self._waiters[waiter] = None  # before the check, or a change in between would be missed
         try:
             if ready():
                 return True

@@ -1,4 +1,4 @@
-"""TCP connections that are made without blocking the loop."""
+"""Connects to TCP ports without blocking the loop."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _IN_PROGRESS = {
 
 
 class ConnectHandle:
-    """A connection in the making."""
+    """A connection that is being made."""
 
     def __init__(self, loop: Loop, host: str, port: int, timeout_s: float, on_done: OnConnected) -> None:
         self._loop = loop
@@ -38,7 +38,7 @@ class ConnectHandle:
         self._timer: TimerHandle | None = None
 
     def cancel(self) -> None:
-        """No connection is wanted any more; ``on_done`` will not be called. From any thread."""
+        """Give up the connection; ``on_done`` will not be called. From any thread."""
         self._on_done = None
         if self._loop.in_loop() or not self._loop.running:
             self._clean_up()
@@ -61,7 +61,7 @@ class ConnectHandle:
         self._try_next(0)
 
     def _try_next(self, last_error: int) -> None:
-        """Tries the remaining addresses in order."""
+        """Try the remaining addresses in order."""
         while self._addresses:
             address = self._addresses.pop(0)
             family = socket.AF_INET6 if ":" in address else socket.AF_INET
@@ -105,8 +105,8 @@ class ConnectHandle:
         if sock is None or on_done is None:
             return
         try:
-            # A local port that nobody listens on can happen to be chosen as this socket's own: it is then connected
-            # to itself.
+            # The system may choose the wanted local port as this socket's own if nobody listens there: the socket
+            # is then connected to itself.
             to_itself = sock.getsockname() == sock.getpeername()
         except OSError as error:
             self._close_socket()
@@ -123,7 +123,7 @@ class ConnectHandle:
 
     def _timed_out(self) -> None:
         place = f"{self._host}:{self._port}"
-        self._fail(DeadlineError(f"no connection to {place} could be made within {self._timeout_s:g} s"))
+        self._fail(DeadlineError(f"could not connect to {place} within {self._timeout_s:g} s"))
 
     def _fail(self, error: TransportError) -> None:
         on_done = self._on_done
@@ -145,7 +145,7 @@ class ConnectHandle:
 
 
 def connect(loop: Loop, host: str, port: int, timeout_s: float, on_done: OnConnected) -> ConnectHandle:
-    """Connects to a TCP port; may be called from any thread.
+    """Connect to a TCP port; may be called from any thread.
 
     Args:
         host: name or address; names are looked up without blocking the loop, all their addresses are tried.

@@ -1,4 +1,4 @@
-"""Which address a process tells the others, on which it listens, and where the master is (facts N18-N26;
+"""The addresses that a process advertises and listens on, and the master's URI (facts N18-N26;
 https://wiki.ros.org/ROS/NetworkSetup, https://wiki.ros.org/ROS/EnvironmentVariables).
 """
 
@@ -22,13 +22,13 @@ _DEFAULT_PORTS: Final = {"http": 80}
 
 
 class LocalAddress(NamedTuple):
-    """How this process is reached.
+    """The addresses at which this process is reached.
 
     Attributes:
         advertised: host name or address that goes into URIs.
         bind: address to listen on.
         family: ``socket.AF_INET`` or ``socket.AF_INET6``.
-        warnings: what looks wrong in the environment, for a person to read.
+        warnings: texts about values in the environment that look wrong.
     """
 
     advertised: str
@@ -38,11 +38,11 @@ class LocalAddress(NamedTuple):
 
 
 def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str, str]) -> LocalAddress:
-    """Finds the address to advertise and to listen on (N18-N23, N26).
+    """Find the address to advertise and to listen on (N18-N23, N26).
 
     Args:
-        environ: ROS_HOSTNAME, ROS_IP and ROS_IPV6 are looked at.
-        special_args: ``__hostname`` and ``__ip`` of the command line.
+        environ: environment variables; ROS_HOSTNAME, ROS_IP and ROS_IPV6 are used.
+        special_args: special keys of the command line; ``__hostname`` and ``__ip`` are used.
     """
     warnings = _environment_warnings(environ)
     ipv6 = environ.get("ROS_IPV6") == "on"
@@ -94,7 +94,7 @@ def _own_host(ipv6: bool) -> str:
 
 
 def interface_addresses(ipv6: bool = False) -> list[str]:
-    """The addresses of this machine's network interfaces, as far as the system tells them."""
+    """Return the addresses of this machine's network interfaces, as far as the system reports them."""
     addresses: list[str] = []
     try:
         import fcntl  # noqa: PLC0415 - not on Windows
@@ -118,15 +118,15 @@ def interface_addresses(ipv6: bool = False) -> list[str]:
 
 
 def master_uri(environ: Mapping[str, str], special_args: Mapping[str, str]) -> str:
-    """The master's URI (N25): ``__master:=``, else ROS_MASTER_URI, else ``http://localhost:11311``."""
+    """Return the master's URI (N25): ``__master:=``, else ROS_MASTER_URI, else ``http://localhost:11311``."""
     return special_args.get("__master") or environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
 
 
 def parse_uri(uri: str, scheme: str = "http") -> tuple[str, int]:
-    """Splits ``scheme://host:port/`` into host (without brackets) and port.
+    """Split ``scheme://host:port/`` into host (without brackets) and port.
 
     Raises:
-        ProtocolError: it is not such a URI; http without a port means port 80, other schemes need one.
+        ProtocolError: it is not such a URI, or has no port (http without a port means port 80).
     """
     match = _URI.match(uri)
     if match is None or match.group(1).lower() != scheme:
@@ -134,12 +134,12 @@ def parse_uri(uri: str, scheme: str = "http") -> tuple[str, int]:
     host = match.group(2).strip("[]")
     port = int(match.group(3)[:10]) if match.group(3) else _DEFAULT_PORTS.get(scheme, 0)
     if not 0 < port < 65536:
-        raise ProtocolError(f"no usable port in the URI {uri[:200]!r}")
+        raise ProtocolError(f"the URI has no usable port: {uri[:200]!r}")
     return host, port
 
 
 def is_local(host: str) -> bool:
-    """Whether a host name or address means this machine; looks the name up."""
+    """Return whether a host name or address means this machine; may look the name up."""
     if host in ("localhost", "::1") or host.startswith("127.") or host == socket.gethostname():
         return True
     try:
@@ -150,7 +150,7 @@ def is_local(host: str) -> bool:
 
 
 def _is_own(address: str) -> bool:
-    """Only an address of one of the own interfaces can be bound to."""
+    """Return whether an address is one of this machine's: only these can be bound to."""
     if address.startswith("127.") or address == "::1":
         return True
     if address in ("0.0.0.0", "::"):

@@ -1,4 +1,4 @@
-"""A log file that grows to a limit, and its older parts."""
+"""A log file that is rotated when it reaches a size."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TextIO
 
 
 class LogFile:
-    """Opened, with its folder, at the first line. To be used by one thread at a time.
+    """A log file, created with its folder at the first line. For one thread at a time.
 
     Args:
         path: the file; nothing is written if it is empty. Older parts are called ``<path>.1``, ``<path>.2`` and so on.
@@ -23,7 +23,7 @@ class LogFile:
         self._file: TextIO | None = None
 
     def write(self, text: str) -> None:
-        """Append a text. Trouble, such as a full disk, is told once on stderr; nothing more is written then."""
+        """Append a text. An error, such as a full disk, is reported once on stderr; then nothing more is written."""
         if self._path is None:
             return
         try:
@@ -36,10 +36,10 @@ class LogFile:
                 self._rotate(self._file, self._path)
         except OSError as error:
             path, self._path = self._path, None
-            sys.stderr.write(f"WARNING: cannot write the log file {path}: {error.strerror}; going on without it\n")
+            sys.stderr.write(f"WARNING: cannot write the log file {path}: {error.strerror}; continuing without it\n")
 
     def again(self) -> LogFile:
-        """Return another one that goes on with the same file, for a forked process."""
+        """Return another object for the same file, for a forked process."""
         return LogFile(self._path or "", self._most, self._parts)
 
     def _rotate(self, file: TextIO, path: str) -> None:

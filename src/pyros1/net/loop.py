@@ -36,7 +36,7 @@ ResultT = TypeVar("ResultT")
 
 
 class _Portable:
-    """What the loop needs of a selector."""
+    """The selector of the loop, on any system."""
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
@@ -58,7 +58,7 @@ class _Portable:
 
 
 class _Epoll:
-    """The same for Linux, without an object per event: it is the busiest code of the loop."""
+    """The selector of the loop on Linux, without an object per event: this is the busiest code of the loop."""
 
     def __init__(self) -> None:
         self._epoll = select.epoll()
@@ -86,7 +86,7 @@ class _Epoll:
         return (self._in if events & READ else 0) | (self._out if events & WRITE else 0)
 
     def _from_epoll(self, mask: int) -> int:
-        # An error or hang-up counts as both: reading or writing will tell what happened.
+        # An error or hang-up counts as both: a read or write then raises the error.
         return (READ if mask & ~self._out else 0) | (WRITE if mask & ~self._in else 0)
 
 
@@ -101,13 +101,13 @@ class TimerHandle:
         self._args = args
 
     def cancel(self) -> None:
-        """The call will not happen; harmless if it already has. From any thread."""
+        """Cancel the call; harmless if it has already happened. From any thread."""
         self._fn = None
         self._args = ()
 
     @property
     def cancelled(self) -> bool:
-        """It was cancelled, or it has run."""
+        """Whether it was cancelled, or has run."""
         return self._fn is None
 
     def _run(self) -> None:
@@ -118,10 +118,10 @@ class TimerHandle:
 
 
 class LoopThread(threading.Thread):
-    """A loop's thread.
+    """The thread of a loop.
 
     Attributes:
-        owner: whom the loop works for; set by the owner, so that code can see on whose loop it runs.
+        owner: the object that the loop works for; set by the owner, so that code can tell on whose loop it runs.
     """
 
     owner: object | None = None
@@ -132,10 +132,10 @@ class Loop:
 
     Args:
         name: the thread's name.
-        on_error: gets an exception that a callback let escape, on the loop; the loop goes on. None: its traceback is
+        on_error: gets each exception that a callback raises, on the loop; the loop goes on. None: the traceback is
             written to stderr.
-        linger: seconds after an event in which the loop looks for the next one instead of sleeping: for a server whose
-            callers ask again as soon as they have the answer, and would wait longer for its awaking than for its work.
+        linger: seconds after an event in which the loop polls for the next one instead of sleeping: for a server whose
+            callers ask again as soon as they have an answer, and to which waking up takes longer than the work.
     """
 
     def __init__(
@@ -165,11 +165,11 @@ class Loop:
     # ---- from any thread
 
     def start(self) -> None:
-        """Starts the thread. Calls made before wait for this."""
+        """Start the thread. Earlier calls are then made."""
         self.thread.start()
 
     def stop(self, timeout: float = 5.0) -> None:
-        """Ends the thread after the callback that is running, and waits for that (not when called on the loop).
+        """End the thread after the callback that is running, and wait for that (not when called on the loop).
 
         What is still queued is dropped. Sockets that are still registered are forgotten, not closed.
 
@@ -187,21 +187,21 @@ class Loop:
 
     @property
     def running(self) -> bool:
-        """The thread has been started, has not ended, and was not told to."""
+        """Whether the thread has been started, has not ended, and was not told to."""
         return self.thread.is_alive() and not self._stopping
 
     def in_loop(self) -> bool:
-        """Whether the caller runs on the loop's thread."""
+        """Return whether the caller runs on the loop's thread."""
         return threading.get_ident() == self.thread.ident
 
     def call_soon(self, fn: Callable[..., object], *args: Any) -> None:
-        """Calls ``fn(*args)`` on the loop, in order; nothing happens if the loop has stopped."""
+        """Call ``fn(*args)`` on the loop, in order; nothing happens if the loop has stopped."""
         self._calls.append((fn, args))
         if not self._awake and not self.in_loop():
             self._wake()
 
     def call_later(self, delay_s: float, fn: Callable[..., object], *args: Any) -> TimerHandle:
-        """Calls ``fn(*args)`` on the loop after ``delay_s`` seconds."""
+        """Call ``fn(*args)`` on the loop after ``delay_s`` seconds."""
         handle = TimerHandle(monotonic() + delay_s, fn, args)
         if self.in_loop():
             self._add_timer(handle)
@@ -210,10 +210,10 @@ class Loop:
         return handle
 
     def run(self, fn: Callable[..., ResultT], *args: Any, timeout: float = 5.0) -> ResultT:
-        """Calls ``fn(*args)`` on the loop and returns its result; directly if on the loop, or if it is not running.
+        """Call ``fn(*args)`` on the loop and return its result; directly if on the loop, or if it is not running.
 
         Raises:
-            DeadlineError: the loop did not come to it within ``timeout`` seconds.
+            DeadlineError: the loop did not make the call within ``timeout`` seconds.
             Exception: whatever ``fn`` raises.
         """
         if self.in_loop() or not self.running:
@@ -241,12 +241,12 @@ class Loop:
         return result[0]
 
     def report(self, error: BaseException) -> None:
-        """Hands an unexpected error to ``on_error``; what that raises ends nothing."""
+        """Hand an unexpected error to ``on_error``; an exception from that does not end the loop."""
         try:
             self._on_error(error)
         except Exception as other:  # noqa: BLE001 - the loop must go on
             with contextlib.suppress(Exception):
-                self._reporter.say(f"{self.name}: {error!r}, and that could not be told: {other!r}")
+                self._reporter.say(f"{self.name}: {error!r}; reporting this failed, too: {other!r}")
 
     def _print(self, error: BaseException) -> None:
         from traceback import format_exception  # noqa: PLC0415 - rarely needed
@@ -265,7 +265,7 @@ class Loop:
 
     @property
     def resolver(self) -> Resolver:
-        """Looks up host names for this loop; made at first use."""
+        """The resolver of host names for this loop, made at first use."""
         if self._resolver is None:
             from pyros1.net.resolve import Resolver  # noqa: PLC0415 - most loops never need one
 
@@ -273,24 +273,25 @@ class Loop:
         return self._resolver
 
     def register(self, sock: socket.socket | int, events: int, callback: Callable[[int], object]) -> None:
-        """Calls ``callback(ready_events)`` whenever the socket is ready.
+        """Call ``callback(ready_events)`` whenever the socket is ready.
 
         Args:
             sock: a non-blocking socket (or a file descriptor).
-            events: READ, WRITE or both. A callback may be called once without need: it must bear with EAGAIN.
+            events: READ, WRITE or both. A callback may be called although the socket is not ready: it must accept
+                EAGAIN.
         """
         fd = sock if isinstance(sock, int) else sock.fileno()
         self._selector.register(fd, events)
         self._callbacks[fd] = callback
 
     def modify(self, sock: socket.socket | int, events: int, callback: Callable[[int], object]) -> None:
-        """Changes what a registered socket waits for, or what is called."""
+        """Change the events or the callback of a registered socket."""
         fd = sock if isinstance(sock, int) else sock.fileno()
         self._selector.modify(fd, events)
         self._callbacks[fd] = callback
 
     def unregister(self, sock: socket.socket | int) -> None:
-        """Forgets the socket; to be called before it is closed. Harmless if it is not registered."""
+        """Stop to wait for a socket; call this before closing it. Harmless if it is not registered."""
         fd = sock if isinstance(sock, int) else sock.fileno()
         if self._callbacks.pop(fd, None) is not None:
             self._selector.unregister(fd)
@@ -305,7 +306,7 @@ class Loop:
         try:
             self._wake_out.send(b"\0")
         except BlockingIOError:
-            pass  # it will wake: the pipe is full of reasons to
+            pass  # the pipe is full: the loop will wake
         except OSError:
             pass  # the loop has stopped
 
@@ -316,7 +317,7 @@ class Loop:
         except BlockingIOError:
             pass
         # After the pipe is emptied, or a byte written in between would be lost while the flag says that one is there;
-        # before this round's calls are taken, so that whoever saw the flag set is served by this round.
+        # before this round's calls are taken, so that a caller that saw the flag set is served by this round.
         self._awake = False
 
     def _run(self) -> None:
@@ -363,7 +364,7 @@ class Loop:
             end = self._last_event + self._linger
             while not events and monotonic() < end:
                 events = select(0.0)
-                _yield()  # whoever else wants the processor, the caller perhaps, goes first
+                _yield()  # let other threads run first, perhaps the caller
         events = events or select(timeout)
         self._last_event = monotonic()
         return events

@@ -1,8 +1,8 @@
-"""The ROS Master and Parameter Server API, as a node or a tool calls it
+"""Client of the ROS Master and Parameter Server API
 (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
 
-There are masters with fewer methods than stock's, and with other words for what they refuse. What such a master lacks
-is done with what it has, where that is possible.
+Some masters have fewer methods than stock's, and other texts for refusals. Where possible, a missing method is replaced
+by others.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ SystemState = list[list[list[Any]]]
 
 
 def unpack(reply: Any, what: str) -> Any:
-    """The value of a ``[code, message, value]`` triple.
+    """Return the value of a ``[code, message, value]`` triple.
 
     Args:
-        what: who answered, for the error's text.
+        what: who answered, for error messages.
 
     Raises:
         MasterError: the code is not 1; its text is the message.
@@ -61,11 +61,11 @@ def _leaves(namespace: str, tree: Any) -> Iterator[str]:
 
 
 class MasterClient:
-    """One caller's view of the master; may be used from several threads.
+    """Client of a master; may be used from several threads.
 
     Args:
         caller_id: full name of the calling node; the master resolves relative and private names against it.
-        uri: the master's.
+        uri: the master's URI.
         timeout: seconds that a call may take.
 
     All methods raise MasterError (the master refused), MasterMethodError (it does not have the method),
@@ -79,26 +79,26 @@ class MasterClient:
             self._client = XmlRpcClient(uri, timeout=timeout)
         except ProtocolError as error:
             raise ProtocolError(
-                f"the master's address is wrong: {error}. Is ROS_MASTER_URI right? For a master on this machine: "
+                f"the master's address is wrong: {error}. Is ROS_MASTER_URI correct? For a master on this machine: "
                 f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}"
             ) from None
         self._closed = False
         self._one_by_one = False  # the master has no system.multicall
 
     def close(self) -> None:
-        """Closes the connection; a call pending in another thread fails at once."""
+        """Close the connection; a call pending in another thread fails at once."""
         self._closed = True
         self._client.close()
 
     def call(self, method: str, *args: Any, timeout: float | None = None) -> Any:
-        """Calls any method with the caller id before ``args``, and returns the value of the triple."""
+        """Call any method with the caller id and ``args``, and return the value of the answer."""
         return unpack(self._raw(method, self.caller_id, *args, timeout=timeout), self._who(method))
 
     def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]]) -> list[Any]:
-        """Makes many calls, in one round trip if the master can; the caller id is put before each one's arguments.
+        """Make many calls, in one round trip if the master can; each call gets the caller id as its first argument.
 
         Returns:
-            For each call its value, or, not raised, the MasterError or ProtocolError that it got.
+            For each call its value, or the MasterError or ProtocolError of that call, which is not raised.
         """
         replies = None
         if not self._one_by_one and len(calls) > 1:
@@ -115,14 +115,14 @@ class MasterClient:
                 if isinstance(reply, dict):
                     raise self._lacks(method, str(reply.get("faultString", "")))
                 if not isinstance(reply, list) or len(reply) != 1:
-                    raise ProtocolError(f"{self._who(method)}, inside a multicall, with something else than one value")
+                    raise ProtocolError(f"{self._who(method)}, inside a multicall, with something other than one value")
                 results.append(unpack(reply[0], self._who(method)))
             except Error as error:
                 results.append(error)
         return results
 
     def _attempt(self, method: str, args: Sequence[Any]) -> Any:
-        """The value of a call, or the error that only this call has got."""
+        """Return the value of one call of a multicall, or its error."""
         try:
             return self.call(method, *args)
         except MasterUnreachableError:
@@ -131,10 +131,10 @@ class MasterClient:
             return error
 
     def _lacks(self, method: str, why: object) -> MasterMethodError:
-        return MasterMethodError(f"the master at {self.uri} does not do {method}: {why}")
+        return MasterMethodError(f"the master at {self.uri} cannot serve {method}: {why}")
 
     def _who(self, method: str) -> str:
-        return f"the master at {self.uri}, asked for {method},"
+        return f"the master at {self.uri}, called with {method},"
 
     def _raw(self, method: str, *params: Any, timeout: float | None = None) -> Any:
         try:
@@ -143,13 +143,13 @@ class MasterClient:
             cure = "Is it running? Start one with: pyros1 core. Is it elsewhere? Set ROS_MASTER_URI."
             if isinstance(error, UnknownHostError):
                 cure = (
-                    "Is the name right? Then use the master's IP address in ROS_MASTER_URI, "
+                    "Is the name correct? Then use the master's IP address in ROS_MASTER_URI, "
                     f"or add a line 'ADDRESS {error.host}' to /etc/hosts."
                 )
             if isinstance(error, DeadlineError):
-                cure = "Something is there: was it stopped (kill -CONT), or does a network lose packets?"
+                cure = "Is it stopped (then: kill -CONT PID), or does the network lose packets?"
             if self._closed:
-                cure = "It was not asked: the node that asks has shut down."
+                cure = "The call was not made: the calling node has shut down."
             raise MasterUnreachableError(f"no answer from the master at {self.uri} ({error}).\n{cure}", 0) from error
         except (XmlRpcFault, ProtocolError) as error:
             raise self._lacks(method, error) from error
@@ -157,13 +157,13 @@ class MasterClient:
     # ---- master
 
     def ping(self, timeout: float | None = None) -> None:
-        """Returns if the master answers, whatever it is: some have no getPid.
+        """Return when the master answers, with any answer: some masters have no getPid.
 
         Args:
-            timeout: seconds; None: the client's.
+            timeout: seconds; None: the client's timeout.
 
         Raises:
-            MasterUnreachableError: it does not.
+            MasterUnreachableError: it does not answer.
         """
         try:
             self.call("getPid", timeout=timeout)
@@ -173,51 +173,51 @@ class MasterClient:
             pass
 
     def get_pid(self) -> int:
-        """The master's process id."""
+        """Return the master's process id."""
         return int(self.call("getPid"))
 
     def get_uri(self) -> str:
-        """The master's own idea of its URI."""
+        """Return the URI that the master gives as its own."""
         return cast(str, self.call("getUri"))
 
     def shutdown(self, reason: str = "") -> None:
-        """Ends the master."""
+        """End the master."""
         self.call("shutdown", reason)
 
     def register_publisher(self, topic: str, topic_type: str, api: str) -> list[str]:
-        """Registers a publisher; returns the API URIs of the topic's subscribers."""
+        """Register a publisher; return the API URIs of the topic's subscribers."""
         return cast("list[str]", self.call("registerPublisher", topic, topic_type, api))
 
     def unregister_publisher(self, topic: str, api: str) -> int:
-        """Returns 1, or 0 if it was not registered with that API."""
+        """Return 1, or 0 if it was not registered with that API."""
         return int(self.call("unregisterPublisher", topic, api))
 
     def register_subscriber(self, topic: str, topic_type: str, api: str) -> list[str]:
-        """Registers a subscriber (type ``*``: any); returns the API URIs of the topic's publishers."""
+        """Register a subscriber (type ``*``: any); return the API URIs of the topic's publishers."""
         return cast("list[str]", self.call("registerSubscriber", topic, topic_type, api))
 
     def unregister_subscriber(self, topic: str, api: str) -> int:
-        """Returns 1, or 0 if it was not registered with that API."""
+        """Return 1, or 0 if it was not registered with that API."""
         return int(self.call("unregisterSubscriber", topic, api))
 
     def register_service(self, service: str, service_api: str, api: str) -> None:
-        """Registers the provider of a service, in place of any former one."""
+        """Register the provider of a service, in place of any former one."""
         self.call("registerService", service, service_api, api)
 
     def unregister_service(self, service: str, service_api: str) -> int:
-        """Returns 1, or 0 if this provider was not registered."""
+        """Return 1, or 0 if this provider was not registered."""
         return int(self.call("unregisterService", service, service_api))
 
     def lookup_service(self, service: str) -> str:
-        """The ``rosrpc://`` URI of a service's provider."""
+        """Return the ``rosrpc://`` URI of a service's provider."""
         return cast(str, self.call("lookupService", service))
 
     def lookup_node(self, name: str) -> str:
-        """The API URI of a node."""
+        """Return the API URI of a node."""
         return cast(str, self.call("lookupNode", name))
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
-        """``[[topic, type], ...]`` of topics with a publisher, in a namespace or (empty) everywhere."""
+        """Return ``[[topic, type], ...]`` of topics with a publisher, in a namespace or (empty) everywhere."""
         try:
             return cast("list[list[str]]", self.call("getPublishedTopics", subgraph))
         except MasterMethodError:
@@ -226,20 +226,20 @@ class MasterClient:
             return [[name, types.get(name, "*")] for name, _ in self.get_system_state()[0] if name.startswith(below)]
 
     def get_topic_types(self) -> list[list[str]]:
-        """``[[topic, type], ...]`` of all topics that ever had a type."""
+        """Return ``[[topic, type], ...]`` of all topics that ever had a type."""
         try:
             return cast("list[list[str]]", self.call("getTopicTypes"))
         except MasterMethodError:
             return self.get_published_topics()
 
     def get_system_state(self) -> SystemState:
-        """``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]``."""
+        """Return ``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]``."""
         return cast(SystemState, self.call("getSystemState"))
 
     # ---- parameters
 
     def get_param(self, key: str) -> Any:
-        """A parameter's value, or the tree of a namespace.
+        """Return a parameter's value, or the tree of a namespace.
 
         Raises:
             ParameterNotSetError: it is not set.
@@ -254,10 +254,10 @@ class MasterClient:
             return self._get_tree(key, error)
 
     def _get_tree(self, key: str, refusal: MasterError) -> Any:
-        """A value put together from the parameters below a key, for a master that knows no namespaces.
+        """Return a dict of the parameters below a key, for a master that does not support namespaces.
 
         Raises:
-            ParameterNotSetError: there is nothing, neither below the key nor under it.
+            ParameterNotSetError: neither the key nor anything below it is set.
             MasterError: the refusal, since the parameter is there.
         """
         if isinstance(refusal, MasterMethodError):
@@ -282,11 +282,11 @@ class MasterClient:
         return tree
 
     def set_param(self, key: str, value: Any) -> None:
-        """Sets a parameter; a dict replaces the whole tree below the key."""
+        """Set a parameter; a dict replaces the whole tree below the key."""
         self.call("setParam", key, value)
 
     def has_param(self, key: str) -> bool:
-        """Whether a parameter or namespace of that name exists."""
+        """Return whether a parameter or namespace of that name exists."""
         try:
             return bool(self.call("hasParam", key))
         except MasterMethodError:
@@ -297,7 +297,7 @@ class MasterClient:
             return True
 
     def delete_param(self, key: str) -> None:
-        """Removes a parameter or a whole namespace.
+        """Remove a parameter or a whole namespace.
 
         Raises:
             ParameterNotSetError: it is not set.
@@ -312,7 +312,7 @@ class MasterClient:
             raise
 
     def search_param(self, key: str) -> str | None:
-        """The full name of the nearest such parameter, looking from the caller's namespace upwards; None if none."""
+        """Return the full name of the nearest such parameter, from the caller's namespace upwards, or None."""
         try:
             found = self.call("searchParam", key)
         except MasterUnreachableError:
@@ -325,7 +325,7 @@ class MasterClient:
             found = None
         if isinstance(found, str) and found.endswith(key):
             return found
-        # It does not search, or answers something else than a name.
+        # It cannot search, or answers something other than a name.
         if key.startswith("/"):
             return key if self.has_param(key) else None
         first = key.partition("/")[0]
@@ -337,16 +337,16 @@ class MasterClient:
         return f"{namespace}/{key}"
 
     def get_param_names(self) -> list[str]:
-        """The full names of all parameters."""
+        """Return the full names of all parameters."""
         try:
             return cast("list[str]", self.call("getParamNames"))
         except MasterMethodError:
             return list(_leaves("", self.call("getParam", "/")))
 
     def subscribe_param(self, api: str, key: str) -> Any:
-        """Asks for ``paramUpdate`` calls to ``api``; returns the present value, ``{}`` if not set."""
+        """Ask for ``paramUpdate`` calls to ``api``; return the present value, ``{}`` if not set."""
         return self.call("subscribeParam", api, key)
 
     def unsubscribe_param(self, api: str, key: str) -> int:
-        """Ends ``subscribe_param``."""
+        """End ``subscribe_param``."""
         return int(self.call("unsubscribeParam", api, key))

@@ -1,4 +1,4 @@
-"""Several threads that wait for many sockets together; each event wakes one of them.
+"""Poller for several threads that wait for many sockets together; each event wakes one thread.
 
 A socket that was reported is not reported again before `rearm`: until then it belongs to the thread that got it. On
 Linux that is epoll with EPOLLONESHOT, in whose wait all the threads sleep. Elsewhere one at a time waits in a selector.
@@ -16,11 +16,11 @@ from collections import deque
 from pyros1.net.bell import Event
 
 BELL = -1
-"""Stands in `wait`'s answer for a wake-up."""
+"""Result of `wait` after a call of `wake`."""
 
 
 class Poller:
-    """The sockets, and what their threads sleep in. All methods may be called from any thread.
+    """Set of sockets on which several threads wait. All methods may be called from any thread.
 
     Args:
         portable: use a selector even where there is epoll.
@@ -35,11 +35,11 @@ class Poller:
         self._poll.add(self._bell_fd)
 
     def register(self, fd: int) -> None:
-        """Start to wait for that descriptor."""
+        """Start to wait for a descriptor."""
         self._poll.add(fd)
 
     def unregister(self, fd: int) -> None:
-        """Stop to wait for that descriptor; it must still be open. A thread may have been told of it just before."""
+        """Stop to wait for a descriptor that is still open. `wait` may have returned it just before."""
         self._poll.remove(fd)
 
     def rearm(self, fd: int) -> None:
@@ -47,13 +47,13 @@ class Poller:
         self._poll.rearm(fd)
 
     def wait(self, timeout: float = -1) -> int | None:
-        """Wait.
+        """Wait for a descriptor.
 
         Args:
             timeout: seconds; -1 for no limit.
 
         Returns:
-            A descriptor that can be read, BELL for one call of `wake`, None if the time is over.
+            A descriptor that can be read, BELL for one call of `wake`, None after the timeout.
         """
         fd = self._poll.wait(timeout)
         if fd != self._bell_fd:
@@ -64,12 +64,12 @@ class Poller:
         return BELL
 
     def wake(self) -> None:
-        """Make a `wait` return BELL, now or the next time. Of very many calls at once some may be lost, never all."""
+        """Make a `wait` return BELL, now or the next time. Of very many calls at once some may be lost, but not all."""
         with contextlib.suppress(OSError):
             self._button.send(b"\0")
 
     def close(self) -> None:
-        """Release the descriptors. No thread may wait any more."""
+        """Release the descriptors. No thread may wait at that time or later."""
         self._poll.close()
         self._bell.close()
         self._button.close()
@@ -98,9 +98,9 @@ class _Epoll:
 
 
 class _Selector:
-    """The same with a selector: its sockets are changed by the thread only that waits in it.
+    """The same with a selector, whose sockets are changed only by the thread that waits in it.
 
-    Nobody else waits for a lock here, so that a signal handler may come at any moment.
+    No other thread waits for a lock here, so a signal handler may run at any moment.
     """
 
     def __init__(self) -> None:
@@ -120,7 +120,7 @@ class _Selector:
     def remove(self, fd: int) -> None:
         forgotten = Event()
         self._change(fd, False, forgotten)
-        # The owner may close it then. Without a thread in the selector, the next one forgets it before it waits.
+        # Then the owner may close it. Without a thread in the selector, the next one removes it before it waits.
         while self._turn.locked() and not forgotten.wait(0.1):
             pass
 
@@ -130,7 +130,7 @@ class _Selector:
             self._far.send(b"\0")
 
     def _apply(self) -> None:
-        """Do what was asked for, in its order. By the thread whose turn it is."""
+        """Make the requested changes, in order. Called by the thread whose turn it is."""
         while self._changes:
             fd, add, done = self._changes.popleft()
             with contextlib.suppress(KeyError, ValueError, OSError):

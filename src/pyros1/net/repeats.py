@@ -1,4 +1,4 @@
-"""Lines that others cause are counted instead of repeated, so that nobody fills a disk or hides what matters."""
+"""Counts repeated log lines instead of writing them, so that a peer cannot fill a disk or hide other lines."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import threading
 from collections.abc import Callable, Hashable
 
 PERIOD = 30.0
-"""Seconds in which a text is written once."""
+"""Length of a period in seconds: a text is written once in each."""
 MOST_TEXTS = 20
-"""Different texts of one place in the program that are written in that time."""
+"""Most different texts from one place in the program that are written in one period."""
 
 
 class _Period:
-    """What one place in the program has said lately."""
+    """What one place in the program has written in the current period."""
 
     def __init__(self, emit: Callable[[str], None]) -> None:
         self.emit = emit
@@ -21,23 +21,24 @@ class _Period:
 
 
 class Repeats:
-    """Writes each text once in a while, and how often it came besides.
+    """Filter that writes each text once per period, and then how often it was repeated.
 
     Args:
-        later: ``later(seconds, function, argument)`` calls a function some time later, as a loop's ``call_later``.
+        later: ``later(seconds, function, argument)`` calls a function after some seconds, as a loop's ``call_later``
+            does.
     """
 
     def __init__(self, later: Callable[..., object]) -> None:
         self._later = later
         self._periods: dict[Hashable, _Period] = {}
-        self._lock = threading.RLock()  # a signal handler may end the node on top of `say`
+        self._lock = threading.RLock()  # a signal handler that interrupts `say` may end the node
 
     def say(self, place: Hashable, text: str, emit: Callable[[str], None]) -> None:
         """Write a text, or count it. Any thread.
 
         Args:
-            place: where in the program it comes from: what a place may say is limited together.
-            emit: writes it.
+            place: the place in the program that it comes from: the limit holds for each place.
+            emit: the function that writes it.
         """
         with self._lock:
             period = self._periods.get(place)
@@ -66,9 +67,9 @@ class Repeats:
             if count:
                 period.emit(f"{text} (repeated {count} times)" if count > 1 else f"{text} (repeated once)")
         if period.others:
-            period.emit(f"{period.others} more messages like the last ones were left out")
+            period.emit(f"{period.others} more messages like the last ones were suppressed")
 
     def close(self) -> None:
-        """Write what has been counted so far."""
+        """Write the counts so far."""
         for place in list(self._periods):
             self._end(place)

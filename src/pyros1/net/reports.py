@@ -1,4 +1,4 @@
-"""What a loop has to say on stderr when nobody else wants to hear of its errors."""
+"""Reports of a loop's errors on stderr, if it has no other handler of errors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.net.repeats import Repeats
 
 
 class Reporting(Protocol):
-    """Who reports: a loop."""
+    """The part of a loop that is needed here."""
 
     name: str
 
@@ -22,7 +22,7 @@ class ErrorReports:
     """Writes to stderr without waiting for it, and counts what repeats.
 
     Args:
-        loop: who reports.
+        loop: the loop whose errors are reported.
     """
 
     def __init__(self, loop: Reporting) -> None:

@@ -19,12 +19,12 @@ FOUND_S: Final = 30.0
 NOT_FOUND_S: Final = 2.0
 
 Address = tuple[int, tuple[str, int]]
-"""Address family, and host and port as the socket calls want them."""
+"""Address family, and host and port in the form of the socket calls."""
 OnResolved = Callable[[list[str], "OSError | None"], object]
 
 
 def direct_addresses(host: str) -> list[str] | None:
-    """The addresses of a numeric host or of localhost, None if the name must be looked up."""
+    """Return the addresses of a numeric host or of localhost, None if the name must be looked up."""
     if host == "localhost":
         return ["127.0.0.1", "::1"]
     for family in (socket.AF_INET, socket.AF_INET6):
@@ -37,10 +37,10 @@ def direct_addresses(host: str) -> list[str] | None:
 
 
 def look_up(host: str) -> list[str]:
-    """The addresses of a host, by the system's look-up; may block.
+    """Return the addresses of a host, by the system's look-up; may block.
 
     Raises:
-        OSError: there is no such host, or it could not be found out.
+        OSError: there is no such host, or the look-up failed.
     """
     try:
         found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)
@@ -50,7 +50,7 @@ def look_up(host: str) -> list[str]:
 
 
 class Answered(Protocol):
-    """Who is answered: a loop."""
+    """The part of a loop that is needed here."""
 
     name: str
 
@@ -58,7 +58,7 @@ class Answered(Protocol):
 
 
 class Resolver:
-    """Looks up names for one loop. All methods on the loop."""
+    """Resolver of host names for one loop. All methods run on the loop."""
 
     def __init__(self, loop: Answered) -> None:
         self._loop = loop
@@ -69,7 +69,7 @@ class Resolver:
         self._closed = False
 
     def resolve(self, host: str, on_done: OnResolved) -> None:
-        """Calls ``on_done(addresses, error)``: at once if the answer is known, else later, on the loop."""
+        """Call ``on_done(addresses, error)``: at once if the answer is known, else later, on the loop."""
         direct = direct_addresses(host)
         if direct is not None:
             on_done(direct, None)
@@ -89,7 +89,7 @@ class Resolver:
             threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def close(self) -> None:
-        """No look-up is begun any more."""
+        """Begin no further look-up."""
         self._closed = True
         self._queue.clear()
 

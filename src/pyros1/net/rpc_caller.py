@@ -1,7 +1,7 @@
-"""Many XML-RPC calls at once without blocking: one in flight per URI, in order; URIs do not wait for each other.
+"""Makes many XML-RPC calls at once without blocking: one at a time per URI, in order; URIs do not wait for each other.
 
 A call goes through: queued -> connecting (unless a kept connection exists) -> sent -> answered. A kept connection that
-turns out to be closed is replaced once, without notice.
+turns out to be closed is silently replaced once.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class _Job(NamedTuple):
 
 
 class _Peer:
-    """What goes on with one URI."""
+    """The calls and the connection of one URI."""
 
     def __init__(self, caller: RpcCaller, uri: str, host: str, port: int) -> None:
         self.caller = caller
@@ -72,7 +72,7 @@ class _Peer:
         if self.deadline is not None:
             self.deadline.cancel()
         for job in jobs:
-            job.on_done(None, UnreachableError(f"the call to {self.uri} was given up: closed"))
+            job.on_done(None, UnreachableError(f"the call to {self.uri} was cancelled: its caller was closed"))
 
     def _next(self) -> None:
         if self.idle is not None:
@@ -153,7 +153,7 @@ class _Peer:
         except OSError as error:
             self._lost(error.strerror or str(error))
             return
-        if self.job is None:  # nothing was asked: closed while idle, or nonsense
+        if self.job is None:  # no call is under way: closed while idle, or unexpected bytes
             self._drop()
             self.caller.forget(self)
             return
@@ -211,7 +211,7 @@ class _Peer:
             if job is not None:
                 job.on_done(value, error)
         finally:
-            # It may have added a job, which then has begun already.
+            # It may have added a job, which has then begun already.
             if self.job is None:
                 self._next()
 
@@ -236,12 +236,12 @@ class _Peer:
 
 
 class RpcCaller:
-    """Calls methods at any number of URIs.
+    """Caller of methods at any number of URIs.
 
     Args:
-        loop: where everything runs.
+        loop: the loop on which everything runs.
         timeout: seconds that one call may take from the moment its turn comes, connecting included.
-        limits: sizes of an answer.
+        limits: largest sizes of an answer.
     """
 
     def __init__(self, loop: Loop, *, timeout: float = 10.0, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008
@@ -252,13 +252,13 @@ class RpcCaller:
         self._closed = False
 
     def call(self, uri: str, method: str, params: Sequence[Any], on_done: OnDone, timeout: float | None = None) -> None:
-        """Queues a call; from any thread.
+        """Queue a call; from any thread.
 
         Args:
             uri: ``http://host:port/``.
             on_done: called once on the loop: ``(value, None)``, or ``(None, error)`` with an UnreachableError,
-                DeadlineError, ProtocolError or XmlRpcFault. Not called if the loop is stopped before.
-            timeout: seconds for this call; None: the caller's.
+                DeadlineError, ProtocolError or XmlRpcFault. Not called if the loop stops first.
+            timeout: seconds for this call; None: the caller's timeout.
 
         Raises:
             SerializationError: a parameter cannot be sent.
@@ -270,17 +270,17 @@ class RpcCaller:
             self.loop.call_soon(self._call, uri, job)
 
     def close(self) -> None:
-        """Gives up all calls (their ``on_done`` gets an UnreachableError) and closes all connections; any thread."""
+        """Give up all calls (their ``on_done`` gets an UnreachableError) and close all connections; any thread."""
         self.loop.run(self._close)
 
     def forget(self, peer: _Peer) -> None:
-        """Nothing is left to do for this URI (for the peers)."""
+        """Remove the state of a URI, as it has nothing left to do. Called by the peers."""
         if self._peers.get(peer.uri) is peer:
             del self._peers[peer.uri]
 
     def _call(self, uri: str, job: _Job) -> None:
         if self._closed:
-            job.on_done(None, UnreachableError(f"the call to {uri} was given up: closed"))
+            job.on_done(None, UnreachableError(f"the call to {uri} was cancelled: its caller was closed"))
             return
         peer = self._peers.get(uri)
         if peer is None:

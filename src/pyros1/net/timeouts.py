@@ -1,7 +1,7 @@
-"""Waits that the kernel bounds.
+"""Timeouts of sockets that the kernel keeps.
 
-Python bounds the waits of a socket by asking, before each call, whether the socket is ready: two system calls instead
-of one. The socket options SO_RCVTIMEO and SO_SNDTIMEO do it in one. A wait that ends so raises BlockingIOError.
+With a timeout of its own, Python asks before each call whether the socket is ready: two system calls instead of one.
+The socket options SO_RCVTIMEO and SO_SNDTIMEO need only one. At such a timeout the call raises BlockingIOError.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ import sys
 _DIRECT = sys.platform != "win32" and hasattr(socket, "SO_RCVTIMEO") and hasattr(socket, "SO_SNDTIMEO")
 
 WaitOver = (BlockingIOError, TimeoutError)
-"""What a call raises when the wait is over."""
+"""The exceptions of a call that has timed out."""
 
 
 def bound_waits(sock: socket.socket, seconds: float, receive: float | None = None) -> bool:
-    """Let each receive and send on a socket wait for so long at most.
+    """Set the timeout of each receive and send on a socket.
 
     Args:
         sock: a connected socket.
         seconds: above 0.
-        receive: the same for receiving; None: as for sending. Only the kernel can tell them apart.
+        receive: seconds for receiving; None: as for sending. Without kernel support, ``seconds`` is used for both.
 
     Returns:
-        Whether the kernel does it; else Python does, with `settimeout`.
+        Whether the kernel keeps the timeout; otherwise Python does, with `settimeout`.
     """
     if not _DIRECT:
         sock.settimeout(seconds)

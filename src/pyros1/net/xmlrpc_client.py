@@ -22,7 +22,7 @@ class _LostError(Exception):
 
 
 class XmlRpcClient:
-    """Calls methods at one URI, over one connection that is kept open.
+    """Client of one URI, over one connection that is kept open.
 
     Calls from several threads take turns. A signal handler that calls on top of a call of its own thread gets another
     connection.
@@ -32,7 +32,7 @@ class XmlRpcClient:
         timeout: seconds that a call may take, connecting included.
 
     Raises:
-        ProtocolError: the URI is not one.
+        ProtocolError: the URI is not valid.
     """
 
     def __init__(self, uri: str, *, timeout: float = 10.0) -> None:
@@ -41,16 +41,16 @@ class XmlRpcClient:
         self._host, self._port = parse_uri(uri)
         self._path = "/" + uri.partition("://")[2].partition("/")[2]
         self._lock = threading.RLock()
-        self._busy = False  # a call is under way, of the thread that has the lock
+        self._busy = False  # the thread that has the lock is making a call
         self._sock: socket.socket | None = None
-        self._parser = ResponseParser()  # the connection's: it knows what its answers look like
+        self._parser = ResponseParser()  # of the connection: it remembers the form of the answers
         self._closed = False
 
     def call(self, method: str, *params: Any, timeout: float | None = None) -> Any:
-        """Calls a method and waits for its answer.
+        """Call a method and wait for its answer.
 
         Args:
-            timeout: seconds for this call; None: the client's.
+            timeout: seconds for this call; None: the client's timeout.
 
         Raises:
             UnreachableError: no connection, or it was lost, or the client was closed. UnknownHostError, if the host's
@@ -76,18 +76,18 @@ class XmlRpcClient:
         except (OSError, _LostError, ProtocolError) as error:
             self._drop()
             if self._closed:
-                raise UnreachableError(f"the call to {self.uri} was given up: the client was closed") from error
+                raise UnreachableError(f"the call to {self.uri} was cancelled: the client was closed") from error
             if isinstance(error, ProtocolError):
                 raise
             reason = getattr(error, "strerror", None) or str(error)
             raise UnreachableError(f"cannot reach {self.uri}: {reason}") from error
         except BaseException:
-            self._drop()  # or the next call would take the answer to this one for its own
+            self._drop()  # or the next call would get the answer to this one
             raise
         finally:
             self._busy = False
             self._lock.release()
-            if self._closed:  # meanwhile, by a thread that could not take the lock
+            if self._closed:  # closed meanwhile by a thread that could not take the lock
                 self._drop_if_free()
         if response.status != 200:
             raise ProtocolError(f"{self.uri} answered with HTTP status {response.status} {response.reason}".rstrip())
@@ -104,7 +104,7 @@ class XmlRpcClient:
             self._lock.release()
 
     def close(self) -> None:
-        """Closes the connection; a call that is pending in another thread fails at once."""
+        """Close the connection; a call that is pending in another thread fails at once."""
         self._closed = True
         sock = self._sock
         if sock is not None:
@@ -129,7 +129,7 @@ class XmlRpcClient:
             sock.close()
 
     def _exchange(self, request: bytes, deadline: float) -> Response:
-        """Sends a request and reads the answer, on a fresh connection if the kept one turns out to be closed."""
+        """Send a request and read the answer, on a fresh connection if the kept one turns out to be closed."""
         if self._sock is not None:
             if not _readable_now(self._sock):
                 try:
@@ -139,7 +139,7 @@ class XmlRpcClient:
                 except (OSError, _LostError):
                     if self._closed:
                         raise
-            # It was closed by the other side, or has unasked-for bytes.
+            # It was closed by the other side, or has unexpected bytes.
             self._drop()
         return self._once(self._connect(deadline), request, deadline)
 
@@ -199,7 +199,7 @@ def _left(deadline: float) -> float:
 
 
 def _readable_now(sock: socket.socket) -> bool:
-    """A kept connection that has something to read before anything was asked has been closed by the other side."""
+    """Return whether an idle connection can be read: the other side has closed it, or sent unexpected bytes."""
     if hasattr(select, "poll"):
         poll = select.poll()
         poll.register(sock, select.POLLIN)

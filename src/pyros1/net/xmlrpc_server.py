@@ -1,11 +1,11 @@
-"""An XML-RPC server on a loop, built to outlive its peers.
+"""An XML-RPC server on a loop, robust against slow and broken peers.
 
 Each connection is served in turns: read, answer every whole request in it, write. While an answer cannot be written,
-nothing more is read from that peer. Bounds on sizes, on connections and on time hold for every peer; when there are
-too many connections the one that has been quiet longest makes room, so newcomers are always served. (HTTP clients
-transparently open a kept-alive connection again.)
+nothing more is read from that peer. Sizes, connections and times are limited for every peer; when there are too many
+connections, the one that has been idle longest is closed, so new ones are always served. (HTTP clients open a
+kept-alive connection again without notice.)
 
-Each answer says when it was made, by the clock of this machine: that is how others find out that it is wrong.
+Each answer carries the time of this machine's clock, so others can find out if the clock is wrong.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ _TEXT: Final = "text/plain"
 
 
 class ServerLimits(NamedTuple):
-    """What peers may cost.
+    """Limits on what peers may use.
 
     Attributes:
-        http: sizes of one request.
+        http: largest sizes of one request.
         max_connections: connections open at the same time.
         max_buffered: bytes of incomplete requests, of all connections together.
-        request_timeout_s: seconds in which a begun request must be complete, and in which a peer must read on.
+        request_timeout_s: seconds in which a request that has begun must be complete, and a peer must read on.
         idle_timeout_s: seconds after which a connection without a request is closed.
     """
 
@@ -50,7 +50,7 @@ class ServerLimits(NamedTuple):
 
 
 def unknown_method(method: str) -> XmlRpcFault:
-    """The fault for a method that does not exist (M05)."""
+    """Return the fault for a method that does not exist (M05)."""
     return XmlRpcFault(1, f'method "{method}" is not supported')
 
 
@@ -58,7 +58,7 @@ def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
     """``system.multicall``: many calls in one (M04).
 
     Args:
-        dispatch: performs one call.
+        dispatch: makes one call.
         params: one list of structs with methodName and params.
 
     Returns:
@@ -129,7 +129,7 @@ class _Connection:
         self._serve()
 
     def _serve(self) -> None:
-        """Answers every whole request that has arrived, as long as the answers can be written."""
+        """Answer every whole request that has arrived, as long as the answers can be written."""
         try:
             while self.parser.in_message and not self.out and not self.closing:
                 request = self.parser.next_message()
@@ -182,16 +182,16 @@ class _Connection:
 
 
 class XmlRpcServer:
-    """Listens as soon as it is made.
+    """Server that listens as soon as it is created.
 
     Args:
-        loop: where everything runs.
+        loop: the loop on which everything runs.
         dispatch: ``dispatch(method, params)`` returns a value or raises XmlRpcFault; it runs on the loop and must be
             quick. ``system.multicall`` is answered here by calling it many times.
         bind_host: address to listen on, for example ``0.0.0.0`` or ``127.0.0.1``; one with a colon is IPv6.
         advertised_host: the host in ``uri``.
         port: 0 lets the system choose.
-        limits: what peers may cost.
+        limits: what peers may use.
 
     Attributes:
         uri: ``http://host:port/``.
@@ -220,7 +220,7 @@ class XmlRpcServer:
         self._closed = False
         self._dated = -1
         self._date_field = b""
-        self.scratch = memoryview(bytearray(_RECEIVE))  # for all connections: it is emptied before the next is read
+        self.scratch = memoryview(bytearray(_RECEIVE))  # shared by all connections: it is emptied before the next read
         family = socket.AF_INET6 if ":" in bind_host else socket.AF_INET
         self._listener = socket.create_server((bind_host, port), family=family, backlog=128)
         self._listener.setblocking(False)
@@ -231,11 +231,11 @@ class XmlRpcServer:
 
     @property
     def num_connections(self) -> int:
-        """Connections that are open."""
+        """Number of open connections."""
         return len(self._connections)
 
     def close(self) -> None:
-        """Closes the port and all connections; from any thread."""
+        """Close the port and all connections; from any thread."""
         self.loop.run(self._close)
 
     def _close(self) -> None:
@@ -250,7 +250,7 @@ class XmlRpcServer:
     # ---- on the loop, for the connections
 
     def answer(self, request: Request) -> bytes:
-        """The whole HTTP answer to a request."""
+        """Return the whole HTTP answer to a request."""
         if request.method != "POST":
             return self.refusal(501, f"Unsupported method ({request.method!r})", keep_alive=request.keep_alive)
         if request.path not in _PATHS:
@@ -258,7 +258,7 @@ class XmlRpcServer:
         return build_response(200, self._call(request.body), keep_alive=request.keep_alive, date=self._date())
 
     def refusal(self, status: int, text: str, *, keep_alive: bool) -> bytes:
-        """The whole HTTP answer to what is not a call."""
+        """Return the whole HTTP answer to a request that is not a call."""
         return build_response(status, text.encode(), keep_alive=keep_alive, content_type=_TEXT, date=self._date())
 
     def _date(self) -> bytes:
@@ -279,7 +279,7 @@ class XmlRpcServer:
             return dumps_fault(1, str(error))
 
     def _guarded(self, method: str, params: Sequence[Any]) -> Any:
-        """A failure of our own is a fault for the peer and a report for us, not the end of the connection."""
+        """Return the answer; if the server itself fails, report that and return a fault."""
         try:
             return self._dispatch(method, params)
         except XmlRpcFault:
@@ -289,13 +289,13 @@ class XmlRpcServer:
             raise XmlRpcFault(1, f"{type(error).__name__}: {error}") from error
 
     def forget(self, connection: _Connection) -> None:
-        """The connection is being closed."""
+        """Forget a connection that is being closed."""
         self._connections.pop(connection, None)
         self._buffered -= connection.buffered
         connection.buffered = 0
 
     def account(self, connection: _Connection, buffered: int) -> bool:
-        """Notes what a connection's incomplete request occupies; False if it is too much for all together."""
+        """Note the bytes of an incomplete request; return False if all connections together have too many."""
         if buffered != connection.buffered and connection in self._connections:
             self._buffered += buffered - connection.buffered
             connection.buffered = buffered
@@ -326,7 +326,7 @@ class XmlRpcServer:
                 self._schedule_sweep()
 
     def _evict(self) -> None:
-        """Closes a connection to make room: an idle one if there is one, else the one with the oldest request."""
+        """Close a connection to make room: an idle one if possible, else the one with the oldest request."""
         if not self._connections:
             return
         idle = [peer for peer in self._connections if not peer.parser.in_message and not peer.out]

@@ -1,4 +1,4 @@
-"""The callback queue of a node made for `spin` and `spin_once`: callbacks wait here for the user's thread."""
+"""The callback queue of a node that spins: callbacks wait here for `spin` or `spin_once`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.net.bell import Bell
 
 
 class CallbackQueue:
-    """Callables in order of arrival (https://wiki.ros.org/roscpp/Overview/Callbacks%20and%20Spinning)."""
+    """Queue of callables in order of arrival (https://wiki.ros.org/roscpp/Overview/Callbacks%20and%20Spinning)."""
 
     def __init__(self) -> None:
         self._ready: deque[Callable[[], object]] = deque()
@@ -30,17 +30,17 @@ class CallbackQueue:
         self._changed.ring()
 
     def runs_here(self) -> bool:
-        """Tell whether the calling thread is the one that runs callbacks: the one that spun last, else the main one."""
+        """Return whether the calling thread runs the callbacks: it is the one that spun last, else the main one."""
         if self._runner is None:
             return threading.current_thread() is threading.main_thread()
         return self._runner == threading.get_ident()
 
     def wait(self, timeout: float) -> bool:
-        """Wait until there is a callback, at most ``timeout`` seconds; tell whether there is one."""
+        """Wait for a callback, at most ``timeout`` seconds; return whether one waits."""
         return self._changed.wait(lambda: self._ready, timeout)
 
     def run_available(self) -> int:
-        """Run what is queued now, not what these callbacks add; return how many were run."""
+        """Run the callbacks that are queued now, not those that they add; return how many were run."""
         self._runner = threading.get_ident()
         count = len(self._ready)
         for done in range(count):

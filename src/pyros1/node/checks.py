@@ -1,4 +1,4 @@
-"""What users hand to a node, checked where they hand it over, in words about what was probably meant."""
+"""Checks of the arguments of a node's methods, with hints at what was probably meant."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _EXAMPLE = {
 
 
 def message_class(given: Any, call: str) -> Any:
-    """Return the message class that is meant.
+    """Return the message class that an argument stands for.
 
     Args:
-        given: a message class, AnyMsg, or a type's name.
-        call: what was called, for the error's text.
+        given: a message class, AnyMsg, or the name of a type.
+        call: the method and its arguments, for the error message.
 
     Raises:
         TypeError: it is none of these.
@@ -36,7 +36,7 @@ def message_class(given: Any, call: str) -> Any:
 
 
 def service_class(given: Any, call: str) -> Any:
-    """Return the service class that is meant; as `message_class`."""
+    """Return the service class that an argument stands for; like `message_class`."""
     if isinstance(given, str):
         return load_service(given)
     if isinstance(given, type) and issubclass(given, Service):
@@ -45,25 +45,25 @@ def service_class(given: Any, call: str) -> Any:
 
 
 def check_callback(given: Any, call: str, what: str, type_: Any = "") -> None:
-    """Make sure that a callback can be called, and that it did not change places with the type.
+    """Make sure that a callback can be called, and that it was not swapped with the type.
 
     Args:
         given: the callback.
-        call: what was called and how it is called, such as ``subscribe(topic, type, callback)``.
-        what: what the callback is called there.
-        type_: the type handed over with it.
+        call: the method and its arguments, such as ``subscribe(topic, type, callback)``.
+        what: the name of the callback there.
+        type_: the type argument of the same call.
 
     Raises:
-        TypeError: it is none.
+        TypeError: it is not a function.
     """
     if _is_type(given) and not _is_type(type_) and not isinstance(type_, str):
-        raise TypeError(f"type and {what} have changed places: the order is {call}")
+        raise TypeError(f"type and {what} are swapped: the order is {call}")
     if not callable(given) or _is_type(given):
         raise TypeError(f"{_name(call)}: {what} must be a function, not {_described(given)}: the order is {call}")
 
 
 def check_name(given: Any, call: str) -> None:
-    """Raise TypeError if a name is no text, InvalidNameError if it is empty."""
+    """Raise TypeError if a name is not a str, InvalidNameError if it is empty."""
     if not isinstance(given, str):
         raise TypeError(f"{_name(call)}: the name must be a str, not {_described(given)}: the order is {call}")
     if not given:
@@ -71,46 +71,46 @@ def check_name(given: Any, call: str) -> None:
 
 
 def check_text(given: Any, what: str, none: bool = False) -> None:
-    """Raise TypeError if something that is called ``what`` is no str, nor None where ``none`` allows it."""
+    """Raise TypeError if the argument called ``what`` is not a str (or None, if ``none`` allows it)."""
     if not isinstance(given, str) and not (none and given is None):
         raise TypeError(f"{what} must be a str, not {_described(given)}")
 
 
 def check_seconds(given: Any, what: str) -> None:
-    """Make sure that something that is called ``what`` is a number of seconds.
+    """Make sure that the argument called ``what`` is a number of seconds.
 
     Raises:
-        TypeError: it is none; a Duration neither.
-        ValueError: it is "not a number".
+        TypeError: it is not a number; a Duration is not one either.
+        ValueError: it is nan.
     """
     if not _is_number(given):
-        hint = "; its to_sec() is one" if hasattr(given, "to_sec") else ""
+        hint = "; use its to_sec()" if hasattr(given, "to_sec") else ""
         raise TypeError(f"{what} must be a number of seconds, not {_described(given)}{hint}")
     if given != given:  # noqa: PLR0124 - so is nan
         raise ValueError(f"{what} must be a number of seconds, not nan")
 
 
 def check_timeout(given: Any) -> None:
-    """The same for a timeout, which may be None."""
+    """Check a timeout like `check_seconds`, but allow None."""
     if given is not None:
         check_seconds(given, "timeout")
 
 
 def check_raw_type(given: Any) -> None:
-    """Raise TypeError if it is not what a topic of AnyMsg says of its type, nor None."""
+    """Raise TypeError if it is neither a TopicType, which a publisher of AnyMsg may give, nor None."""
     if given is not None and not isinstance(given, TopicType):
         raise TypeError(f"raw_type must be a TopicType(name, md5sum, definition), not {_described(given)}")
 
 
 def check_positive(given: Any, what: str, unit: str, most: float = inf) -> None:
-    """Make sure that something that is called ``what`` is a number above 0, and not above ``most``.
+    """Make sure that the argument called ``what`` is a number above 0 and at most ``most``.
 
     Raises:
-        TypeError: it is no number.
+        TypeError: it is not a number.
         ValueError: it is not within these bounds.
     """
     if not _is_number(given):
-        hint = "; its to_sec() is one" if hasattr(given, "to_sec") else ""
+        hint = "; use its to_sec()" if hasattr(given, "to_sec") else ""
         raise TypeError(f"{what} must be a number of {unit}, not {_described(given)}{hint}")
     if not 0 < given <= most:
         bounds = "above 0" if most == inf else f"above 0 and at most {most:g}"
@@ -118,20 +118,20 @@ def check_positive(given: Any, what: str, unit: str, most: float = inf) -> None:
 
 
 def check_headers(given: Any) -> None:
-    """Raise TypeError if it is not a mapping of str to str (further fields of a connection header), nor None."""
+    """Raise TypeError if it is neither a mapping of str to str (more fields of a connection header) nor None."""
     if given is None:
         return
     if not isinstance(given, Mapping):
-        raise TypeError(f'headers must be a dict of texts, such as {{"key": "value"}}, not {_described(given)}')
+        raise TypeError(f'headers must be a dict of strings, such as {{"key": "value"}}, not {_described(given)}')
     for key, value in given.items():
         if not isinstance(key, str) or not isinstance(value, str):
-            raise TypeError(f"headers must have texts as names and values, not {key!r:.40}: {value!r:.40}")
+            raise TypeError(f"headers must have strings as keys and values, not {key!r:.40}: {value!r:.40}")
 
 
 def check_node(
     name: Any, namespace: Any, argv: Any, master_uri: Any, environ: Any, wait_for_master: Any
 ) -> list[str] | None:
-    """Raise TypeError if one of the arguments of `Node` is not of its kind; return the words of argv, or None."""
+    """Raise TypeError if an argument of `Node` has a wrong type; return the words of argv, or None."""
     check_text(name, "Node: name")
     check_text(namespace, "Node: namespace", none=True)
     check_text(master_uri, "Node: master_uri", none=True)
@@ -144,11 +144,11 @@ def check_node(
 
 def _words(given: Any) -> list[str]:
     if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
-        raise TypeError(f'argv must be a list of texts, such as ["_rate:=10"], not {_described(given)}')
+        raise TypeError(f'argv must be a list of strings, such as ["_rate:=10"], not {_described(given)}')
     words = list(given)
     for word in words:
         if not isinstance(word, str):
-            raise TypeError(f"argv must hold texts only, not {_described(word)}")
+            raise TypeError(f"argv must hold only strings, not {_described(word)}")
     return words
 
 
@@ -157,10 +157,10 @@ def _is_number(given: Any) -> bool:
 
 
 def check_queue_size(given: Any, least: int) -> None:
-    """Raise TypeError or ValueError if it is no size of a queue: None, or a number from ``least`` on."""
+    """Raise TypeError or ValueError if it is not a queue size: None, or a whole number of at least ``least``."""
     if given is None:
         return
-    if not hasattr(type(given), "__index__"):  # numpy's integers have it, too
+    if not hasattr(type(given), "__index__"):  # numpy's integers have this method, too
         raise TypeError(f"queue_size must be a whole number or None, not {given!r}")
     if given < least:
         raise ValueError(f"queue_size must be at least {least}, or None, not {given}")
@@ -190,9 +190,9 @@ def _no_type(given: Any, call: str, kind: str) -> str:
     if isinstance(name, str) and _is_type(given):
         hint = f"[{name}] is a {'message' if kind == 'service' else 'service'}"
     elif isinstance(name, str) and isinstance(given, type) and hasattr(given, "_md5sum"):
-        hint = f'it is of another library: give the name "{name}"'
+        hint = f'it is from another library: give the name "{name}"'
     elif isinstance(given, Message):
         hint = f"it is a message: give its class, {name}"
     elif isinstance(given, ModuleType):
-        hint = f"give a class of it, or a type's name, such as {_EXAMPLE[kind].rpartition(' ')[2]}"
+        hint = f"give a class of that module, or a type's name, such as {_EXAMPLE[kind].rpartition(' ')[2]}"
     return f"{_name(call)}: the type must be a {kind} type, not {_described(given)}; {hint}"

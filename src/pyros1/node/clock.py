@@ -1,4 +1,6 @@
-"""A node's time: wall time, or the time that a simulation publishes on /clock (https://wiki.ros.org/Clock)."""
+"""A node's clock, rates and timers: wall time, or the time that a simulation publishes on /clock
+(https://wiki.ros.org/Clock).
+"""
 
 from __future__ import annotations
 
@@ -17,16 +19,16 @@ if TYPE_CHECKING:
     from pyros1.node.log.logger import Log
 
 LONGEST_PERIOD = 1e9
-"""Of a timer, in seconds."""
+"""Longest period of a timer, in seconds."""
 STEP = 0.3
-"""Longest wait for a tick of simulated time, in seconds, before looking whether the node is shutting down."""
+"""Longest wait for a tick of simulated time, in seconds, before a check whether the node is shutting down."""
 
 
 class Clock:
-    """Where a node's time comes from.
+    """The source of a node's time.
 
     Args:
-        stopping: ends all sleeps.
+        stopping: set when the node shuts down; ends all sleeps.
     """
 
     def __init__(self, stopping: threading.Event) -> None:
@@ -36,16 +38,16 @@ class Clock:
         self._ticked = Bell()
 
     def use_simulated_time(self) -> None:
-        """From now on, time is what `tick` says; 0 until the first tick."""
+        """Switch to simulated time, which `tick` sets; it is 0 until the first tick."""
         self.simulated = True
 
     def tick(self, now: Time) -> None:
-        """Take the time that a simulation announced."""
+        """Take the time that a simulation has published."""
         self._now = now
         self._ticked.ring()
 
     def wake(self) -> None:
-        """End sleeps in simulated time, to let them see that the node is shutting down."""
+        """Wake sleeps in simulated time, so that they notice that the node is shutting down."""
         self._ticked.ring()
 
     def now(self) -> Time:
@@ -85,7 +87,7 @@ class Clock:
         return self._await_tick(waiting)
 
     def await_tick(self) -> bool:
-        """Wait until simulated time changes, for a short while at most; return whether the node goes on."""
+        """Wait a short time for a change of simulated time; return False if the node is shutting down."""
         self._wait_for_change(self._now)
         return not self._stopping.is_set()
 
@@ -104,10 +106,10 @@ class Clock:
 
 
 class Rate:
-    """Keeps a loop at a rate (https://wiki.ros.org/rospy/Overview/Time).
+    """Rate of a loop (https://wiki.ros.org/rospy/Overview/Time).
 
     Args:
-        clock: the node's.
+        clock: the node's clock.
         frequency: in Hz.
     """
 
@@ -118,20 +120,20 @@ class Rate:
         self._next = self._time() + self.period
 
     def _time(self) -> float:
-        # monotonic time knows no leaps of the wall clock
+        # monotonic time does not jump with the wall clock
         return self._clock.now().to_sec() if self._clock.simulated else time.monotonic()
 
     def remaining(self) -> float:
-        """Return the seconds left of the current cycle; negative when it is late."""
+        """Return the seconds left in the current cycle; negative if it is late."""
         return self._next - self._time()
 
     def sleep(self) -> bool:
         """Sleep until the end of the current cycle.
 
-        A cycle that is more than one period late starts the beat anew. Returns at once when the node is shutting down.
+        A cycle that is more than one period late restarts the rhythm. Returns at once when the node is shutting down.
 
         Returns:
-            Whether the node goes on.
+            False if the node is shutting down.
         """
         now = self._time()
         if now < self._next - 2 * self.period:  # simulated time has jumped back
@@ -148,11 +150,11 @@ class Rate:
 
 
 class TimerEvent:
-    """What a timer's callback is told, as rospy's and roscpp's.
+    """The argument of a timer's callback, as in rospy and roscpp.
 
     Attributes:
         last_expected, last_real: when the previous call should have happened, and did; None at the first.
-        current_expected, current_real: the same for this call.
+        current_expected, current_real: when this call should have happened, and did.
         last_duration: seconds that the previous callback took; None at the first.
     """
 
@@ -177,11 +179,11 @@ class Timer:
     """Calls a function periodically; made by ``Node.timer``.
 
     Args:
-        clock: the node's.
+        clock: the node's clock.
         period: seconds.
         callback: called with a TimerEvent.
-        oneshot: only once.
-        callbacks: where the calls are queued, for a node that spins.
+        oneshot: call only once.
+        callbacks: the callback queue of a node that spins, else None.
         log: for callbacks that raise.
     """
 
@@ -216,15 +218,15 @@ class Timer:
                 return
             if self._callbacks is None:
                 self._fire(expected)
-            elif not self._pending:  # a spinner that is late gets one call, not a heap of them
+            elif not self._pending:  # a program that spins late gets one call, not many
                 self._pending = True
                 self._callbacks.push(lambda expected=expected: self._fire(expected))  # type: ignore[misc]
             if self._oneshot:
                 return
 
     def _sleep_simulated(self, rate: Rate) -> bool:
-        """The same in simulated time: `shutdown` is seen at the next tick, or soon if the clock stands."""
-        while 0 < rate.remaining() <= 2 * self._period:  # more: time has jumped back, which the rate looks after
+        """Sleep in simulated time; `shutdown` is noticed at the next tick, or soon if the clock stands still."""
+        while 0 < rate.remaining() <= 2 * self._period:  # more: time has jumped back, which the rate handles
             if self._stopped.is_set() or not self._clock.await_tick():
                 return False
         return rate.sleep()
@@ -256,11 +258,11 @@ class Timer:
 
     @property
     def alive(self) -> bool:
-        """Whether there are calls to come."""
+        """Whether further calls will come."""
         return self._thread.is_alive()
 
     def shutdown(self) -> None:
-        """End the timer; a callback that is running ends by itself."""
+        """End the timer; a callback that is running is not interrupted."""
         self._stopped.set()
 
     def join(self, timeout: float) -> None:

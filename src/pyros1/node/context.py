@@ -1,4 +1,4 @@
-"""What the parts of one node share: its name, its loop thread, its log and the fact that it is stopping."""
+"""The context that the parts of one node share: name, loop thread, log, and the event that it is shutting down."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MOST_HOSTS = 1000
 
 
 class Published(Protocol):
-    """What others see of a topic that a node publishes; see `publishing.publication.Publication`."""
+    """The part of a publication that other parts see; see `publishing.publication.Publication`."""
 
     topic: str
 
@@ -55,7 +55,7 @@ class Subscribed(Protocol):
 
 
 class Provided(Protocol):
-    """What others see of a service that a node provides; see `services.server.ServiceServer`."""
+    """The part of a service that other parts see; see `services.server.ServiceServer`."""
 
     type: type[Any]
     uri: str
@@ -64,19 +64,19 @@ class Provided(Protocol):
 
 
 class Context:
-    """The parts of a node see each other only through this.
+    """The context of a node: its parts reach each other only through this.
 
     Attributes:
         name: the node's full name.
         loop: its loop thread; user code never runs there.
         rpc: calls to other nodes' APIs, on the loop.
-        log: its log.
-        callbacks: where a node made for `spin` queues its callbacks; None when they run in the reader threads.
+        log: the node's log.
+        callbacks: the callback queue of a node that spins; None if callbacks run in the threads that receive.
         environ: environment variables.
-        uri: its slave API's address, once there is one.
-        address: where it listens and how it is reached, once that is known.
+        uri: URI of its slave API, once that listens.
+        address: where it listens and is reached, once that is known.
         stopping: set when the node begins to shut down; every wait ends then.
-        tells_late_publishers: whether the program is still to be told that it publishes after the end of the node.
+        tells_late_publishers: whether a `publish` after the end of the node is still to be logged, once.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
         subscriptions: what it subscribes to, by topic; changed in the same way.
         services: what it provides, by name; changed in the same way.
@@ -109,16 +109,19 @@ class Context:
 
     @cached_property
     def delivery_threads(self) -> DeliveryThreads:
-        """Made with the first subscription."""
-        return DeliveryThreads(self.name, lambda error: self.log.exception("trouble with subscriptions", error=error))
+        """The threads that receive, made with the first subscription."""
+        return DeliveryThreads(
+            self.name,
+            lambda error: self.log.exception("internal error in a subscription (please report it)", error=error),
+        )
 
     def close_delivery_threads(self, timeout: float) -> None:
-        """End the threads, if there are any; wait for them at most ``timeout`` seconds."""
+        """End the threads that receive, if they exist; wait for them at most ``timeout`` seconds."""
         if "delivery_threads" in self.__dict__:
             self.delivery_threads.close(timeout)
 
     def warn_of_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
-        """Say that a publisher's host name cannot be resolved; once for each host. On the loop."""
+        """Log that a publisher's host name cannot be resolved, once for each host. On the loop."""
         if error.host in self._unknown_hosts:
             return
         if len(self._unknown_hosts) >= _MOST_HOSTS:
@@ -149,10 +152,10 @@ class Context:
 
 
 def find_local_context(uri: str) -> Context | None:
-    """Return the context of the node in this process whose slave API has that address, else None.
+    """Return the context of the node in this process whose slave API has that URI, else None.
 
     Nodes of one process exchange messages without sockets. They find each other through the interpreter's list of
-    threads, where each node's loop thread stands, rather than through a registry of our own.
+    threads, which holds each node's loop thread, so no separate registry is needed.
     """
     for thread in threading.enumerate():
         if isinstance(thread, LoopThread) and isinstance(thread.owner, Context) and thread.owner.uri == uri:
@@ -161,7 +164,7 @@ def find_local_context(uri: str) -> Context | None:
 
 
 class Linked(Protocol):
-    """A publication or a subscription: something with links that come and go."""
+    """Something with links that come and go: a publication or a subscription."""
 
     context: Context
     on_change: list[Callable[[], None]]
@@ -177,7 +180,7 @@ def wait_for_links(topic: Linked, count: int, timeout: float | None) -> bool:
         timeout: seconds; None waits until the node shuts down.
 
     Returns:
-        Whether it has.
+        Whether it has that many.
     """
     if not hasattr(type(count), "__index__"):
         raise TypeError(f"count must be a whole number, not {count!r:.80}")

@@ -16,9 +16,9 @@ def full_name(
     """Return (namespace, full name) of a node.
 
     Args:
-        name: base name in the program; ``__name`` beats it and makes ``anonymous`` void.
-        anonymous: add process id and time.
-        namespace: in the program; ``__ns`` beats it, it beats ROS_NAMESPACE.
+        name: base name in the program; ``__name`` replaces it and switches off ``anonymous``.
+        anonymous: whether to add process id and time.
+        namespace: namespace in the program; ``__ns`` takes precedence over it, and it over ROS_NAMESPACE.
         special: the command line's ``__key:=value`` arguments.
         environ: environment variables.
 

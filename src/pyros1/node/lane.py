@@ -1,11 +1,13 @@
-"""Work that is done piece by piece, in the order in which it came, though nobody ever waits for a turn.
+"""A lane: runs jobs one at a time, in the order in which they came, without making any thread wait.
 
-Who comes with a job and finds the lane free does the job. Who finds it taken leaves the job and goes; who works there
-does it too before he stops. So all links of a topic see one order, whoever publishes; and a signal handler may come at
-any moment, even while the function that it interrupted is at work here: its jobs are done when that goes on.
+A thread that brings a job to a free lane does the job. If the lane is taken, the thread leaves the job there and goes
+on; the thread that works in the lane does it before it stops. So all links of a topic see one order, whichever thread
+publishes; and a signal handler may run at any moment, even on top of a function that works here: the handler's jobs
+are done when that function goes on.
 
-Why nothing can hang: nobody waits for a lane, and a job waits for nothing, so that each is left again. Why nothing is
-forgotten: who stops looks for jobs after the lane is free, and who leaves a job looks whether it is free afterwards.
+Nothing can hang: no thread waits for a lane, and jobs do not wait, so each lane becomes free again. No job is
+forgotten: a worker looks for jobs once more after it has freed the lane, and a thread that has left a job checks
+afterwards whether the lane is free.
 
 The lane is free while its list holds something: ``del lane.free[0]`` takes it, for one thread only, and raises
 IndexError for the others. Unlike a call of ``Lock.acquire``, no signal handler can run between that instruction and the
@@ -21,25 +23,25 @@ from threading import get_ident
 from typing import Any
 
 TURN = 64
-"""Jobs of others that are done in one go; `later` goes on with the rest."""
+"""Most jobs of other threads that are done in one turn; `later` goes on with the rest."""
 CROWD = 1000
-"""Jobs that wait before those who bring more are held up for a moment each."""
+"""Number of waiting jobs from which threads that bring more are delayed for a moment each."""
 PAUSE = 0.001
 
 Job = tuple[Callable[..., object], tuple[Any, ...]]
 
 
 class Lane:
-    """One piece of work at a time.
+    """Runs one job at a time.
 
     Args:
         later: calls a function soon, on another thread, that of a loop for example.
         recover: called when a job raises, as it does if a signal handler raises in the middle of it.
 
     Attributes:
-        free: holds something while nobody works here; see above.
+        free: holds an item while no thread works here; see above.
         worker: the thread that works here, or worked here last.
-        jobs: what was left.
+        jobs: the jobs that were left.
     """
 
     __slots__ = ("_later", "_recover", "free", "jobs", "worker")
@@ -55,29 +57,29 @@ class Lane:
 
     @property
     def mine(self) -> bool:
-        """Whether the caller's thread works here: then it is in a signal handler, or in a job."""
+        """Whether the calling thread works here: it is then in a signal handler, or in a job."""
         return not self.free and self.worker == get_ident()
 
     def do(self, job: Callable[..., object], *args: Any) -> None:
-        """Do a job after those that came before, or leave it to whoever works here. Never waits."""
+        """Do a job after those that came before, or leave it to the thread that works here. Never waits."""
         self.jobs.append((job, args))
         self.work()
 
     def leave(self, job: Callable[..., object], *args: Any) -> None:
-        """Leave a job, because somebody works here. For those who may be held up for a moment if there are too many."""
+        """Leave a job for the thread that works here; if too many wait, delay the caller for a moment."""
         self.do(job, *args)
         if len(self.jobs) > CROWD and not self.mine:
             time.sleep(PAUSE)
 
     def linger(self) -> None:
-        """Give who works here a moment to end, a millisecond or two at most: then the caller need not leave its job."""
+        """Wait a millisecond or two for the thread that works here to stop: then the caller need not leave its job."""
         for attempt in range(40):
             if self.free or self.mine:
                 return
             time.sleep(0 if attempt < 20 else PAUSE / 20)
 
     def work(self) -> None:
-        """Do what was left, unless somebody works here; no more than a turn."""
+        """Do the jobs that were left, at most a turn of them, unless another thread works here."""
         me = get_ident()
         while self.jobs:
             try:
@@ -93,12 +95,12 @@ class Lane:
                 raise
             finally:
                 self.free.append(True)
-            if not done:  # so many that others would wait too long for this thread
+            if not done:  # too many: others would wait too long for this thread
                 self._later(self.work)
                 return
 
     def catch_up(self) -> bool:
-        """Do what was left, no more than a turn; return whether it was all. By the worker."""
+        """Do the jobs that were left, at most a turn of them; return whether none remain. Called by the worker."""
         jobs = self.jobs
         for _ in range(TURN):
             if not jobs:

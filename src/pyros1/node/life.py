@@ -1,4 +1,4 @@
-"""How a node ends: once, in order, whether the program, a signal, the master or the interpreter asked for it."""
+"""The end of a node, once and in order, whether the program, a signal, the master or the interpreter causes it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Life:
 
     Args:
         context: the node.
-        clock: its clock, whose sleepers are woken.
+        clock: its clock, whose sleeps are ended.
         close: closes everything; called once.
     """
 
@@ -38,11 +38,11 @@ class Life:
         self._close = close
         self._hooks: deque[Callable[[], object]] = deque()
         self._hooks_are_run = False
-        self._first = [True]  # taken out by who ends the node
+        self._first = [True]  # removed by the thread that ends the node
         self._closing_thread: int | None = None
         self._done = Event()
         self._signals = SignalHandlers(self._on_signal)
-        self._pid = os.getpid()  # a process forked from this one has copies of our sockets, but not the node
+        self._pid = os.getpid()  # a forked process has copies of the sockets, but not the node
 
     @property
     def signalled(self) -> bool:
@@ -60,7 +60,9 @@ class Life:
             return
         try:
             self.end()
-        except KeyboardInterrupt:  # a second signal: nobody is left here who could catch it, and its end is what counts
+        except (
+            KeyboardInterrupt
+        ):  # a second signal: nothing here could catch it, and the end of the process is what counts
             die(signal.SIGINT)
         except SystemExit as error:
             if not self.signalled or error.code != 128 + signal.SIGTERM:
@@ -68,7 +70,7 @@ class Life:
             die(signal.SIGTERM)
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
-        """Call ``hook`` at the end, or now if that has come."""
+        """Call ``hook`` at the end of the node, or now if that has begun."""
         if self._first:
             self._hooks.append(hook)
             if not self._hooks_are_run:
@@ -76,7 +78,7 @@ class Life:
             try:
                 self._hooks.remove(hook)
             except ValueError:
-                return  # it was still run with the others
+                return  # it was run with the others
         hook()
 
     def end(self, reason: str = "") -> None:
@@ -132,5 +134,5 @@ class Life:
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
             return
-        # Not here: this thread may be in the middle of anything, and hooks and the end take their time.
+        # Not here: this thread may be in the middle of anything, and hooks and the end take time.
         self._context.loop.call_soon(self.request, f"signal {number}")

@@ -1,4 +1,4 @@
-"""The Node: a program's place in the ROS graph (https://wiki.ros.org/Nodes)."""
+"""The Node, through which a program takes part in the ROS graph (https://wiki.ros.org/Nodes)."""
 
 from __future__ import annotations
 
@@ -53,27 +53,27 @@ _PROVIDE = "advertise_service(name, type, handler)"
 class Node:
     """A ROS node. Also a context manager that shuts it down.
 
-    A process may hold several nodes; what they exchange among themselves needs no sockets.
+    A process may have several nodes; they exchange messages without sockets.
 
     Args:
         name: base name, without namespace. ``__name:=`` on the command line replaces it.
         anonymous: make the name unique by adding process id and time.
-        namespace: ``/robot1``; None takes ``__ns:=`` or ROS_NAMESPACE. ``__ns:=`` beats this argument too.
-        argv: command-line arguments with remappings, without the program's name; None takes ``sys.argv[1:]``.
+        namespace: for example ``/robot1``; None: ROS_NAMESPACE. ``__ns:=`` on the command line takes precedence.
+        argv: command-line arguments with remappings, without the program's name; None: ``sys.argv[1:]``.
         callbacks: "inline" runs callbacks as messages come, each topic in a thread of its own (as rospy); "spin" keeps
             them until the program calls `spin` or `spin_once` (as roscpp).
-        master_uri: None takes ``__master:=``, ROS_MASTER_URI or http://localhost:11311.
-        environ: environment variables; None takes the process's.
-        log_level: least level that is logged: debug, info, warn, error or fatal.
-        handle_signals: end the node on SIGINT and SIGTERM; possible in the main thread only.
-        rosout: publish the log on /rosout.
-        wait_for_master: seconds to wait for a master that is not there; None waits for ever.
+        master_uri: URI of the master; None: ``__master:=``, ROS_MASTER_URI or http://localhost:11311.
+        environ: environment variables; None: those of the process.
+        log_level: lowest level that is logged: debug, info, warn, error or fatal.
+        handle_signals: whether SIGINT and SIGTERM end the node; works only if it is made in the main thread.
+        rosout: whether to publish the log on /rosout.
+        wait_for_master: seconds to wait for a master that does not answer; None: no limit.
 
     Raises:
         InvalidNameError: the name is not legal.
         MasterUnreachableError: no master within ``wait_for_master`` seconds.
         MasterError: the master refuses the node.
-        ProtocolError: the master's URI is none, or what answers there is no master.
+        ProtocolError: the master's URI is not valid, or what answers there is not a master.
         SystemExit: SIGINT or SIGTERM came before the node had started.
     """
 
@@ -157,7 +157,7 @@ class Node:
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, wait_for_master)
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
-        if "__log" not in self.arguments.special:  # a launcher gives it, and sets parameters itself
+        if "__log" not in self.arguments.special:  # given by a launcher, which sets parameters itself
             for line in left_over(self.name, private, self.arguments.parameters):
                 self.log.info("%s", shown.one_line(line, 10_000))
         self._registrar.start()
@@ -183,14 +183,14 @@ class Node:
 
     @property
     def uri(self) -> str:
-        """Address of the node's slave API."""
+        """URI of the node's slave API."""
         return self._context.uri
 
     def resolve(self, name: str) -> str:
         """Return the full name that ``name`` stands for in this node, remappings applied.
 
         Raises:
-            InvalidNameError: it is not a legal name.
+            InvalidNameError: ``name`` is not a legal name.
         """
         checks.check_text(name, "the name")
         return names.resolve_name(name, self.name, self._remappings)
@@ -210,17 +210,17 @@ class Node:
         """Publish on a topic.
 
         Args:
-            topic: name.
+            topic: name of the topic.
             type: message class, or a type's name such as "std_msgs/Float64".
-            queue_size: messages kept for each subscriber that is slower than the publisher; beyond that the oldest are
-                dropped. 0: no limit. None: `publish` waits for the slowest subscriber, as rospy's does.
-            latch: keep the last message for subscribers that come later.
-            headers: further fields for the connection header.
-            raw_type: for AnyMsg: type name, md5 sum and definition of what will be published.
+            queue_size: most messages that wait for each slow subscriber; beyond that the oldest are dropped. 0: no
+                limit. None: `publish` waits for the slowest subscriber, as rospy's does.
+            latch: whether to keep the last message for subscribers that come later.
+            headers: more fields for the connection header.
+            raw_type: for AnyMsg: type name, md5 sum and definition of the messages.
 
         Raises:
             NodeError: this node publishes the topic with another type already.
-            TypeError: an argument is not what it should be.
+            TypeError: an argument has a wrong type.
         """
         checks.check_name(topic, "advertise(topic, type)")
         checks.check_queue_size(queue_size, 0)
@@ -245,24 +245,25 @@ class Node:
         """Subscribe to a topic.
 
         Args:
-            topic: name.
+            topic: name of the topic.
             type: message class, a type's name, or AnyMsg for whatever type the topic has.
             callback: called with each message. Calls of one topic never overlap.
-            queue_size: messages of each publisher that may wait for a slow callback; older ones are dropped, undecoded.
-                None drops nothing: publishers are held back (in a node that spins: 1000).
-            tcp_nodelay: ask publishers to send small messages at once.
-            arrays: what numeric arrays are made of: None for bytes (uint8) and tuples; "memoryview" or "numpy" for
-                read-only arrays of the field's type that refer to the received bytes, without a copy.
-            transports: what to ask publishers for, one or several in the order of preference: "tcp" (TCPROS), "udp"
-                (UDPROS: what is lost on the way is lost, and nothing waits for it; see
+            queue_size: most messages of each publisher that may wait for a slow callback; older ones are dropped,
+                undecoded. None drops nothing: publishers are held back (in a node that spins: 1000).
+            tcp_nodelay: whether to ask publishers to send small messages at once.
+            arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
+                "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
+                without a copy.
+            transports: one or several transports in the order of preference: "tcp" (TCPROS), "udp"
+                (UDPROS: lost messages are not sent again, and nothing waits for them; see
                 https://wiki.ros.org/ROS/UDPROS). rospy's publishers have "tcp" only. The first subscriber of a topic
                 in a node decides.
             max_datagram_size: bytes of the largest datagram, for "udp".
 
         Raises:
-            ValueError: a transport or size that there is not.
+            ValueError: an unknown transport, or an impossible size.
             NodeError: this node subscribes to the topic with another type already.
-            TypeError: an argument is not what it should be.
+            TypeError: an argument has a wrong type.
         """
         checks.check_name(topic, _SUBSCRIBE)
         checks.check_callback(callback, _SUBSCRIBE, "callback", type)
@@ -274,13 +275,13 @@ class Node:
         return self._topics.subscribe(self.resolve(topic), cls, callback, queue_size, hints, arrays=arrays)
 
     def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
-        """Wait for one message.
+        """Wait for one message of a topic and return it.
 
         Args:
             timeout: seconds, in wall time; None waits until the node shuts down.
 
         Raises:
-            WaitTimeoutError: none came in time.
+            WaitTimeoutError: no message came in time.
             NodeShutdownError: the node is shutting down.
         """
         checks.check_name(topic, "wait_for_message(topic, type)")
@@ -294,10 +295,10 @@ class Node:
         """Provide a service.
 
         Args:
-            name: the service.
+            name: name of the service.
             type: service class, or a type's name such as "std_srvs/SetBool".
             handler: called with the request; returns a response, or the values of its fields as a tuple, list or dict,
-                or the value of its only field. What it raises is told to the caller. Calls may overlap.
+                or the value of its only field. The caller gets the text of an exception. Calls may overlap.
 
         Raises:
             NodeError: this node provides the service already.
@@ -318,14 +319,14 @@ class Node:
         persistent: bool = False,
         headers: Mapping[str, str] | None = None,
     ) -> ServiceClient:
-        """Return a way to call a service.
+        """Return a client that calls a service.
 
         Args:
-            name: the service.
+            name: name of the service.
             type: service class, or a type's name.
-            persistent: keep the connection from call to call: faster, but bound to this provider. After a broken
-                connection the next call makes a new one.
-            headers: further fields for the connection header.
+            persistent: whether to keep the connection between calls: faster, but bound to this provider. After a
+                broken connection the next call makes a new one.
+            headers: more fields for the connection header.
         """
         checks.check_name(name, "service(name, type)")
         checks.check_headers(headers)
@@ -339,7 +340,7 @@ class Node:
             timeout: seconds; None waits until the node shuts down.
 
         Raises:
-            WaitTimeoutError: it did not appear in time.
+            WaitTimeoutError: the service did not answer in time.
             NodeShutdownError: the node is shutting down.
         """
         checks.check_name(name, "wait_for_service(name, timeout)")
@@ -348,11 +349,11 @@ class Node:
     # Time -------------------------------------------------------------------------------------------------------------
 
     def now(self) -> Time:
-        """Return the time: of the wall clock, or of the simulation if /use_sim_time is set (then 0 until it begins)."""
+        """Return the wall time, or with /use_sim_time simulated time, which is 0 until the first message on /clock."""
         return self._clock.now()
 
     def sleep(self, seconds: float) -> bool:
-        """Sleep in the node's time; return False at once when the node shuts down.
+        """Sleep for ``seconds`` of the node's time; return False at once when the node shuts down.
 
         Raises:
             TimeMovedBackwardsError: simulated time jumped back meanwhile.
@@ -365,7 +366,7 @@ class Node:
         return Rate(self._clock, frequency)
 
     def timer(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool = False) -> Timer:
-        """Call a function every ``period`` seconds, or only once, with a TimerEvent."""
+        """Call a function every ``period`` seconds, or only once, with a TimerEvent; return the Timer."""
         checks.check_callback(callback, "timer(period, callback)", "callback")
         self._context.check_running()
         timer = Timer(self._clock, period, callback, oneshot, self._callbacks, self.log)
@@ -375,11 +376,11 @@ class Node:
     # Life -------------------------------------------------------------------------------------------------------------
 
     def ok(self) -> bool:
-        """Tell whether the node runs, that is, nobody has asked it to end."""
+        """Return whether the node runs: False once it has begun to shut down."""
         return not self._context.stopping.is_set()
 
     def spin(self) -> None:
-        """Run callbacks until the node shuts down; in a node with inline callbacks, just wait for that."""
+        """Run callbacks until the node shuts down; in a node with inline callbacks, only wait for that."""
         if self._callbacks is None:
             self._context.stopping.wait()
             return
@@ -393,7 +394,7 @@ class Node:
             timeout: seconds to wait for the first one.
 
         Returns:
-            How many were run; 0 in a node with inline callbacks.
+            The number of callbacks that were run; 0 in a node with inline callbacks.
         """
         checks.check_seconds(timeout, "timeout")
         if self._callbacks is None:
@@ -407,10 +408,10 @@ class Node:
         self._life.on_shutdown(hook)
 
     def shutdown(self, reason: str = "") -> None:
-        """End the node: run the hooks, unregister, close everything. Any thread, a signal handler, any number of times.
+        """End the node: run the hooks, unregister, close everything. Any thread or signal handler may call it.
 
         Args:
-            reason: for the log.
+            reason: text for the log.
         """
         self._life.end(reason)
 
@@ -431,7 +432,7 @@ class Node:
             loop.call_soon(self._tcpros.close)
         done = threading.Event()
         loop.call_soon(done.set)
-        done.wait(2.0)  # what was queued before, closing of sockets above all, is done
+        done.wait(2.0)  # calls queued before, above all the closing of sockets, are made first
         loop.stop()
         self._sink.close()
 
@@ -445,4 +446,4 @@ class Node:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
         self.shutdown()
-        return kind is not None and issubclass(kind, NodeShutdownError)  # a wait ended because we were told to stop
+        return kind is not None and issubclass(kind, NodeShutdownError)  # a wait ended at shutdown

@@ -1,7 +1,7 @@
-"""Tells the master what a node publishes, subscribes and provides, on a thread of its own.
+"""The registrar: registers a node's topics and services with the master, on a separate thread.
 
 What is registered is remembered. When the master was restarted and does not know the node any more, everything is
-registered again: stock ROS 1 nodes stay lost then (M44).
+registered again: stock ROS 1 nodes do not do so (M44).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 RETRY_TIME = 0.2
 CHECK_TIME = 3.0
-"""Seconds between looks whether the master still knows the node."""
+"""Seconds between checks whether the master still knows the node."""
 FAREWELL_TIMEOUT = 2.0
 PING_TIMEOUT = 3.0
 
@@ -38,7 +38,7 @@ Entry = tuple[str, ...]  # (method of registration, *arguments)
 
 
 class _Job:
-    """A call of the master that somebody waits for."""
+    """A call of the master for which a thread waits."""
 
     def __init__(self, entry: Entry) -> None:
         self.entry = entry
@@ -48,11 +48,11 @@ class _Job:
 
 
 class Registrar:
-    """The node's line to the master.
+    """The node's registrations with the master.
 
     Args:
         context: the node.
-        master_uri: where the master is.
+        master_uri: the master's URI.
         on_publishers: called with (topic, publisher APIs) when a subscriber was registered again.
         on_restart: called when everything was registered again with a master that was restarted.
     """
@@ -74,7 +74,7 @@ class Registrar:
         self._changed = Bell()
         self._closed = False
         self._away = False
-        self._incomplete = False  # a new master has not been told everything yet
+        self._incomplete = False  # a new master does not have all registrations yet
         self._thread = threading.Thread(target=self._run, name=f"{context.name}:registrar", daemon=True)
 
     def start(self) -> None:
@@ -82,11 +82,11 @@ class Registrar:
         self._thread.start()
 
     def register(self, method: str, *args: str) -> Any:
-        """Register and wait until it is done; while the master is away, wait for it, and say so.
+        """Register, and wait until the master has answered; if it does not, wait for it and log that.
 
         Args:
             method: ``registerPublisher``, ``registerSubscriber`` or ``registerService``.
-            args: the method's, without caller id.
+            args: arguments of the method, without the caller id.
 
         Returns:
             The master's answer.
@@ -100,7 +100,7 @@ class Registrar:
     def unregister(self, method: str, *args: str) -> None:
         """Undo `register` with the same arguments.
 
-        The master's absence is no error, it has forgotten us anyway; nor is that it has no such method.
+        It is not an error if the master does not answer, since it has then lost the node anyway, or has no such method.
         """
         self._entries.pop((method, *args), None)
         self._do(_Job(_inverse((method, *args))))
@@ -128,7 +128,7 @@ class Registrar:
             try:
                 farewell.multicall([(call[0], call[1:]) for call in map(_inverse, self._entries)])
             except Error:
-                pass  # no master any more: nothing to unregister from
+                pass  # the master is gone: nothing to unregister from
             finally:
                 farewell.close()
         self._master.close()
@@ -138,7 +138,7 @@ class Registrar:
     def _run(self) -> None:
         while True:
             self._changed.wait(lambda: self._jobs or self._closed, CHECK_TIME)
-            closed = self._closed  # looked at first: what was queued before is done
+            closed = self._closed  # read first: calls queued before are still made
             job = self._jobs.popleft() if self._jobs else None
             if closed and job is None:
                 return
@@ -154,7 +154,7 @@ class Registrar:
             job.done.set()
 
     def _call(self, entry: Entry) -> Any:
-        """Call the master, as long as it takes."""
+        """Call the master, again and again until it answers."""
         while True:
             try:
                 value = self._call_once(entry)
@@ -171,7 +171,7 @@ class Registrar:
                     return 0
                 if not self._away:
                     self._away = True
-                    self._context.log.warn("the master at %s is away; waiting for it to come back", self._uri)
+                    self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
                 if self._closed or self._context.stopping.wait(RETRY_TIME):
                     raise NodeShutdownError(f"{self._context.name} is shutting down") from None
 
@@ -196,7 +196,7 @@ class Registrar:
             return self._tell_type(entry, error)
 
     def _tell_type(self, entry: Entry, refusal: Error) -> Any:
-        """Subscribe with the topic's type where the master does not know that ``*`` is any type.
+        """Subscribe with the topic's type at a master that does not accept ``*`` for any type.
 
         Raises:
             Error: the refusal, if it has another reason.
@@ -213,7 +213,7 @@ class Registrar:
         raise refusal
 
     def _check(self) -> None:
-        """Look whether the master still knows us; if not, tell it everything again."""
+        """Check whether the master still knows the node; if not, register everything again."""
         if not self._entries:
             return
         if self._incomplete:
@@ -225,11 +225,11 @@ class Registrar:
         except MasterUnreachableError:
             self._away = True
         except MasterMethodError:
-            pass  # a master that cannot be asked for nodes: whether it was restarted is not seen
-        except MasterError:  # it answers, but does not know us: it is a new one
+            pass  # a master without lookupNode: a restart cannot be noticed
+        except MasterError:  # it answers, but does not know the node: it is a new master
             self._register_again()
         except Error:
-            pass  # it answers nonsense: perhaps it will do better
+            pass  # an invalid answer: try again later
 
     def _register_again(self) -> None:
         if not self._incomplete:
@@ -248,7 +248,7 @@ class Registrar:
                     self._on_publishers(entry[1], value)
             self._on_restart()
             self._away = self._incomplete = False
-        except Error as error:  # the next check goes on with it
+        except Error as error:  # the next check tries it again
             self._away = isinstance(error, MasterUnreachableError)
             self._context.log.peer(WARN, "registering again failed, will try again: %s", error)
 
@@ -269,10 +269,10 @@ def _inverse(entry: Entry) -> Entry:
 
 
 def await_master(context: Context, master: MasterClient, patience: float | None) -> None:
-    """Wait until the master answers; say once that we wait.
+    """Wait until the master answers; log once that the node waits.
 
     Args:
-        patience: seconds; None waits for ever.
+        patience: seconds; None: no limit.
 
     Raises:
         MasterUnreachableError: it did not answer in time.
@@ -289,7 +289,7 @@ def await_master(context: Context, master: MasterClient, patience: float | None)
                 raise
             why: object = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
             if isinstance(error.__cause__, DeadlineError):
-                why = f"it takes connections, but did not answer within {PING_TIMEOUT:g} s (was it stopped?)"
+                why = f"it accepts connections, but did not answer within {PING_TIMEOUT:g} s (was it stopped?)"
         if not said:
             said = True
             context.log.warn(

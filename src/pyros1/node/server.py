@@ -1,7 +1,7 @@
 """The TCPROS server: one port per node for topics and services; the first header decides (T04, T05, O15).
 
-Runs on the loop. A peer that connects and stays silent, or sends its header drop by drop, is closed at the deadline and
-delays nobody.
+Runs on the loop. The connection of a peer that stays silent, or sends its header byte by byte, is closed at the
+deadline and delays no other.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 HEADER_TIMEOUT = 10.0
 MOST_GREETINGS = 256
-"""Connections whose header is not complete, at most; the oldest is closed for a new one."""
+"""Most connections whose header is not complete; the oldest is closed for a new one."""
 BACKLOG = 128
 
 
 class _Greeting:
-    """A connection whose header is on its way."""
+    """A connection whose header is not complete."""
 
     def __init__(self, sock: socket.socket) -> None:
         self.sock = sock
@@ -39,7 +39,7 @@ class _Greeting:
 
 
 class TcprosServer:
-    """Listens, reads headers and hands the connections to publications and services.
+    """Server that listens, reads headers and hands the connections to publications and services.
 
     Args:
         context: the node.
@@ -85,7 +85,7 @@ class TcprosServer:
             sock, _ = self._listener.accept()
         except BlockingIOError:
             return
-        except OSError as error:  # no descriptors left: leave the peer in the backlog for a while
+        except OSError as error:  # no file descriptors left: leave the peer in the backlog for a while
             self._context.log.peer(ERROR, "cannot accept a connection: %s", error)
             self._context.loop.unregister(self._listener)
             self._context.loop.call_later(1.0, self._start)
@@ -140,12 +140,12 @@ class TcprosServer:
             sock.close()
 
     def _refuse(self, greeting: _Greeting, reason: str, header: dict[str, str] | None) -> None:
-        """Tell the peer why, say so in our log, and close."""
+        """Send the reason to the peer, log it, and close."""
         self._release(greeting)
         header = header or {}
         what = header.get("topic") or header.get("service")
         if self._context.stopping.is_set():
-            pass  # who was told of this node a moment ago comes too late: nothing is wrong
+            pass  # a peer that heard of this node a moment ago comes too late: nothing is wrong
         elif what:
             who = header.get("callerid", "?")
             self._context.log.peer(WARN, "refused a connection of %s for %s: %s", who, what, reason)
@@ -157,7 +157,7 @@ class TcprosServer:
         greeting.sock.close()
 
     def _release(self, greeting: _Greeting) -> None:
-        """The loop is done with a connection; its socket lives on."""
+        """Let the loop forget a connection, whose socket stays open."""
         if self._greetings.pop(greeting.sock, None) is not None:
             self._context.loop.unregister(greeting.sock)
         if greeting.timer is not None:

@@ -1,6 +1,6 @@
-"""SIGINT and SIGTERM: the first asks the node to end, a second interrupts the program wherever it is.
+"""Handlers of SIGINT and SIGTERM: the first ends the node, a second interrupts the program wherever it is.
 
-A second one is one that a person can have meant, see `Insistence`.
+Signals that follow too closely to be deliberate count as one, see `Insistence`.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ class SignalHandlers:
     """Handlers that are installed for a node's life.
 
     Args:
-        on_signal: called with the signal's number at the first signal, in the handler, after the handler that was there
-            before: it must not wait for anything.
+        on_signal: called with the signal's number at the first signal, in the handler, after the former handler:
+            it must not wait for anything.
     """
 
     def __init__(self, on_signal: Callable[[int], None]) -> None:
@@ -31,11 +31,11 @@ class SignalHandlers:
 
     @property
     def count(self) -> int:
-        """How many signals there were, those that came together as one."""
+        """The number of signals so far; those that came together count as one."""
         return self._insistence.count
 
     def install(self) -> None:
-        """Install the handlers; nothing happens outside the main thread, where Python allows none."""
+        """Install the handlers; do nothing outside the main thread, where Python does not allow it."""
         if threading.current_thread() is not threading.main_thread():
             return
         numbers = (signal.SIGINT, signal.SIGTERM)
@@ -43,11 +43,13 @@ class SignalHandlers:
         catch(self._handle, numbers)
 
     def restore(self) -> None:
-        """Put the former handlers back, unless somebody has put others in place of ours."""
+        """Restore the former handlers, unless others have been installed meanwhile."""
         if threading.current_thread() is not threading.main_thread():
             return
         if self.count:
-            self._over = True  # the handlers stay: another signal may come with the first, and would end the ending
+            self._over = (
+                True  # the handlers stay: another signal may follow the first at once, and would cut the shutdown short
+            )
             return
         for number, previous in self._previous.items():
             if signal.getsignal(number) == self._handle:
@@ -65,7 +67,7 @@ class SignalHandlers:
         first = counts and self.count == 1
         if callable(previous) and not self._is_default(previous):
             try:
-                previous(number, frame)  # first: it may have something to publish
+                previous(number, frame)  # first: it may want to publish
             finally:
                 if first:
                     self._on_signal(number)
@@ -75,7 +77,7 @@ class SignalHandlers:
             self._interrupt(number)
 
     def _is_default(self, handler: Any) -> bool:
-        """Tell whether ours takes the place of that handler, which nobody has installed on purpose."""
+        """Return whether that handler is a default one, which ours replaces."""
         return is_usual(handler)
 
     def _interrupt(self, number: int) -> None:

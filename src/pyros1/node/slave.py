@@ -1,4 +1,5 @@
-"""The slave API: what the master and other nodes may ask of a node (https://wiki.ros.org/ROS/Slave_API; S01-S13).
+"""The slave API: the methods of a node that the master and other nodes call (https://wiki.ros.org/ROS/Slave_API;
+S01-S13).
 
 Runs on the loop. Every method answers ``[code, message, value]``; wrong arguments give code -1.
 """
@@ -26,14 +27,14 @@ class _BadArgumentError(Exception):
 
 
 class SlaveApi:
-    """The methods, by name.
+    """The methods of the slave API.
 
     Args:
         context: the node.
-        master_uri: for getMasterUri.
+        master_uri: the answer of getMasterUri.
         tcpros: returns (host, port) of the node's TCPROS server.
-        parameters: told about parameter changes.
-        on_shutdown: called with the reason when somebody asks the node to end.
+        parameters: gets the changes of parameters.
+        on_shutdown: called with the reason when a caller asks the node to end.
     """
 
     def __init__(
@@ -190,5 +191,5 @@ class SlaveApi:
 
 
 def _received(link: Any) -> int:
-    """Bytes received over a link; within the process, bytes sent are bytes received."""
+    """Return the bytes received over a link; within the process, bytes sent are bytes received."""
     return int(getattr(link, "bytes_received", 0) or getattr(link, "bytes_sent", 0))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 LONGEST_CALLBACK = 5.0
-"""Seconds that running callbacks have when the node ends."""
+"""Seconds that running callbacks have at the end of the node."""
 
 
 class Topics:
@@ -32,10 +32,10 @@ class Topics:
 
     Args:
         context: the node.
-        registrar: its line to the master.
+        registrar: the node's registrations with the master.
 
     Attributes:
-        publications, subscriptions: by topic; changed by whole replacement, so that readers need no lock. Others see
+        publications, subscriptions: by topic; replaced as a whole on changes, so that readers need no lock. Others see
             them in the context.
     """
 
@@ -65,8 +65,7 @@ class Topics:
             if publication is not None:
                 if publication.type.md5sum != wire_type.md5sum:
                     raise NodeError(
-                        f"{name} is published as {publication.type.name} in this node already, "
-                        f"it cannot be {wire_type.name} too"
+                        f"this node already publishes {name} as {publication.type.name}, not as {wire_type.name}"
                     )
                 publication.handles += 1
                 publication.latch = publication.latch or latch
@@ -116,7 +115,7 @@ class Topics:
 
         Args:
             hints: how to be linked to publishers.
-            direct: call from the reader thread even in a node that spins.
+            direct: whether to call from the thread that receives, even in a node that spins.
             arrays: see `array_view`.
             stream: gets the messages undecoded, in place of the callback.
             driver: what receives for topics that have streams only; None for the node's threads.
@@ -155,7 +154,7 @@ class Topics:
         self._context.subscriptions = {**subscriptions}
 
     def publishers_found(self, topic: str, uris: list[str]) -> None:
-        """Take the publishers that the master named at a registration."""
+        """Take the list of publishers in the master's answer to a registration."""
         subscription = self.subscriptions.get(topic)
         if subscription is not None:
             self._context.loop.call_soon(subscription.update_publishers, list(uris), False)
@@ -197,7 +196,7 @@ class Topics:
         return got[0]
 
     def close(self) -> None:
-        """End all links and reader threads."""
+        """End all links and the threads that receive."""
         until = time.perf_counter() + LONGEST_CALLBACK  # one deadline for all: many callbacks may not return
         for subscription in self.subscriptions.values():
             subscription.delivery.stop()

@@ -1,1 +1,1 @@
-"""The nodes of the package rostest: each looks at a running system, and writes what it found as JUnit XML (L186)."""
+"""The nodes of the package rostest: each checks a running system, and writes the result as JUnit XML (L186)."""

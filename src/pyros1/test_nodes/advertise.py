@@ -1,4 +1,4 @@
-"""advertisetest and subscribetest: the master knows of topics and services, or does not."""
+"""advertisetest and subscribetest check that topics and services are registered, or are not."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def advertise_tests(node: Node) -> dict[str, Test]:
             ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]``, names in full.
 
     Raises:
-        SetupError: there is nothing to test.
+        SetupError: the parameters name nothing to test.
     """
     graph = Graph(node.master)
     topics, services = entries(node, "topics", _DEFAULTS), entries(node, "services", _DEFAULTS)
@@ -53,7 +53,7 @@ def subscribe_tests(node: Node) -> dict[str, Test]:
         node: with the parameter ~topics: ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]``.
 
     Raises:
-        SetupError: there is nothing to test.
+        SetupError: the parameters name nothing to test.
     """
     graph = Graph(node.master)
     topics = entries(node, "topics", _DEFAULTS)
@@ -67,12 +67,12 @@ def subscribe_tests(node: Node) -> dict[str, Test]:
 
 
 def _await(node: Node, wanted: list[dict[str, Any]], known: _List, type_of: _TypeOf) -> None:
-    """Look until everything has come up, at most until the last time is over.
+    """Check until everything has appeared, at most until the last timeout.
 
     Args:
-        wanted: what should come up, or should not.
-        known: the names of what is there.
-        type_of: the type of what has that name, None if nobody knows.
+        wanted: entries that should appear, or should not.
+        known: returns the registered names.
+        type_of: returns the type of a name, None if unknown.
     """
     await_clock(node)
     missing = {entry["name"]: entry for entry in wanted}
@@ -84,13 +84,13 @@ def _await(node: Node, wanted: list[dict[str, Any]], known: _List, type_of: _Typ
         if missing:
             pause(node, STEP)
     for name, entry in missing.items():
-        require(entry["negative"], f"{name} did not come up within {entry['timeout']} s")
+        require(entry["negative"], f"{name} did not appear within {entry['timeout']} s")
 
 
 def _judge(entry: dict[str, Any], elapsed: float, type_of: _TypeOf) -> None:
     name, expected = entry["name"], entry["type"]
-    require(not entry["negative"], f"{name} is there, but should not be")
-    require(elapsed < float(entry["timeout"]), f"{name} came up only after {elapsed:.1f} s")
+    require(not entry["negative"], f"{name} exists, but should not")
+    require(elapsed < float(entry["timeout"]), f"{name} appeared only after {elapsed:.1f} s")
     if expected is not None:
         kind = type_of(name)
         require(kind == expected, f"{name} should be of type {expected}, but is of type {kind}")

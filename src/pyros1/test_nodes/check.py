@@ -1,4 +1,4 @@
-"""What the test nodes share: their cases, how a case fails, and what becomes of it."""
+"""What the test nodes share: test cases, their failures and results."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 Test = Callable[[], None]
-"""One test case: raises FailedError if the system is not as it should be."""
+"""A test case. It raises FailedError if the system does not meet the expectations."""
 CLOCK_PATIENCE = 10.0
-"""Seconds of wall time that a simulation gets for its first tick."""
+"""Seconds of wall time to wait for the first message on /clock."""
 STEP = 0.05
-"""Seconds between two looks at the system."""
+"""Seconds between two checks of the system."""
 
 
 class FailedError(Error):
-    """The system is not as a test expects it."""
+    """The system does not meet the expectations of a test."""
 
 
 class SetupError(Error):
-    """A test node was not told what to test; it writes no results then."""
+    """A test node has nothing to test. It writes no results then."""
 
 
 def require(holds: object, text: str) -> None:
-    """Fail a test.
+    """Fail a test unless a condition holds.
 
     Args:
-        holds: what should be true.
-        text: said if it is not.
+        holds: the condition.
+        text: the error's text.
 
     Raises:
-        FailedError: it is not.
+        FailedError: the condition does not hold.
     """
     if not holds:
         raise FailedError(text)
@@ -54,19 +54,21 @@ def needed(node: Node, *names: str) -> list[Any]:
 
 
 def entries(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the list of dicts that a private parameter holds, each with a ``name``.
+    """Return the value of a private parameter, a list of dictionaries with a ``name``.
 
     Args:
-        node: whose parameter.
-        name: of the parameter; an empty list if it is not set.
-        defaults: of the keys that an entry does not have.
+        node: the node.
+        name: the parameter's name; the list is empty if it is not set.
+        defaults: values for keys that an entry does not have.
 
     Raises:
-        SetupError: it is something else.
+        SetupError: the value is something else.
     """
     value = node.params.get(f"~{name}", [])
     if not isinstance(value, list) or not all(isinstance(entry, dict) and "name" in entry for entry in value):
-        raise SetupError(f"{node.resolve(f'~{name}')} must be a list as [{{name: NAME, timeout: SECONDS}}]: {value!r}")
+        raise SetupError(
+            f"{node.resolve(f'~{name}')} must be a list like [{{name: NAME, timeout: SECONDS}}], not {value!r}"
+        )
     return [{**defaults, **entry} for entry in value]
 
 
@@ -74,7 +76,7 @@ def pause(node: Node, seconds: float) -> None:
     """Wait in wall time.
 
     Raises:
-        Error: the node is told to end meanwhile: nothing is known then.
+        Error: the node was told to end, so the test has no result.
     """
     ends = time.monotonic() + seconds
     while (left := ends - time.monotonic()) > 0 and node.ok():
@@ -84,14 +86,17 @@ def pause(node: Node, seconds: float) -> None:
 
 
 def await_clock(node: Node) -> None:
-    """Wait until simulated time runs, if /use_sim_time says that there is such.
+    """Wait until simulated time runs, if /use_sim_time is set.
 
     Raises:
-        FailedError: it does not.
+        FailedError: no message arrives on /clock.
     """
     ends = time.monotonic() + CLOCK_PATIENCE
     while node.params.get("/use_sim_time", False) and node.now().is_zero():
-        require(time.monotonic() < ends, f"/use_sim_time is set, but /clock did not tick for {CLOCK_PATIENCE:g} s")
+        require(
+            time.monotonic() < ends,
+            f"/use_sim_time is set, but no message arrived on /clock within {CLOCK_PATIENCE:g} s",
+        )
         pause(node, STEP)
 
 
@@ -99,12 +104,12 @@ def run_case(name: str, classname: str, test: Test) -> Case:
     """Run a test case.
 
     Args:
-        name: of the case.
-        classname: what it is filed under.
-        test: the case itself.
+        name: name of the case.
+        classname: class of the case in the results.
+        test: the case.
 
     Returns:
-        What became of it: a failure if the system is not as it should be, an error if that could not be found out.
+        The result: a failure if the system does not meet the expectations, an error if the check was not possible.
     """
     case = Case(name, classname)
     began = time.monotonic()
@@ -112,7 +117,7 @@ def run_case(name: str, classname: str, test: Test) -> Case:
         test()
     except FailedError as error:
         case.failures.append(("AssertionError", str(error)))
-    except Exception as error:  # noqa: BLE001 - parameters may hold anything, and the other cases count, too
+    except Exception as error:  # noqa: BLE001 - parameters may have any value, and the other cases must still run
         case.errors.append((type(error).__name__, str(error)))
     case.seconds = time.monotonic() - began
     return case

@@ -1,4 +1,4 @@
-"""hztest: messages come as often as they should (https://wiki.ros.org/rostest/Nodes)."""
+"""hztest checks the rate of messages (https://wiki.ros.org/rostest/Nodes)."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _WAIT = 20.0
 
 
 class Meter:
-    """Measures how often something comes.
+    """Measures the rate of messages.
 
     Args:
-        hz: how often it should come, per second; 0: never.
-        hzerror: by how much that may be missed.
-        check_intervals: look at the time between any two as well, not only at the mean.
+        hz: expected rate in Hz; 0 means no messages.
+        hzerror: allowed deviation in Hz.
+        check_intervals: check each interval, too, not only the mean.
 
     Attributes:
-        seen: whether anything came, at whatever time.
-        count: how many came since the clock last began, or jumped back before the first.
+        seen: whether any message arrived.
+        count: number of messages since the clock started, or last jumped back before the first message.
     """
 
     def __init__(self, hz: float, hzerror: float, *, check_intervals: bool = False) -> None:
@@ -36,13 +36,13 @@ class Meter:
         self._check_intervals = check_intervals
         self._odd: list[str] = []
         self._first = self._last = 0.0
-        self._lock = threading.Lock()  # one publisher's messages come in one thread, several publishers' in several
+        self._lock = threading.Lock()  # messages of several publishers arrive in several threads
 
     def add(self, now: float) -> None:
-        """Count one.
+        """Count a message.
 
         Args:
-            now: seconds; 0 before simulated time runs: it is seen, but not measured.
+            now: the time in seconds; 0 before simulated time runs: the message is seen, but not measured.
         """
         self.seen.set()
         with self._lock:
@@ -63,22 +63,22 @@ class Meter:
             self._odd.append(f"an interval of {interval:.6f} s is too long: at most {1 / self._least:.6f} s")
 
     def verdict(self) -> None:
-        """Judge what has come.
+        """Check the rate.
 
         Raises:
-            FailedError: it is not what should.
+            FailedError: the rate is not as expected.
         """
         with self._lock:
             if not self._hz:
-                require(not self.count, f"there should be no messages, but {self.count} came")
+                require(not self.count, f"expected no messages, but {self.count} arrived")
                 return
-            require(self.count, "no messages with a time came")
+            require(self.count, "no messages arrived while the time was valid")
             require(not self._odd, "\n".join(self._odd))
             span = self._last - self._first
-            require(span > 0, "the rate of one message alone cannot be told")
+            require(span > 0, "one message is not enough to measure a rate")
             rate = (self.count - 1) / span
-            require(rate >= self._least, f"{rate:.3f} Hz is below the least, {self._least:.3f} Hz")
-            require(rate <= self._most, f"{rate:.3f} Hz is above the most, {self._most:.3f} Hz")
+            require(rate >= self._least, f"the rate of {rate:.3f} Hz is below the minimum of {self._least:.3f} Hz")
+            require(rate <= self._most, f"the rate of {rate:.3f} Hz is above the maximum of {self._most:.3f} Hz")
 
 
 def tests(node: Node) -> dict[str, Test]:
@@ -99,9 +99,9 @@ def _test_hz(node: Node) -> None:
     check_intervals = bool(node.params.get("~check_intervals", False))
     wall_clock = bool(node.params.get("~wall_clock", False))
     node.log.info(f"hz: {hz}, hzerror: {hzerror}, topic: {topic}, test_duration: {duration}")
-    require(hz >= 0, f"~hz must not be below 0: {hz}")
-    require(hzerror >= 0, f"~hzerror must not be below 0: {hzerror}")
-    require(duration > 0, f"~test_duration must be above 0: {duration}")
+    require(hz >= 0, f"~hz must not be negative: {hz}")
+    require(hzerror >= 0, f"~hzerror must not be negative: {hzerror}")
+    require(duration > 0, f"~test_duration must be greater than 0: {duration}")
     require(topic, "~topic is empty")
 
     meter = Meter(hz, hzerror, check_intervals=check_intervals)
@@ -117,11 +117,11 @@ def _test_hz(node: Node) -> None:
     if hz:
         require(meter.seen.is_set(), f"no message on {subscriber.name} within {wait:g} s")
     else:
-        require(not meter.seen.is_set(), f"a message came on {subscriber.name}")
+        require(not meter.seen.is_set(), f"a message arrived on {subscriber.name}")
     node.log.info(f"measuring for {duration:g} s")
     if wall_clock:
         pause(node, duration)
     elif not node.sleep(duration):
-        pause(node, 0)  # says that it was interrupted
+        pause(node, 0)  # raises if the test was interrupted
     subscriber.unregister()
     meter.verdict()

@@ -1,4 +1,4 @@
-"""paramtest: a parameter is set, to the value that it should have."""
+"""paramtest checks that a parameter is set, and its value."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _test_param(node: Node) -> None:
     duration = float(node.params.get("~test_duration", _DURATION))
     wait = float(node.params.get("~wait_time", _WAIT))
     node.log.info(f"waiting up to {wait:g} s for {name}")
-    require(duration > 0, f"~test_duration must be above 0: {duration}")
+    require(duration > 0, f"~test_duration must be greater than 0: {duration}")
     require(name, "~param_name_target is empty")
     value = None
     ends = time.monotonic() + wait

@@ -1,4 +1,4 @@
-"""The program that each test node is: runs its cases, writes the results where rostest wants them."""
+"""The program of all test nodes: runs the cases, and writes the results for rostest."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ NODES = {
     "advertisetest": ("AdvertiseTest", advertise.advertise_tests),
     "subscribetest": ("SubscribeTest", advertise.subscribe_tests),
 }
-"""Node -> the name that stock's results have for its class, and its test cases."""
+"""Node -> class name in stock's results, and its test cases."""
 
 
 def main(argv: list[str]) -> int:
     """Run a test node.
 
     Args:
-        argv: the command line, beginning with the node's file. ``--gtest_output=xml:FILE`` is where results go,
-            ``--text`` prints them only.
+        argv: the command line, beginning with the node's file. ``--gtest_output=xml:FILE`` names the result file,
+            ``--text`` only prints the results.
 
     Returns:
-        The exit code: 0 when all is well, 1 when not.
+        The exit code: 0 if all cases passed, else 1.
     """
     name = Path(argv[0]).name
     classname, make_tests = NODES[name]
@@ -51,6 +51,6 @@ def main(argv: list[str]) -> int:
 
 
 def _report(results: Results) -> int:
-    """Write what became of the cases to the screen; return the exit code."""
+    """Write the results to the screen. Return the exit code."""
     sys.stdout.write("".join(description(case) for case in results.cases))
     return 1 if results.errors or results.failures else 0

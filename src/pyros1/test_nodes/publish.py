@@ -1,4 +1,4 @@
-"""publishtest: messages come, or none do."""
+"""publishtest checks that messages arrive on topics, or that none do."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def tests(node: Node) -> dict[str, Test]:
         node: with the parameter ~topics: ``[{name: TOPIC, timeout: SECONDS, negative: BOOL}, ...]``.
 
     Raises:
-        SetupError: there is no topic to test.
+        SetupError: the parameter names no topic.
     """
     topics = entries(node, "topics", {"timeout": 10, "negative": False})
     if not topics:
@@ -29,7 +29,7 @@ def tests(node: Node) -> dict[str, Test]:
 
 
 class _Awaited:
-    """A topic that is listened to until its time is over, in the node's time."""
+    """A topic that is checked until its timeout, in the node's time."""
 
     def __init__(self, node: Node, topic: dict[str, Any]) -> None:
         self._node = node
@@ -39,17 +39,17 @@ class _Awaited:
         node.subscribe(topic["name"], AnyMsg, lambda _message: self._came.set())
 
     def settled(self) -> bool:
-        """Whether all is known about this topic.
+        """Return whether the check of this topic is complete.
 
         Raises:
-            FailedError: and it is not as it should be.
+            FailedError: it does not meet the expectations.
         """
         name, timeout, negative = self._topic["name"], self._topic["timeout"], self._topic["negative"]
         if self._came.is_set():
-            require(not negative, f"a message came on {name}")
+            require(not negative, f"a message arrived on {name}")
             return True
         if self._node.now() > self._ends:
-            require(negative, f"no message came on {name} within {timeout} s")
+            require(negative, f"no message arrived on {name} within {timeout} s")
             return True
         return False
 

@@ -1,4 +1,4 @@
-"""Coordinate frames over time (https://wiki.ros.org/tf2): where is one frame as seen from another, now or then.
+"""Coordinate frames over time (https://wiki.ros.org/tf2): where one frame is in another, now or at an earlier time.
 
 ::
 
@@ -10,7 +10,7 @@
         TransformListener(node, buffer)
         pose = buffer.lookup_transform("map", "base_link", timeout=5.0)
 
-tf2's rules, texts and exceptions, in Python alone. `pyros1.tf.transformations` has the calculations, on numpy.
+Rules, texts and exceptions are those of tf2, in pure Python. `pyros1.tf.transformations` has calculations, on numpy.
 """
 
 from __future__ import annotations
@@ -64,12 +64,12 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name when it is first used: a static publisher needs no buffer."""
+    """Load and return a public name when it is first used: a static publisher needs no buffer."""
     from pyros1.lazy import load  # noqa: PLC0415 - most imports never come here
 
     return load(__name__, _HOMES, name)
 
 
 def __dir__() -> list[str]:
-    """Return all public names, those that are not loaded included: for completion."""
+    """Return all public names, loaded or not, for completion."""
     return sorted({*globals(), *__all__})

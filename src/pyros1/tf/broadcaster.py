@@ -1,4 +1,4 @@
-"""Telling others where frames are."""
+"""Broadcasters, which publish transforms."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class TransformBroadcaster:
 class StaticTransformBroadcaster:
     """Publishes transforms that hold at all times on /tf_static, latched. One per node is enough.
 
-    What was sent before is sent again with each new transform, since only the last message reaches those who come
-    later; a transform of the same child frame is replaced.
+    Earlier transforms are sent again with each new one, since later subscribers get only the last message; a new
+    transform of the same child frame replaces the old one.
 
     Args:
         node: the sender.
@@ -56,7 +56,7 @@ class StaticTransformBroadcaster:
             self._publisher.publish(self._message(list(self._sent.values())))
 
     def close(self) -> None:
-        """Stop publishing: those who come later do not get the transforms any more."""
+        """Stop publishing: later subscribers do not get the transforms."""
         self._publisher.unregister()
 
 

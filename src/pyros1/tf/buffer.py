@@ -1,4 +1,4 @@
-"""The buffer of transforms that programs ask, for any number of threads."""
+"""The buffer of transforms, in which programs look up transforms; safe for any number of threads."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from pyros1.timing import Time
 _T = TypeVar("_T")
 _NS = 1_000_000_000
 _LATE = (LookupException, ConnectivityException, ExtrapolationException)
-"""What a transform that comes later can cure."""
+"""The errors that may end when further transforms arrive."""
 
 When = Any
-"""A Time (anything with secs and nsecs), seconds as a number, or None or 0 for the latest time."""
+"""A Time (any object with secs and nsecs), seconds as a number, or None or 0 for the latest time."""
 
 Span = Any
-"""Seconds as a number, a Duration, or None or 0 for no time at all."""
+"""Seconds as a number, a Duration, or None or 0 for no wait."""
 
 
 class FrameState(NamedTuple):
-    """What a buffer knows of one frame.
+    """State of one frame in a buffer.
 
     Attributes:
         parent: None for the root of a tree, and after `Buffer.clear`.
         authority: the node that sent the last transform.
         static: whether the transform holds at all times.
-        rate: transforms per second, in Hz; 0 if there are not two.
+        rate: transforms per second, in Hz; 0 with fewer than two.
         latest, oldest: stamps in seconds; 0 for a static transform.
-        transforms: how many are kept.
+        transforms: number of transforms in the buffer.
     """
 
     name: str
@@ -52,14 +52,14 @@ class FrameState(NamedTuple):
 
 
 class Buffer:
-    """Transforms of the last seconds, and the way between any two frames.
+    """Buffer of the transforms of the last seconds, with lookups between any two frames.
 
     Fed by a `TransformListener`, or with `set_transform`. Frames are named without a leading slash.
 
     Args:
-        cache_time: seconds for which transforms are kept, before the newest of their frame.
+        cache_time: seconds for which transforms are kept, counted back from the newest of their frame.
         warn: called with a text when a transform is ignored; None writes it to stderr until a listener is attached,
-            and then to its node's log. The same problem of a frame is told the 1st, 10th, 100th... time.
+            and then to its node's log. The same problem of a frame is reported the 1st, 10th, 100th... time.
     """
 
     def __init__(self, cache_time: Span = 10.0, *, warn: Callable[[str], object] | None = None) -> None:
@@ -84,7 +84,7 @@ class Buffer:
 
         Args:
             transform: a geometry_msgs/TransformStamped.
-            authority: who says so.
+            authority: name of the node that sent it.
         """
         self.set_transforms([transform], authority)
 
@@ -93,10 +93,10 @@ class Buffer:
         self.set_transforms([transform], authority, static=True)
 
     def set_transforms(self, transforms: Iterable[Any], authority: str, *, static: bool = False) -> None:
-        """Take several transforms; who waits for one of them is told once."""
+        """Take several transforms; waiting lookups are woken once."""
         problems: list[str] = []
         insert = self._tree.insert
-        transforms = list(transforms)  # it is looked through twice
+        transforms = list(transforms)  # it is iterated twice
         for item in transforms:
             if not hasattr(item, "child_frame_id"):
                 raise TypeError(f"a transform must be a geometry_msgs/TransformStamped, not {item!r:.80}")
@@ -121,12 +121,12 @@ class Buffer:
             self._tell(problem)
 
     def clear(self) -> None:
-        """Forget all transforms but the static ones."""
+        """Remove all transforms except static ones."""
         with self._changed:
             self._tree.clear()
 
     def _tell(self, problem: str) -> None:
-        """Say why a transform is ignored: the first time, and then ever more rarely, since it may come each time."""
+        """Report why a transform is ignored: the first time, then more and more rarely, as it may happen every time."""
         words = problem.split(" at time ", maxsplit=1)[0].split(" in the transform ", maxsplit=1)[0]
         count = self._told[words] = self._told.get(words, 0) + 1
         if count > 1:
@@ -145,16 +145,16 @@ class Buffer:
         """Return where ``source_frame`` is in ``target_frame``: the transform that takes data from source to target.
 
         Args:
-            time: at which time; None or 0: the latest that the frames between the two have in common.
-            timeout: seconds to wait for it, in the listener's node's time; from a node that ends, waits end.
+            time: time of the transform; None or 0: the latest that all frames between the two have in common.
+            timeout: seconds to wait for it, in the time of the listener's node; the wait ends with that node.
 
         Returns:
             A geometry_msgs/TransformStamped.
 
         Raises:
             LookupException: a frame does not exist, or the tree has a loop.
-            ConnectivityException: there is no way between the frames.
-            ExtrapolationException: there is no data of that time.
+            ConnectivityException: the frames are not connected.
+            ExtrapolationException: there is no data for that time.
             InvalidArgumentException: a frame's name is empty or begins with a slash.
             NodeShutdownError: the node ended during the wait.
         """
@@ -179,14 +179,14 @@ class Buffer:
 
         Args:
             fixed_frame: a frame that did not move meanwhile, such as the map.
-            timeout: as `lookup_transform`, which names the errors, too.
+            timeout: as for `lookup_transform`, which also lists the errors.
         """
         arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
         stamp, transform = self._await(lambda: self._tree.lookup_full(*arguments), timeout)
         return self._message(target_frame, source_frame, stamp, transform)
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
-        """Tell whether `lookup_transform` would succeed, now or within ``timeout`` seconds.
+        """Return whether `lookup_transform` would succeed, now or within ``timeout`` seconds.
 
         Raises:
             NodeShutdownError: the node ended during the wait.
@@ -203,19 +203,19 @@ class Buffer:
         fixed_frame: str,
         timeout: Span = None,
     ) -> bool:
-        """Tell whether `lookup_transform_full` would succeed, now or within ``timeout`` seconds."""
+        """Return whether `lookup_transform_full` would succeed, now or within ``timeout`` seconds."""
         arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
         return self._await_none(lambda: self._tree.can_transform_full(*arguments), timeout) is None
 
     def why_not(self, target_frame: str, source_frame: str, time: When = None) -> str | None:
-        """Return None if there is such a transform, else why not, in tf2's words (which may be none)."""
+        """Return None if there is such a transform, else the reason as tf2's text (which may be empty)."""
         with self._changed:
             return self._tree.can_transform(target_frame, source_frame, _ns(time))
 
     def why_not_full(
         self, target_frame: str, target_time: When, source_frame: str, source_time: When, fixed_frame: str
     ) -> str | None:
-        """Return `why_not` for `lookup_transform_full`."""
+        """Return the reason why `lookup_transform_full` fails, or None, as `why_not` does."""
         arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
         with self._changed:
             return self._tree.can_transform_full(*arguments)
@@ -225,7 +225,7 @@ class Buffer:
 
         Raises:
             LookupException: a frame does not exist.
-            ConnectivityException: there is no way between the frames.
+            ConnectivityException: the frames are not connected.
         """
         with self._changed:
             return Time(0, self._tree.latest_common_time(target_frame, source_frame))
@@ -233,8 +233,9 @@ class Buffer:
     def chain(
         self, target_frame: str, source_frame: str, time: When = None, fixed_frame: str | None = None
     ) -> list[str]:
-        """Return the names of the frames from source (over ``fixed_frame``) to target, both included; raises as
-        `lookup_transform`."""
+        """Return the names of the frames from source (through ``fixed_frame``) to target, both included.
+
+        Raises as `lookup_transform`."""
         when = _ns(time)
         with self._changed:
             return self._tree.chain(target_frame, when, source_frame, when, fixed_frame or source_frame)
@@ -262,16 +263,16 @@ class Buffer:
             ]
 
     def has_frame(self, name: str) -> bool:
-        """Tell whether a frame of that name is known."""
+        """Return whether a frame of that name is known."""
         return name in self._tree.frames
 
     def all_frames_as_yaml(self, now: float | None = None) -> str:
-        """Return parent, broadcaster, rate and times of each frame; with ``now``, in seconds, the delay too."""
+        """Return parent, broadcaster, rate and times of each frame as YAML; with ``now``, in seconds, the delay."""
         with self._changed:
             return self._tree.as_yaml(now)
 
     def all_frames_as_string(self) -> str:
-        """Return a line about each frame."""
+        """Return a text with a line for each frame."""
         with self._changed:
             return self._tree.as_string()
 
@@ -284,22 +285,22 @@ class Buffer:
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def use_time(self, now: Callable[[], float]) -> None:
-        """Count timeouts in this time, in seconds; whoever sets it calls `wake` when the time changes."""
+        """Use this clock, in seconds, for timeouts; the caller must call `wake` when its time changes."""
         self._now = now
 
     def wake(self) -> None:
-        """Let those who wait look at the time again."""
+        """Let waiting lookups check the time again."""
         with self._changed:
             self._changed.notify_all()
 
     def end_waits(self) -> None:
-        """End all waits with NodeShutdownError, and those to come: nothing will arrive any more."""
+        """End all current and later waits with NodeShutdownError, as no more transforms will arrive."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()
 
     def _await(self, ask: Callable[[], _T], timeout: Span) -> _T:
-        """Ask until there is an answer; when the time is over, raise what was the matter."""
+        """Repeat a lookup until it succeeds; at the timeout, raise its last error."""
         with self._changed:
             deadline: float | None = None
             while True:
@@ -321,9 +322,9 @@ class Buffer:
             return problem
 
     def _wait(self, deadline: float) -> bool:
-        """Wait for a change; return whether there was time left. Call it with the lock held."""
+        """Wait for a change; return False at the timeout. The caller must hold the lock."""
         if self._ended:
-            raise NodeShutdownError("the node has ended, and with it the wait for a transform")
+            raise NodeShutdownError("the wait for a transform was ended, because the node has shut down")
         left = deadline - self._now()
         if left <= 0:
             return False
@@ -349,5 +350,5 @@ def _seconds(span: Span) -> float:
     if not span:
         return 0.0
     if not isinstance(span, (int, float)) and not hasattr(span, "to_sec"):
-        raise TypeError(f"a timeout or length of time must be a Duration or a number of seconds, not {span!r:.80}")
+        raise TypeError(f"a timeout or time span must be a Duration or a number of seconds, not {span!r:.80}")
     return float(span if isinstance(span, (int, float)) else span.to_sec())

@@ -1,4 +1,4 @@
-"""Asking a buffer of another node: the client of the action tf2_msgs/LookupTransform."""
+"""Lookups in a buffer of another node: the client of the action tf2_msgs/LookupTransform."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 _QUEUE = 10
 _SUCCEEDED = 3
 _ENDED = frozenset({2, 3, 4, 5, 8})
-"""Of actionlib_msgs/GoalStatus: nothing changes after these."""
+"""Final values of actionlib_msgs/GoalStatus."""
 _STEP = 0.1
-"""Seconds after which simulated time is looked at again."""
+"""Seconds between checks of simulated time."""
 
 
 @dataclass
 class _Question:
-    """A lookup under way.
+    """A lookup that waits for its answer.
 
     Attributes:
-        answer: the server's.
-        ended: how often the server has said that it has answered.
+        answer: the server's answer.
+        ended: number of status messages in which the lookup has ended.
     """
 
     answer: Any = None
@@ -42,14 +42,14 @@ class _Question:
 
 
 class BufferClient:
-    """Looks transforms up in the buffer of a `BufferServer`, ours or stock's.
+    """Client that looks up transforms in the buffer of a `BufferServer`, ours or stock's.
 
-    Its lookups are those of `Buffer`, for any number of threads.
+    It has the lookups of `Buffer`, and is safe for any number of threads.
 
     Args:
-        node: whose topics and time count.
-        name: of the server's action.
-        timeout_padding: seconds that an answer may take beyond the time that a lookup may take in the server.
+        node: the node whose topics and time are used.
+        name: name of the server's action.
+        timeout_padding: seconds that an answer may take in addition to the timeout of the lookup in the server.
     """
 
     def __init__(self, node: Node, name: str = ACTION, timeout_padding: Span = 2.0) -> None:
@@ -80,7 +80,7 @@ class BufferClient:
             timeout: seconds of wall time; None waits until the node ends.
 
         Returns:
-            Whether it is.
+            Whether it is connected.
         """
         ends = None if timeout is None else monotonic() + _seconds(timeout)
         if not self._goals.wait_for_subscribers(timeout=_left(ends)):
@@ -92,7 +92,7 @@ class BufferClient:
 
         Raises:
             TimeoutException: there is no server, or it does not answer.
-            TransformException: the server's buffer has no such transform; of the same kinds as `Buffer`'s.
+            TransformException: the server's buffer has no such transform; one of the errors of `Buffer`.
             NodeShutdownError: the node ended during the wait.
         """
         goal = self._goal(target_frame=target_frame, source_frame=source_frame, source_time=_time(time))
@@ -107,8 +107,9 @@ class BufferClient:
         fixed_frame: str,
         timeout: Span = None,
     ) -> Any:
-        """Return where ``source_frame`` was at ``source_time``, seen from ``target_frame`` at ``target_time``; see
-        `Buffer.lookup_transform_full`. Raises as `lookup_transform`."""
+        """Return where ``source_frame`` was at ``source_time``, seen from ``target_frame`` at ``target_time``.
+
+        See `Buffer.lookup_transform_full`. Raises as `lookup_transform`."""
         goal = self._goal(
             target_frame=target_frame,
             source_frame=source_frame,
@@ -120,7 +121,7 @@ class BufferClient:
         return self._ask(goal, _seconds(timeout))
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
-        """Tell whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
+        """Return whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
 
         Raises:
             NodeShutdownError: the node ended during the wait.
@@ -140,7 +141,7 @@ class BufferClient:
         fixed_frame: str,
         timeout: Span = None,
     ) -> bool:
-        """Tell whether `lookup_transform_full` succeeds, now or within ``timeout`` seconds."""
+        """Return whether `lookup_transform_full` succeeds, now or within ``timeout`` seconds."""
         try:
             self.lookup_transform_full(target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
         except TransformException:
@@ -148,7 +149,7 @@ class BufferClient:
         return True
 
     def close(self) -> None:
-        """Give up the topics."""
+        """Stop publishing and subscribing."""
         self._goals.unregister()
         self._cancels.unregister()
         self._results.unregister()
@@ -162,17 +163,17 @@ class BufferClient:
             raise TimeoutException(f"there is no buffer server at {self.name}")
         ends = self._node.now() + Duration.from_sec(allowed)
         answer = None
-        while answer is None:  # a server that saw us too late has answered others only: ask again
+        while answer is None:  # a server that noticed this client too late has answered only others: ask again
             answer = self._ask_once(goal, ends)
         if answer.status.status != _SUCCEEDED:
-            raise TransformException(f"the server has given up the lookup (status {answer.status.status})")
+            raise TransformException(f"the server has cancelled the lookup (status {answer.status.status})")
         error = answer.result.error
         if error.error:
             raise CODES.get(error.error, TransformException)(error.error_string)
         return answer.result.transform
 
     def _ask_once(self, goal: Any, ends: Time) -> Any:
-        """Send a goal and wait for the answer; None if there was one that did not reach us."""
+        """Send a goal and wait for the answer; return None if the answer was lost."""
         now = self._node.now()
         goal_id = self._goal_id(now, f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}")
         message = self._action_goal(goal_id=goal_id, goal=goal)
@@ -195,7 +196,7 @@ class BufferClient:
     def _result_came(self, message: Any) -> None:
         with self._changed:
             question = self._questions.get(message.status.goal_id.id)
-            if question is not None:  # else: another client's
+            if question is not None:  # else: an answer for another client
                 question.answer = message
                 self._changed.notify_all()
 
@@ -213,7 +214,7 @@ class BufferClient:
 
     def _check_running(self) -> None:
         if not self._node.ok():
-            raise NodeShutdownError("the node has ended, and with it the wait for a transform")
+            raise NodeShutdownError("the wait for a transform was ended, because the node has shut down")
 
 
 def _left(ends: float | None) -> float | None:

@@ -1,4 +1,4 @@
-"""A buffer that other nodes can ask: the server of the action tf2_msgs/LookupTransform.
+"""Lookups for other nodes: the server of the action tf2_msgs/LookupTransform.
 
 The protocol is actionlib's (https://wiki.ros.org/actionlib/DetailedDescription).
 """
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from pyros1.tf.buffer import Buffer
 
 ACTION = "tf2_buffer_server"
-"""Name of the action, if it has no other."""
+"""Default name of the action."""
 _CHECK = 0.01
 _STATUS = 0.2
 KEPT = Duration(5)
-"""For so long the status of a goal that has ended is told."""
+"""Seconds for which the status of a goal is published after its end."""
 _QUEUE = 50
 
 CODES: dict[int, type[errors.TransformException]] = {
@@ -35,18 +35,18 @@ CODES: dict[int, type[errors.TransformException]] = {
     5: errors.TimeoutException,
     6: errors.TransformException,
 }
-"""What the codes of tf2_msgs/TF2Error mean; 0 is no error."""
+"""Exception for each code of tf2_msgs/TF2Error; 0 is no error."""
 
 
 @dataclass
 class _Goal:
-    """A lookup that was asked for.
+    """A requested lookup.
 
     Attributes:
         status: its actionlib_msgs/GoalStatus.
-        lookup: makes the transform.
-        deadline: until then it may fail.
-        ended: since when its outcome is known; None while it waits.
+        lookup: returns the transform.
+        deadline: time until which it may wait.
+        ended: time at which it ended; None while it waits.
     """
 
     status: Any
@@ -56,15 +56,15 @@ class _Goal:
 
 
 class BufferServer:
-    """Answers lookups of other nodes from a buffer, at once or when the transform has come, at the latest in time.
+    """Server that answers lookups of other nodes from a buffer, once the transform is there or the timeout is over.
 
-    Programs ask it with a `BufferClient` instead of listening to all transforms themselves. In a node that spins it
-    answers while the node does.
+    Programs use it through a `BufferClient` instead of receiving all transforms themselves. In a node that spins, it
+    answers while the node spins.
 
     Args:
-        node: whose topics and time count.
-        buffer: what is asked, filled by a `TransformListener`.
-        name: of the action: its topics are ``NAME/goal``, ``NAME/cancel``, ``NAME/status``, ``NAME/feedback`` and
+        node: the node whose topics and time are used.
+        buffer: the buffer of transforms, filled by a `TransformListener`.
+        name: name of the action: its topics are ``NAME/goal``, ``NAME/cancel``, ``NAME/status``, ``NAME/feedback`` and
             ``NAME/result``.
     """
 
@@ -74,7 +74,7 @@ class BufferServer:
         self._lock = threading.Lock()
         self._goals: dict[str, _Goal] = {}
         self._numbers = itertools.count(1)
-        self._cancelled = Time()  # goals up to then are cancelled, whenever they come
+        self._cancelled = Time()  # goals with stamps up to this are cancelled, even if they arrive later
         self._closed = False
         self._header: Any = load_message("std_msgs/Header")
         self._status: Any = load_message("actionlib_msgs/GoalStatus")
@@ -93,7 +93,7 @@ class BufferServer:
         node.on_shutdown(self._stop)
 
     def close(self) -> None:
-        """Answer no more; lookups that wait get no answer."""
+        """Stop answering; waiting lookups get no answer."""
         self._stop()
         for subscriber in self._subscribers:
             subscriber.unregister()
@@ -101,7 +101,7 @@ class BufferServer:
             publisher.unregister()
 
     def _stop(self) -> None:
-        """Publish nothing from now on."""
+        """Stop publishing."""
         for timer in self._timers:
             timer.shutdown()
         with self._lock:
@@ -135,7 +135,7 @@ class BufferServer:
         )
 
     def _cancel_came(self, goal_id: Any) -> None:
-        """One goal is meant by its id, older ones by the stamp, all if there is neither."""
+        """Cancel the goal with the id, all goals up to the stamp, or all goals if both are empty."""
         with self._lock:
             if self._closed:
                 return
@@ -156,7 +156,7 @@ class BufferServer:
                     self._answer(goal)
 
     def _answer(self, goal: _Goal) -> bool:
-        """Answer a goal if its transform is there, or its time is over; return whether it was. Lock held."""
+        """Answer a goal if its transform is there, or its time is over; return whether it was answered. Lock held."""
         result = self._result()
         try:
             result.transform = goal.lookup()
@@ -180,7 +180,7 @@ class BufferServer:
                 self._tell_all()
 
     def _tell_all(self) -> None:
-        """Publish the status of all goals; those that ended long ago are forgotten. Lock held."""
+        """Publish the status of all goals, and remove those that ended long ago. Lock held."""
         now = self._node.now()
         for name, goal in list(self._goals.items()):
             if goal.ended is not None and not goal.ended <= now <= goal.ended + KEPT:  # simulated time may jump back

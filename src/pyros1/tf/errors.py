@@ -1,4 +1,4 @@
-"""What a lookup can fail of; names and texts are tf2's."""
+"""Errors of lookups; names and texts are those of tf2."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pyros1.errors import Error
 
 
 class TransformException(Error):
-    """Base of all: the transform is not to be had."""
+    """Base of all: the transform is not available."""
 
 
 class LookupException(TransformException):
@@ -18,7 +18,7 @@ class ConnectivityException(TransformException):
 
 
 class ExtrapolationException(TransformException):
-    """The time lies before or behind the data of some frame on the way."""
+    """The time is before or after the data of a frame on the way."""
 
 
 class InvalidArgumentException(TransformException):

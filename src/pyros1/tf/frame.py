@@ -1,4 +1,4 @@
-"""What is known of one frame: its transforms to its parent, by time."""
+"""One frame: its transforms to its parent, by time."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Frame:
     """A frame and its recent past. Times are nanoseconds.
 
     Attributes:
-        name: without a leading slash.
-        static: whether its transform holds at all times; None as long as the frame is known as a parent only. What
-            came first decides for ever, as in tf2.
+        name: name without a leading slash.
+        static: whether its transform holds at all times; None while the frame is known only as a parent. As in tf2,
+            the first transform decides for ever.
         authority: the node that sent the last transform.
     """
 
@@ -28,7 +28,7 @@ class Frame:
         self.name = name
         self.static: bool | None = None
         self.authority = "no recorded authority"
-        # In order of time. What lies before _head is out of date; it is removed when it has become much.
+        # In order of time. Items before _head are out of date; they are removed many at a time.
         self._stamps: list[int] = []
         self._entries: list[Entry] = []
         self._head = 0
@@ -38,10 +38,10 @@ class Frame:
 
         Args:
             time: its stamp.
-            keep: how long transforms are kept, in ns before the newest.
+            keep: age in ns, counted back from the newest, up to which transforms are kept.
 
         Returns:
-            None, or why it is not taken, in tf2's words.
+            None, or the reason why it is not taken, as tf2's text.
         """
         if self.static:
             self._stamps = [0]
@@ -89,11 +89,11 @@ class Frame:
             return older
         newer = entries[place + 1]
         if newer[0] is not older[0]:
-            return older  # the frame has got another parent between the two
+            return older  # the frame has changed its parent between the two
         return older[0], interpolate(older[1], newer[1], (time - before) / (stamps[place + 1] - before))
 
     def why_not(self, time: int) -> str:
-        """Return why there is no transform at a time, in tf2's words."""
+        """Return the reason why there is no transform at a time, as tf2's text."""
         if not self._stamps:
             return ""
         earliest, latest = self.oldest, self.latest
@@ -113,7 +113,7 @@ class Frame:
         )
 
     def clear(self) -> None:
-        """Forget all transforms, but not a static one."""
+        """Remove all transforms, except a static one."""
         if not self.static:
             self._stamps = []
             self._entries = []
@@ -131,7 +131,7 @@ class Frame:
 
     @property
     def parent(self) -> Frame | None:
-        """The parent now."""
+        """The current parent."""
         return self._entries[-1][0] if self._entries else None
 
     def __len__(self) -> int:
@@ -142,17 +142,17 @@ class Frame:
 
     @property
     def frequency(self) -> float:
-        """How often transforms come, in Hz; 0 if there are not two."""
+        """Rate of the transforms in Hz; 0 with fewer than two."""
         return (len(self) - 1) / (to_sec(self.latest) - to_sec(self.oldest)) if len(self) > 1 else 0.0
 
     @property
     def rate(self) -> float:
-        """What tf2 says of that: one more per time, and 10000 for a single one."""
+        """The rate as tf2 computes it: with one transform too many, and 10000 for a single one."""
         return len(self) / max(to_sec(self.latest) - to_sec(self.oldest), 0.0001)
 
 
 def to_sec(time: int) -> float:
-    """Return seconds as roscpp rounds them: what is printed of them agrees to the last digit."""
+    """Return seconds as roscpp rounds them, so that printed times agree to the last digit."""
     return time // 1_000_000_000 + 1e-9 * (time % 1_000_000_000)
 
 

@@ -1,4 +1,4 @@
-"""Filling a buffer from /tf and /tf_static."""
+"""Listener, which fills a buffer from /tf and /tf_static."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _QUEUE = 100
 
 
 class TransformListener:
-    """Puts what comes on /tf and /tf_static into a buffer, until the node ends. Also a context manager.
+    """Puts transforms from /tf and /tf_static into a buffer, until the node ends. Also a context manager.
 
-    The callbacks run in threads of their own, in a node that spins too: a lookup may wait for them. When simulated time
-    jumps back, the buffer is cleared; static transforms stay. The service ``~tf2_frames`` tells what is in the buffer.
+    The callbacks run in separate threads, also in a node that spins, since a lookup may wait for them. When simulated
+    time jumps back, the buffer is cleared; static transforms stay. The service ``~tf2_frames`` describes the buffer.
 
     Args:
-        node: whose topics, time and end count.
-        buffer: where the transforms go.
+        node: the node whose topics and time are used.
+        buffer: the buffer to fill.
     """
 
     def __init__(self, node: Node, buffer: Buffer) -> None:
@@ -39,7 +39,7 @@ class TransformListener:
         tf_message = load_message("tf2_msgs/TFMessage")
         if node.params.get("/use_sim_time", False) is True:
             buffer.use_time(lambda: node.now().to_sec())
-            # for good: who waits in the buffer needs the ticks even when nobody listens any more
+            # never undone: lookups that wait in the buffer need the ticks even after `close`
             self._subscribe("/clock", load_message("rosgraph_msgs/Clock"), self._ticked, 1)
         self._subscribers = [
             self._subscribe("/tf", tf_message, self._received, _QUEUE),
@@ -73,7 +73,7 @@ class TransformListener:
             jump = (now - self._last).to_sec()
             self._last = now
             if jump < 0 and not self._closed:
-                self.buffer.clear()  # within the lock: what another topic brings now is of the new time, and stays
+                self.buffer.clear()  # within the lock: transforms that arrive from now on are of the new time, and stay
         if jump < 0 and not self._closed:
             self._node.log.warn("Detected jump back in time of %fs. Clearing TF buffer.", -jump)
 

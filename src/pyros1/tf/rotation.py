@@ -1,8 +1,8 @@
 """Quaternions and rigid transforms as tuples, in tf2's order of operations: results agree to the last bits.
 
-A quaternion is (x, y, z, w), a transform (x, y, z, qx, qy, qz, qw). Quaternions need not have unit length: tf2 admits
-deviations up to half a percent and calculates with what it got, and so do we. Floats, as numpy takes longer for so few
-numbers, and a tenth of a second to load: `pyros1.tf.transformations` is on numpy.
+A quaternion is (x, y, z, w), a transform (x, y, z, qx, qy, qz, qw). Quaternions need not have unit length: tf2 accepts
+deviations up to half a percent and does not normalise, and neither does this module. It uses floats, since numpy takes
+longer for so few numbers, and a tenth of a second to load; `pyros1.tf.transformations` is on numpy.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ Quaternion = tuple[float, float, float, float]
 Transform = tuple[float, float, float, float, float, float, float]
 
 EPS = 4 * 2.0**-52
-"""Below this a length is none."""
+"""Lengths below this count as 0."""
 
 IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def from_angles(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation about x, then y, then z, axes that stand still, in radians."""
+    """Return the quaternion of rotations about the fixed axes x, then y, then z, by angles in radians."""
     cr, sr, cp, sp, cy, sy = (part for angle in (roll, pitch, yaw) for part in (cos(angle / 2.0), sin(angle / 2.0)))
     return (
         cy * cp * sr - sy * sp * cr,
@@ -34,7 +34,7 @@ def to_angles(rotation: Quaternion) -> Vector:
     """Return roll, pitch and yaw in radians; where the pitch is 90 degrees up or down, the yaw is 0."""
     x, y, z, w = rotation
     square = x * x + y * y + z * z + w * w
-    # numbers of the rotation's matrix, square times as large
+    # elements of the rotation matrix, times the square of the length
     xx, yx, zx = w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
     level = hypot(xx, yx)
     pitch = atan2(-zx, level)
@@ -44,7 +44,7 @@ def to_angles(rotation: Quaternion) -> Vector:
 
 
 def chain(first: Transform, second: Transform) -> Transform:
-    """Apply ``second``, then ``first``: parent <- child of ``first`` times child <- grandchild of ``second``."""
+    """Return the product of two transforms: ``first`` (parent <- child) times ``second`` (child <- grandchild)."""
     tx, ty, tz, ax, ay, az, aw = first
     x, y, z, bx, by, bz, bw = second
     # first's rotation times the vector, as quaternion (its conjugate follows below)
@@ -64,14 +64,14 @@ def chain(first: Transform, second: Transform) -> Transform:
 
 
 def invert(transform: Transform) -> Transform:
-    """Return the way back."""
+    """Return the inverse of a transform."""
     x, y, z, qx, qy, qz, qw = transform
     moved = chain((0.0, 0.0, 0.0, -qx, -qy, -qz, qw), (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
     return (moved[0], moved[1], moved[2], -qx, -qy, -qz, qw)
 
 
 def interpolate(one: Transform, two: Transform, ratio: float) -> Transform:
-    """Return the transform between two: on the straight line, and on the shortest arc of rotation (slerp).
+    """Return a transform between two: on the straight line, and on the shortest arc of rotation (slerp).
 
     Args:
         ratio: 0 for ``one``, 1 for ``two``.
@@ -88,7 +88,7 @@ def interpolate(one: Transform, two: Transform, ratio: float) -> Transform:
     s = sin(rest * theta)
     t = sin(ratio * theta)
     if dot < 0.0:
-        t = -t  # q and -q are one rotation: take the nearer of the two
+        t = -t  # q and -q are the same rotation: take the nearer of the two
     return (
         rest * x1 + ratio * x2,
         rest * y1 + ratio * y2,
@@ -101,9 +101,9 @@ def interpolate(one: Transform, two: Transform, ratio: float) -> Transform:
 
 
 def chain_normalized(first: Transform, second: Transform) -> Transform:
-    """Return `chain` for unit quaternions, which both are made to be, with the sign that a rotation matrix gives."""
+    """Return `chain` of both with normalised quaternions, with the sign that a rotation matrix gives."""
     x, y, z, *rotation = chain(_unit(first), _unit(second))
-    # From a matrix the quaternion comes with positive w, or, if that is small, with its largest part positive.
+    # A matrix gives a quaternion with positive w or, if w is small, with its largest part positive.
     largest = 3 if rotation[3] * rotation[3] > 0.25 else max(range(3), key=lambda i: abs(rotation[i]))
     qx, qy, qz, qw = rotation if rotation[largest] >= 0 else [-part for part in rotation]
     return (x, y, z, qx, qy, qz, qw)

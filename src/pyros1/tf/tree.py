@@ -1,4 +1,4 @@
-"""All frames and the ways between them: tf2's rules for lookups. Pure, not locked; times are nanoseconds."""
+"""The tree of all frames, with tf2's rules for lookups. Pure, without locks; times are in nanoseconds."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from pyros1.tf.frame import Frame, to_sec
 from pyros1.tf.rotation import IDENTITY, Transform, chain, chain_normalized, invert
 
 _MAX_DEPTH = 1000
-"""A way of more frames than these must be a loop."""
+"""Most frames on a way; a longer one must be a loop."""
 
 _TOLERANCE = 10e-3
-"""How far the square of a quaternion's length may be from 1."""
+"""Largest deviation of the square of a quaternion's length from 1."""
 
 
 class Tree:
-    """Frames by name.
+    """The tree of frames, by name.
 
     Args:
-        keep: how long transforms are kept, in ns.
+        keep: age in ns up to which transforms are kept.
     """
 
     def __init__(self, keep: int) -> None:
@@ -41,7 +41,7 @@ class Tree:
         """Take a transform.
 
         Returns:
-            Why it was ignored, in tf2's words; empty if it was not.
+            The reason why it was ignored, as tf2's text; empty if it was not ignored.
         """
         if parent[:1] == "/":
             parent = parent[1:]
@@ -70,14 +70,14 @@ class Tree:
         return [f"{problem} for frame {child} at time {to_sec(time):.6f} according to authority {authority}"]
 
     def clear(self) -> None:
-        """Forget all transforms that are not static. The frames stay known."""
+        """Remove all transforms that are not static. The frames stay known."""
         for frame in self.frames.values():
             frame.clear()
 
     # Asking -----------------------------------------------------------------------------------------------------------
 
     def lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return stamp and transform of ``source`` in ``target``; time 0 is the latest that all have in common.
+        """Return stamp and transform of ``source`` in ``target``; time 0 is the latest that all frames have in common.
 
         Raises:
             TransformException: see `pyros1.tf.errors`.
@@ -91,7 +91,7 @@ class Tree:
     def lookup_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> tuple[int, Transform]:
-        """Return stamp and transform of ``source`` then in ``target`` now, with ``fixed`` standing still meanwhile.
+        """Return stamp and transform of ``source`` at one time in ``target`` at another, if ``fixed`` does not move.
 
         Raises:
             TransformException: see `pyros1.tf.errors`.
@@ -108,7 +108,7 @@ class Tree:
 
         Raises:
             LookupException: a frame does not exist, or there is a loop.
-            ConnectivityException: there is no way between them.
+            ConnectivityException: they are not connected.
         """
         into = self._find("get_latest_common_time", target)
         return self._common_time(into, self._find("get_latest_common_time", source))
@@ -138,7 +138,7 @@ class Tree:
         raise LookupException(f'"{name}" passed to {argument} does not exist. ')
 
     def _walk(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
-        """Climb from both frames until they meet."""
+        """Go up from both frames to their common ancestor."""
         if target is source:
             return time or source.latest, IDENTITY
         if not time:
@@ -227,14 +227,14 @@ class Tree:
 
     @staticmethod
     def _ancestors(frame: Frame, time: int) -> list[Frame]:
-        """Return the frame and what it hangs on, up to the root."""
+        """Return the frame and its ancestors, up to the root."""
         found = [frame]
         while (entry := found[-1].at(time)) is not None and len(found) <= _MAX_DEPTH:
             found.append(entry[0])
         return found
 
     def can_transform(self, target: str, source: str, time: int) -> str | None:
-        """Return None if `lookup` would succeed, else why not."""
+        """Return None if `lookup` would succeed, else the reason."""
         if target == source:
             return None
         return self._missing(target_frame=target, source_frame=source) or self._try(target, source, time)
@@ -242,7 +242,7 @@ class Tree:
     def can_transform_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> str | None:
-        """Return None if `lookup_full` would succeed, else why not."""
+        """Return None if `lookup_full` would succeed, else the reason."""
         return (
             self._missing(target_frame=target, source_frame=source, fixed_frame=fixed)
             or self._try(target, fixed, target_time)
@@ -250,7 +250,7 @@ class Tree:
         )
 
     def _missing(self, **named: str) -> str:
-        """Return which of the frames are badly named or do not exist; empty if all are there."""
+        """Return a text on the frames that have a bad name or do not exist; empty if all exist."""
         for role, name in named.items():
             problem = bad_name(f"canTransform argument {role}", name)
             if problem:
@@ -273,7 +273,7 @@ class Tree:
         return LookupException(f"The tf tree is invalid because it contains a loop.\n{self.as_string()}\n")
 
     def as_string(self) -> str:
-        """Return a line for each frame, in the order in which they became known."""
+        """Return a text with a line for each frame, in the order in which they became known."""
         lines = []
         for frame in self.frames.values():
             if frame.static is not None:
@@ -283,10 +283,10 @@ class Tree:
         return "".join(lines)
 
     def as_yaml(self, now: float | None = None) -> str:
-        """Return parent, broadcaster, rate and times of each frame.
+        """Return parent, broadcaster, rate and times of each frame as YAML.
 
         Args:
-            now: the time in seconds, for the transforms' age; None leaves that out.
+            now: the time in seconds, for the age of the transforms; None: without ages.
         """
         if not self.frames:
             return "{}"
@@ -307,10 +307,10 @@ class Tree:
 
 
 def bad_name(argument: str, name: str) -> str:
-    """Return what is wrong with a frame's name in a question, in tf2's words; empty if nothing is.
+    """Return what is wrong with a frame's name in a lookup, as tf2's text; empty if nothing is wrong.
 
     Raises:
-        TypeError: it is no text.
+        TypeError: it is not a str.
     """
     if not isinstance(name, str):
         raise TypeError(f"{argument} must be the name of a frame, not {name!r:.80}")
@@ -333,7 +333,7 @@ def _apart(source: Frame, target: Frame) -> ConnectivityException:
 
 
 def _problems(parent: str, child: str, transform: Transform, authority: str) -> list[str]:
-    """Return why a transform cannot be used; empty if it can."""
+    """Return the reasons why a transform cannot be used; empty if it can."""
     found = []
     if child == parent:
         found.append(

@@ -1,5 +1,5 @@
 """Nodes that forward topics of any type, still encoded: relay, drop, throttle, mux and demux.
 
-https://wiki.ros.org/topic_tools. What a topic carries they learn from its publishers' connection headers, so no message
-package is needed and nothing is decoded.
+See https://wiki.ros.org/topic_tools. The type of a topic comes from its publishers' connection headers, so no message
+packages are needed and nothing is decoded.
 """

@@ -1,4 +1,4 @@
-"""demux: one topic to one of several outputs, switched by services (https://wiki.ros.org/topic_tools/demux)."""
+"""demux: forwards a topic to one of several outputs, selected by services (https://wiki.ros.org/topic_tools/demux)."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from pyros1.topic_tools.output import QUEUE_SIZE, Output
 from pyros1.topic_tools.selection import Selection
 
 PATIENCE = 0.5
-"""Seconds that the first message waits, so that the subscribers of its new topic can come."""
+"""Seconds that the first message on a new topic waits, so that subscribers can connect."""
 
 
 class Demux:
     """A demultiplexer.
 
     Args:
-        node: subscriber, publisher and server.
+        node: the node that subscribes, publishes and provides the services.
         source: topic to subscribe to.
-        targets: topics to choose from; the first is selected.
+        targets: output topics; the first is selected.
     """
 
     def __init__(self, node: Node, source: str, targets: Sequence[str]) -> None:

@@ -1,4 +1,4 @@
-"""drop: of every so many messages the first few are left out (https://wiki.ros.org/topic_tools/drop)."""
+"""drop: leaves out the first X of every Y messages (https://wiki.ros.org/topic_tools/drop)."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ class Drop:
     """A gate for `Relay`.
 
     Args:
-        dropped: how many are left out,
-        among: of how many.
+        dropped: number of messages to leave out, X.
+        among: size of each group of messages, Y.
     """
 
     def __init__(self, dropped: int, among: int) -> None:
         self._passes = cycle([number >= dropped for number in range(among)])
 
     def __call__(self, message: AnyMsg) -> bool:
-        """Say whether the message passes."""
+        """Return whether the message passes."""
         return next(self._passes)

@@ -1,4 +1,4 @@
-"""mux: one of several topics to one output, switched by services (https://wiki.ros.org/topic_tools/mux)."""
+"""mux: forwards one of several topics to an output, selected by services (https://wiki.ros.org/topic_tools/mux)."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ class Mux:
     """A multiplexer.
 
     Args:
-        node: subscriber, publisher and server.
+        node: the node that subscribes, publishes and provides the services.
         target: topic to publish.
-        sources: topics to choose from.
-        initial: the one that is selected first, or ``__none``; empty: the first.
-        lazy: once the type is known, subscribe to the selected topic only, and only while somebody subscribes.
+        sources: input topics.
+        initial: the topic to select first, or ``__none``; empty selects the first topic.
+        lazy: once the type is known, subscribe only to the selected topic, and only while the output has subscribers.
         latch: latch the output.
-        patience: most seconds that the first message waits for a subscriber.
+        patience: seconds that the first message waits for a subscriber at most.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Mux:
         self._patience = patience
         self._output = Output(node, target, latch)
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
-        self._stir = threading.Event()  # the type has become known, nobody listens any more, or the node ends
+        self._stir = threading.Event()  # the type is known now, no subscriber is left, or the node ends
         node.on_shutdown(self._stir.set)
         self._selection = Selection(node, "mux", sources, initial)
         self._selection.added = self._selection.removed = self._arrange
@@ -67,7 +67,7 @@ class Mux:
         return self._selection.select(request)
 
     def _arrange(self, *_: object) -> None:
-        """Subscribe to what is wanted now, and to nothing else."""
+        """Subscribe to the currently needed topics, and unsubscribe from all others."""
         with self._selection.lock:
             wanted = self._selection.topics
             if self._lazy and self._output.advertised:

@@ -1,4 +1,4 @@
-"""A topic that is advertised when the first message tells its type, and takes messages as they came."""
+"""An output topic, advertised when the first message shows its type. It publishes messages without decoding them."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from pyros1.shown import one_line
 from pyros1.wire.handshake import TopicType
 
 QUEUE_SIZE = 100
-"""Messages that may wait for a slow subscriber, and in front of a slow forwarder."""
+"""Queue size, in messages, for a slow subscriber and before a slow forwarder."""
 LARGE = 1 << 16
 FEW = 10
-"""Messages that may wait for a slow subscriber if the first one has more than LARGE bytes."""
+"""Queue size, in messages, for a slow subscriber if the first message has more than LARGE bytes."""
 
 
 class Output:
-    """Where messages are forwarded to.
+    """The topic that messages are forwarded to.
 
     Args:
-        node: the publisher.
-        topic: name.
-        latch: whether to latch; None: as the first message's publisher does.
+        node: the node that publishes.
+        topic: the topic's name.
+        latch: whether to latch; None latches if the first message's publisher does.
 
     Attributes:
-        header: connection header of a publisher whose messages are known to be of the topic's type.
+        header: connection header of a publisher whose messages have the topic's type.
     """
 
     def __init__(self, node: Node, topic: str, latch: bool | None = None) -> None:
@@ -42,18 +42,18 @@ class Output:
 
     @property
     def advertised(self) -> bool:
-        """Whether a message has come."""
+        """Whether the topic is advertised, because a message has arrived."""
         return self._publisher is not None
 
     @property
     def heard(self) -> bool:
-        """Whether somebody subscribes."""
+        """Whether the topic has subscribers."""
         return self._publisher is not None and self._publisher.num_connections > 0
 
     def admit(self, message: AnyMsg) -> bool:
-        """Say whether a message is of the topic's type; the first one decides which that is.
+        """Return whether a message has the topic's type. The first message sets the type.
 
-        To be asked whenever ``message._connection_header`` is not `header`.
+        Call this whenever ``message._connection_header`` is not `header`.
         """
         header = message._connection_header or {}
         found = TopicType(header.get("type", "*"), header.get("md5sum", "*"), header.get("message_definition", ""))
@@ -62,7 +62,7 @@ class Output:
                 self._advertise(found, header.get("latching") == "1", FEW if len(message._buff) > LARGE else QUEUE_SIZE)
             wanted = self._type or found
             if wanted.md5sum != found.md5sum:
-                text, who = "%s carries %s, not %s: what %s sends is dropped", header.get("callerid", "?")
+                text, who = "%s has the type %s, not %s: messages from %s are dropped", header.get("callerid", "?")
                 self._node.log.peer(ERROR, text, self.topic, wanted.name, found.name, who)
                 return False
             self.header = header
@@ -84,7 +84,7 @@ class Output:
         """Wait for a subscriber, or until the node shuts down.
 
         Args:
-            timeout: most seconds to wait.
+            timeout: the longest time to wait in seconds.
         """
         if self._publisher is not None:
             self._publisher.wait_for_subscribers(1, timeout)
@@ -101,9 +101,9 @@ def base_name(topic: str) -> str:
     """Return the last part of a topic's name, for the name of the node that forwards it.
 
     Raises:
-        Error: there is none.
+        Error: the name has no last part.
     """
     base = topic.rstrip("/").rpartition("/")[2]
     if not base:
-        raise Error(f"{topic!r} is no topic's name")
+        raise Error(f"{topic!r} is not a legal topic name")
     return base

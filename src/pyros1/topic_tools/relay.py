@@ -1,4 +1,4 @@
-"""relay: one topic to another (https://wiki.ros.org/topic_tools/relay); drop and throttle are relays with a gate."""
+"""relay: forwards a topic (https://wiki.ros.org/topic_tools/relay). drop and throttle are relays with a gate."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.topic_tools.output import QUEUE_SIZE, Output
 
 Gate = Callable[[AnyMsg], bool]
-"""Says whether a message passes."""
+"""Decides whether a message passes."""
 
 
 class Relay:
     """Forwards a topic.
 
     Args:
-        node: subscriber and publisher.
+        node: the node that subscribes and publishes.
         source: topic to subscribe to.
-        output: where to.
-        gate: what decides on each message; None: all pass.
-        transports: what publishers are asked for, as `Node.subscribe` has it.
+        output: the output.
+        gate: decides whether a message passes; None lets all pass.
+        transports: transports to request, see `Node.subscribe`.
 
     Raises:
         NodeError: both topics are the same.
@@ -44,7 +44,7 @@ class Relay:
         self._output = output
         self._gate = gate
         self._transports = transports
-        self._unheard = threading.Event()  # the last message that came had no subscriber, or the node ends
+        self._unheard = threading.Event()  # the last message had no subscriber, or the node ends
         node.on_shutdown(self._unheard.set)
 
     def run(self) -> None:
@@ -56,7 +56,7 @@ class Relay:
         return self._node.subscribe(self.source, AnyMsg, callback, queue_size=QUEUE_SIZE, transports=self._transports)
 
     def run_lazy(self) -> None:
-        """Forward until the node shuts down; stay subscribed only while the output has subscribers."""
+        """Forward until the node shuts down. Stay subscribed only while the output has subscribers."""
         while self._node.ok():
             with self._subscribe(self._receive_heard):
                 self._unheard.wait()
@@ -64,11 +64,11 @@ class Relay:
             self._output.wait_until_heard()
 
     def run_stealth(self, monitored: str, period: float) -> None:
-        """Forward until the node shuts down; stay subscribed only while another node subscribes to a topic.
+        """Forward until the node shuts down. Stay subscribed only while another node subscribes to a topic.
 
         Args:
             monitored: the topic.
-            period: seconds between two looks at the master.
+            period: seconds between two queries of the master.
         """
         monitored = self._node.resolve(monitored)
         subscriber = None
@@ -87,7 +87,7 @@ class Relay:
             _, subscribers, _ = self._node.master.get_system_state()
         except Error as error:
             if self._node.ok():
-                self._node.log.error("who subscribes to %s is not known: %s", topic, error, throttle=10.0)
+                self._node.log.error("cannot find the subscribers of %s: %s", topic, error, throttle=10.0)
             return before
         return any(set(nodes) - {self._node.name} for name, nodes in subscribers if name == topic)
 

@@ -1,7 +1,7 @@
-"""What mux and demux share: topics of which one or none is selected, by services.
+"""What mux and demux share: a list of topics, of which services select one or none.
 
-Relative to the name ``mux`` (or ``demux``, both are meant to be remapped) these are select, add, delete and list;
-what is selected is published, latched, on ``selected``.
+The services are select, add, delete and list, relative to the name ``mux`` or ``demux``, which users may remap. The
+selected topic is published, latched, on ``selected``.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ class Selection:
     Args:
         node: provides the services.
         kind: ``mux`` or ``demux``.
-        topics: the first one is selected.
-        initial: another one to select, or `NONE`; what is not among the topics stands for `NONE`.
+        topics: the topics; the first one is selected.
+        initial: another topic to select, or `NONE`; a name that is not one of the topics means `NONE`.
 
     Attributes:
-        topics: full names.
+        topics: full names of the topics.
         selected: one of them, or None.
-        added, removed, changed: called with a topic that was added or deleted, and after a selection; the thread
-            holds `lock`.
-        lock: held while topics or selection change.
+        added, removed, changed: called with an added or deleted topic, and after a selection, while the thread holds
+            `lock`.
+        lock: held while topics or the selection change.
     """
 
     def __init__(self, node: Node, kind: str, topics: Sequence[str], initial: str = "") -> None:
@@ -66,14 +66,16 @@ class Selection:
         """Select a topic, or `NONE`.
 
         Raises:
-            NodeError: there is no such topic.
+            NodeError: the topic is unknown.
         """
         with self.lock:
             before = self.selected
             if request.topic == NONE:
                 self.selected = None
             else:
-                self.selected = self._known(request.topic) or self._refuse(f"there is no {request.topic} to select")
+                self.selected = self._known(request.topic) or self._refuse(
+                    f"cannot select {request.topic}: unknown topic"
+                )
             self._node.log.info("%s: %s is selected", self._kind, self.selected or "nothing")
             self.changed()
             self._publisher.publish(request.topic)
@@ -82,9 +84,9 @@ class Selection:
     def _add(self, request: Any) -> Mapping[str, str]:
         with self.lock:
             if request.topic == NONE:
-                self._refuse(f"{NONE} stands for no topic, and cannot be added")
+                self._refuse(f"cannot add {NONE}: it means no topic")
             if self._known(request.topic):
-                self._refuse(f"{request.topic} is there already")
+                self._refuse(f"cannot add {request.topic}: it is already in the list")
             topic = self._node.resolve(request.topic)
             self.topics.append(topic)
             self.added(topic)
@@ -93,9 +95,9 @@ class Selection:
 
     def _delete(self, request: Any) -> Mapping[str, str]:
         with self.lock:
-            topic = self._known(request.topic) or self._refuse(f"there is no {request.topic} to delete")
+            topic = self._known(request.topic) or self._refuse(f"cannot delete {request.topic}: unknown topic")
             if topic == self.selected:
-                self._refuse(f"{topic} is selected, and cannot be deleted")
+                self._refuse(f"cannot delete {topic}: it is selected")
             self.topics.remove(topic)
             self.removed(topic)
             self._node.log.info("%s: deleted %s", self._kind, topic)
@@ -117,4 +119,4 @@ class Selection:
 
 
 def _nothing(*_: object) -> None:
-    """Stand for a callback that nobody set."""
+    """Do nothing: the default of callbacks."""

@@ -1,4 +1,4 @@
-"""throttle: at most so many messages, or bytes, in a time (https://wiki.ros.org/topic_tools/throttle)."""
+"""throttle: limits messages or bytes per time (https://wiki.ros.org/topic_tools/throttle)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pyros1.msgs import AnyMsg
 
 
 class MessageThrottle:
-    """A gate for `Relay`: messages come with at least a period between them.
+    """A gate for `Relay`: messages pass with at least a period between them.
 
     Args:
-        period: nanoseconds.
+        period: the period in nanoseconds.
         now: returns the time in nanoseconds.
-        jumped: called when time has jumped back; the period then begins anew.
+        jumped: called when time has jumped back; the period then starts again.
     """
 
     def __init__(self, period: int, now: Callable[[], int], jumped: Callable[[], object]) -> None:
@@ -36,11 +36,11 @@ class MessageThrottle:
 
 
 class ByteThrottle:
-    """A gate for `Relay`: a message passes while less than a number of bytes have passed within a window of time.
+    """A gate for `Relay`: a message passes while fewer than a number of bytes have passed within a window of time.
 
     Args:
-        most: that number.
-        window: nanoseconds.
+        most: the number of bytes.
+        window: the window in nanoseconds.
         now: returns the time in nanoseconds.
         jumped: called when time has jumped back; the window is then empty.
     """

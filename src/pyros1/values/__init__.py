@@ -10,7 +10,7 @@ __all__ = ["YamlError", "dump_yaml", "load_all_yaml", "load_yaml"]
 
 
 def dump_yaml(value: Any) -> str:
-    """Return a value as YAML 1.1, laid out as the ROS 1 tools lay it out: one entry per line.
+    """Return a value as YAML 1.1 in the layout of the ROS 1 tools: one entry per line.
 
     Args:
         value: None, bool, int, float, str, bytes, date, datetime, and lists, tuples, dicts and sets of these.
@@ -19,7 +19,7 @@ def dump_yaml(value: Any) -> str:
         The text, keys sorted, ASCII only, ending in a newline; a bare plain scalar is followed by a line ``...``.
 
     Raises:
-        YamlError: the value holds something that YAML cannot say, or contains itself.
+        YamlError: the value holds something that YAML cannot express, or contains itself.
     """
     from pyros1.values.writing import dump  # noqa: PLC0415 - most programs only read
 

@@ -1,7 +1,7 @@
 """The arithmetic of ``rad(...)`` and ``!radians`` (https://wiki.ros.org/rosparam#YAML_Format).
 
-Stock has Python evaluate the text. Values come from others, so here it is the safe language of `pyros1.expressions`,
-without everything but numbers.
+Stock lets Python evaluate the text. Values come from elsewhere, so here the safe language of `pyros1.expressions`
+evaluates it, limited to numbers.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from pyros1.expressions import ExpressionError, Interpreter
 
 
 def radians(text: str) -> float:
-    """Return the value of numbers and ``pi`` under arithmetic's operators and parentheses, all as floating point.
+    """Return the value of an arithmetic expression of numbers, ``pi`` and parentheses, in floating point.
 
     Args:
-        text: for example ``-pi/2``.
+        text: the expression, for example ``-pi/2``.
 
     Returns:
         The value.
 
     Raises:
-        ExpressionError: anything else is in the text, or it has no value.
+        ExpressionError: the text holds anything else, or cannot be computed.
     """
     return float(_Arithmetic(text).evaluate({"pi": math.pi}))
 
@@ -33,11 +33,11 @@ class _Arithmetic(Interpreter):
 
     def constant(self, value: Any) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ExpressionError("only numbers, pi and arithmetic are possible")
+            raise ExpressionError("only numbers, pi and arithmetic are allowed")
         return float(value)
 
     def value(self, node: ast.expr, names: Any) -> Any:
         result = super().value(node, names)
         if not isinstance(result, float):
-            raise ExpressionError("only numbers, pi and arithmetic are possible")
+            raise ExpressionError("only numbers, pi and arithmetic are allowed")
         return result

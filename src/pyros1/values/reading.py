@@ -1,12 +1,12 @@
-"""YAML text to values, by ROS 1's rules: PyYAML's safe loader, which stock uses, and four spellings of angles.
+"""YAML text to values, by ROS 1's rules: PyYAML's safe loader, as in stock ROS, and four notations for angles.
 
-The latter are ``deg(90)``, ``rad(pi/2)``, ``!degrees 90`` and ``!radians pi/2``
-(https://wiki.ros.org/rosparam#YAML_Format). Nothing in a text can name a Python object: the only values made are None,
+The notations for angles are ``deg(90)``, ``rad(pi/2)``, ``!degrees 90`` and ``!radians pi/2``
+(https://wiki.ros.org/rosparam#YAML_Format). A text cannot create other Python objects: the only values are None,
 bool, int, float, str, bytes, date, datetime, list, dict and set.
 
-What is ours: angles, of which YAML knows nothing; bounds, since a text of a few hundred bytes can stand for billions of
-values or keep PyYAML busy for minutes; errors with file and line; and a short cut for single words and numbers, since
-PyYAML takes longer to import than most commands take to run.
+Added to PyYAML: angles; limits, since a text of a few hundred bytes can stand for billions of values or keep PyYAML
+busy for minutes; errors with file and line; and a short cut for single words and numbers, since to import PyYAML takes
+longer than most commands.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from typing import Any
 from pyros1.errors import Error
 
 _DEEPEST = 50
-"""Levels of nesting: each takes several calls of Python's, whose number is limited."""
+"""Most levels of nesting: each takes several nested calls in Python, which limits them."""
 _MOST_COPIES = 50_000
-"""Values that aliases and merge keys stand for, all together; long texts count more than once."""
+"""Most values that aliases and merge keys may stand for, all together; a long text counts more than once."""
 _TEXT_UNIT = 100
-"""Characters of a text that count as one value."""
+"""Characters of a text that count as one value, for the limit above."""
 _LONGEST_INTEGER = 200
-"""Characters of an integer: no field holds 2^64, and Python takes long for those of thousands of digits."""
+"""Most characters of an integer: no field holds 2^64, and Python is slow with thousands of digits."""
 _SHOWN = 60
-"""Characters of a wrong value in an error."""
+"""Characters of a wrong value that an error message quotes."""
 
 ANGLES = {"!degrees": (re.compile(r"deg\([^)]*\)\Z"), "d"), "!radians": (re.compile(r"rad\([^)]*\)\Z"), "r")}
-"""The tags of angles: what plain words of them look like, and begin with."""
+"""Tags of angles: the pattern of their plain scalars, and the characters that these begin with."""
 _SCALARS = frozenset(
     [*ANGLES, *(f"tag:yaml.org,2002:{kind}" for kind in ("null", "bool", "int", "float", "str", "binary", "timestamp"))]
 )
@@ -44,7 +44,7 @@ _SPECIAL_WORDS = frozenset(("yes", "no", "true", "false", "on", "off", "null"))
 
 
 class YamlError(Error, ValueError):
-    """A text is not usable YAML.
+    """A text is not YAML that can be used.
 
     Args:
         message: what is wrong.
@@ -82,8 +82,8 @@ def load_yaml(text: str, where: str | None = None) -> Any:
 
     Raises:
         YamlError: the text is not valid YAML, holds more than one document, an unknown tag, or contains itself; it is
-            nested too deeply; or its aliases stand for too much: they share their values here, but who looks at all of
-            them would never end.
+            nested too deeply; or its aliases stand for too many values: these are shared in memory, but a walk
+            through all of them would never end.
     """
     value = simple_value(text.strip(" "))
     if value is not None:
@@ -134,7 +134,9 @@ def _reason(error: Exception) -> str:
 
 
 def _degrees(text: str) -> float:
-    return float(_inside(text, "deg(")) * math.pi / 180.0  # not math.radians, which differs from stock's last digit
+    return (
+        float(_inside(text, "deg(")) * math.pi / 180.0
+    )  # not math.radians, which differs from stock in the last digit
 
 
 def _radians(text: str) -> float:
@@ -149,7 +151,7 @@ def _inside(text: str, begin: str) -> str:
 
 @cache
 def _loader_class() -> Any:
-    """Return the loader's class: made when it is first needed, since PyYAML is slow to import."""
+    """Return the loader class, made when it is first needed, since PyYAML is slow to import."""
     import yaml  # noqa: PLC0415
 
     class Loader(yaml.SafeLoader):
@@ -157,7 +159,7 @@ def _loader_class() -> Any:
 
         def __init__(self, stream: str) -> None:
             super().__init__(stream)
-            self._measures: dict[int, tuple[int, int]] = {}  # of composed nodes: values, levels
+            self._measures: dict[int, tuple[int, int]] = {}  # of composed nodes: number of values, levels
             self._copies = 0
             self._depth = 0
 
@@ -179,7 +181,7 @@ def _loader_class() -> Any:
                 raise yaml.MarkedYAMLError(problem="a value cannot contain itself", problem_mark=node.start_mark)
             self._copies += self._measures[id(node)][0]
             if self._copies > _MOST_COPIES:
-                problem = f"its aliases stand for more than {_MOST_COPIES} values"
+                problem = f"the aliases stand for more than {_MOST_COPIES} values"
                 raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
 
         def _measure(self, node: Any) -> None:
@@ -194,7 +196,7 @@ def _loader_class() -> Any:
             self._measures[id(node)] = 1 + sum(values for values, _ in inside), depth
 
         def compose_document(self) -> Any:
-            self._measures.clear()  # another document's nodes may be at the same places in memory
+            self._measures.clear()  # nodes of the next document may have the same addresses in memory
             return super().compose_document()
 
         def construct_object(self, node: Any, deep: bool = False) -> Any:

@@ -1,7 +1,7 @@
-"""Values to YAML text: PyYAML's, whose layout scripts around the ROS 1 tools have come to expect.
+"""Values to YAML text, in PyYAML's layout, which scripts around the ROS 1 tools expect.
 
-What is ours: the choice of what stands in brackets, texts that look like angles, and numpy's numbers, all of which
-PyYAML leaves to those who use it.
+Added here: the choice of what is written in brackets, quotation marks for strings that look like angles, and numpy's
+numbers; PyYAML leaves all of these to its users.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) ->
 
     Args:
         value: see `pyros1.values.dump_yaml`.
-        inline: tells of a list or dict whether it stands in brackets; what is in it then does, too.
-        ordered: dicts keep their order; else their keys are sorted.
+        inline: returns whether a list or dict is written in brackets; everything inside it is, then, too.
+        ordered: dicts keep their order; otherwise their keys are sorted.
 
     Raises:
         YamlError: see `pyros1.values.dump_yaml`.
@@ -50,12 +50,12 @@ def _dumper_class() -> Any:
             self._ordered = ordered
 
         def ignore_aliases(self, data: Any) -> bool:
-            return True  # values stand wherever they are used
+            return True  # no aliases: a value is written wherever it is used
 
         def represent_mapping(self, tag: str, mapping: Any, flow_style: bool | None = None) -> Any:
             pairs: Iterable[Any] = mapping
             if self._ordered and isinstance(mapping, dict):
-                pairs = [*mapping.items()]  # a list is not sorted
+                pairs = [*mapping.items()]  # items given as a list are not sorted
             return super().represent_mapping(tag, pairs, flow_style=self._inline(mapping))
 
         def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
@@ -63,7 +63,7 @@ def _dumper_class() -> Any:
 
     for tag, (pattern, first) in ANGLES.items():  # texts that look like angles get quotation marks
         Dumper.add_implicit_resolver(tag, pattern, [first])
-    for kind in (dict, list, tuple, set, str, bytes, int, float):  # and what is made of them, as numpy's numbers
+    for kind in (dict, list, tuple, set, str, bytes, int, float):  # and subclasses, such as numpy's numbers
         Dumper.add_multi_representer(kind, _represent_as(kind))
     Dumper.add_multi_representer(bytearray, lambda dumper, data: dumper.represent_data(bytes(data)))
     return Dumper

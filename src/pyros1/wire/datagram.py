@@ -1,8 +1,8 @@
 """UDPROS: frames in datagrams (https://wiki.ros.org/ROS/UDPROS; T57-T62). Pure.
 
-A datagram is the connection's number, an operation, the message's number (it wraps) and a block's, then a part of the
-frame. The first one has the operation DATA0 and tells how many blocks there are; the others are DATAN with their index.
-Nothing is repeated: a message of which a block is lost, or out of order, is lost.
+A datagram holds the connection's number, an operation, the message's number (which wraps around), a block number and a
+part of the frame. The first datagram of a frame has the operation DATA0 and the number of blocks; the others are DATAN
+with their index. Nothing is sent again: if a block is lost or out of order, its message is lost.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ DATA0, DATAN = 0, 1
 SMALLEST_SIZE, LARGEST_SIZE = 64, 65507
 MOST_BLOCKS = 0xFFFF
 MOST_BYTES = 1 << 30
-"""Of a message that is taken from a peer."""
+"""Most blocks of a message that is accepted from a peer."""
 _HEAD = struct.Struct("<IBBH")
 _SIZE = struct.Struct("<I")
 
@@ -26,8 +26,8 @@ def split(frame: bytes, connection: int, message: int, size: int) -> Iterator[by
     """Yield the datagrams of a frame.
 
     Args:
-        frame: the body's length, and the body, as TCPROS has it.
-        connection: its number, which the publisher has given it.
+        frame: the body with its length in front, as in TCPROS.
+        connection: the number that the publisher gave the connection.
         message: counts the messages; the lowest 8 bits are used.
         size: bytes of the largest datagram.
 
@@ -37,17 +37,17 @@ def split(frame: bytes, connection: int, message: int, size: int) -> Iterator[by
     room = size - _HEAD.size
     blocks = -(-len(frame) // room)
     if blocks > MOST_BLOCKS:
-        raise ValueError(f"{len(frame)} bytes are too many for datagrams of {size}")
+        raise ValueError(f"{len(frame)} bytes are too large for datagrams of {size} bytes")
     for index in range(blocks):
         kind, block = (DATAN, index) if index else (DATA0, blocks)
         yield _HEAD.pack(connection, kind, message & 0xFF, block) + frame[index * room : (index + 1) * room]
 
 
 class Assembler:
-    """Makes message bodies of one connection's datagrams.
+    """Assembler of message bodies from the datagrams of one connection.
 
     Args:
-        connection: the connection's number; what has another one is ignored.
+        connection: the connection's number; datagrams with another one are ignored.
 
     Attributes:
         lost: messages that were begun and not completed.
@@ -57,11 +57,11 @@ class Assembler:
         self.lost = 0
         self._connection = connection
         self._message = 0
-        self._blocks = 0  # of the message that is on its way; 0: none is
+        self._blocks = 0  # of the message that is being assembled; 0: none
         self._parts: list[bytes] = []
 
     def feed(self, datagram: bytes) -> bytes | None:
-        """Take a datagram; return a message's body if it is complete, else None."""
+        """Take a datagram; return the body of a message that it completes, else None."""
         if len(datagram) < _HEAD.size:
             return None
         connection, kind, message, block = _HEAD.unpack_from(datagram)
@@ -91,7 +91,7 @@ class Assembler:
 
 
 def read_offer(offer: list[Any]) -> tuple[dict[str, str], tuple[str, int], int] | None:
-    """Return header, place and datagram size of a subscriber's offer, or None if it is none.
+    """Return header, (host, port) and datagram size of a subscriber's offer; None if it is something else.
 
     Raises:
         ProtocolError: the header is broken.
@@ -103,7 +103,7 @@ def read_offer(offer: list[Any]) -> tuple[dict[str, str], tuple[str, int], int] 
 
 
 def read_answer(answer: list[Any]) -> tuple[dict[str, str], tuple[str, int], int] | None:
-    """Return header, place and connection number of a publisher's answer (T59), or None if it is none.
+    """Return header, (host, port) and connection number of a publisher's answer (T59); None if it is something else.
 
     Raises:
         ProtocolError: the header is broken.

@@ -1,11 +1,11 @@
-"""Splits a TCPROS stream into frames: u32 little-endian length, then that many bytes.
+"""Receive buffer that splits a TCPROS stream into frames: u32 little-endian length, then that many bytes.
 
 A FrameBuffer owns the memory that a link receives into. The driver asks for `writable()`, receives into it, says how
 much arrived and gets the positions of the complete frames inside `data`.
 Frames larger than the buffer make it grow, but only as bytes really arrive: a peer's claim costs no memory. It shrinks
-again when large frames have not come for a while, and at once behind one of more than 16 MiB: such a frame takes twice
-its size when it is taken, and then no more than its size. Nothing behind a large frame is received together with it,
-so that the next one can be received elsewhere.
+again when no large frames have come for a while, and at once after one of more than 16 MiB: such a frame takes twice
+its size while it is copied out, and then no more than its size. Nothing is received together with the end of a large
+frame, so that the next one can be received elsewhere.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ _unpack_size = struct.Struct("<I").unpack_from
 _TRUSTED_GROWTH = 16 << 20
 _SMALL = 2048
 _SPARE_ROUNDS = 200
-"""Receives in a row that have not needed a buffer larger than the capacity, before it shrinks."""
+"""Receives in a row without need of more than the capacity, after which the buffer shrinks."""
 
 
 class FrameBuffer:
     """Receive buffer of one link.
 
     Args:
-        capacity: bytes received at most in one go while frames are small. An idle link needs less: the buffer begins
+        capacity: most bytes received in one go while frames are small. An idle link needs less: the buffer begins
             small and grows when it is filled.
         limit: largest accepted frame body in bytes.
-        first: bytes that were received already, together with the connection header.
+        first: bytes that arrived together with the connection header.
 
     Attributes:
         data: the memory; frame positions refer to it until the next `writable()`.
@@ -49,13 +49,13 @@ class FrameBuffer:
         self._begin = 0  # first byte of the first incomplete frame
         self._end = len(first)
         self._filled = False
-        self._spare = 0  # receives since a large buffer was needed
-        self._stop = 0  # end of the large frame that is incomplete, counted from its begin; else 0
-        self._trusted = _TRUSTED_GROWTH  # memory set aside before the bytes have come: no more than have come before
+        self._spare = 0  # receives since a large buffer was last needed
+        self._stop = 0  # size of the large frame that is incomplete, with its length field; else 0
+        self._trusted = _TRUSTED_GROWTH  # memory reserved before the bytes arrive: no more than have arrived already
 
     @property
     def partial(self) -> bool:
-        """Whether a part of a frame is here."""
+        """Whether a part of a frame is in the buffer."""
         return self._begin != self._end
 
     def writable(self) -> memoryview:
@@ -77,13 +77,13 @@ class FrameBuffer:
         return self.view[end : self._stop] if end < self._stop else self.view[end:]
 
     def feed(self, data: bytes) -> None:
-        """Put bytes that were received elsewhere where the next are expected; `received` then counts them."""
+        """Append bytes that were received elsewhere; `received` then counts them."""
         if len(data) > len(self.writable()):
             self._grow(self._end + len(data))
         self.view[self._end : self._end + len(data)] = data
 
     def shrink(self) -> None:
-        """Give up memory that only large frames need, if nothing waits here."""
+        """Free memory that only large frames need, if the buffer is empty."""
         if self._begin == self._end and len(self.data) > self._capacity:
             self._begin = self._end = self._spare = 0
             self._grow(self._capacity)
@@ -118,13 +118,13 @@ class FrameBuffer:
         return frames
 
     def take(self, frames: list[tuple[int, int]]) -> bytes:
-        """Return the bytes to which the positions of complete frames, not empty, refer, to keep."""
+        """Return a copy of the bytes to which the positions of complete frames refer; positions must not be empty."""
         data = bytes(self.view[: frames[-1][1]])
         self._taken(frames)
         return data
 
     def take_bodies(self, frames: list[tuple[int, int]]) -> list[bytes]:
-        """Return the bodies of complete frames, not empty, each by itself; no position stays valid."""
+        """Return the bodies of complete frames, each by itself; no position stays valid. There must be at least one."""
         bodies = [bytes(self.view[start:stop]) for start, stop in frames]
         self._taken(frames)
         return bodies
@@ -135,9 +135,9 @@ class FrameBuffer:
             self.shrink()
 
     def _expect(self, size: int) -> None:
-        """Make room for a frame of ``size`` bytes of which a part is here, in steps if it is large."""
+        """Make room for a frame of ``size`` bytes of which a part has arrived, in steps if it is large."""
         if size > self._limit:
-            raise ProtocolError(f"message of {size} bytes is over the limit of {self._limit}")
+            raise ProtocolError(f"message of {size} bytes exceeds the limit of {self._limit} bytes")
         self._stop = size + 4 if size > self._capacity else 0
         if size + 4 > len(self.data):
             wanted = min(size + 4 + self._capacity, max(self._trusted, 2 * len(self.data)))

@@ -3,8 +3,8 @@
 A connecting side sends a header; the accepting side answers with its own, or with the single field ``error`` and
 closes. Rules (https://wiki.ros.org/ROS/TCPROS):
 
-* the first header decides: ``topic`` asks a publisher, else ``service`` asks a service;
-* ``md5sum`` must be equal, ``*`` on either side is equal to all; ``type`` alone may differ;
+* the first header decides: with ``topic`` it is for a publisher, else with ``service`` for a service;
+* ``md5sum`` must be equal, ``*`` on either side matches any; ``type`` may differ if ``md5sum`` is equal;
 * the answer carries the real type, md5sum and full definition, whatever was asked for.
 
 Refusals name both sides' types, because the person who reads them has to find the one that is wrong.
@@ -26,7 +26,7 @@ class Refusal(Exception):
 
 
 class TopicType(NamedTuple):
-    """What travels on a topic: type name, md5 sum and full definition text; ``*`` for any."""
+    """Type of a topic: type name, md5 sum and full definition text; ``*`` for any."""
 
     name: str
     md5sum: str
@@ -34,7 +34,7 @@ class TopicType(NamedTuple):
 
 
 class ServiceType(NamedTuple):
-    """What a service takes and gives: type names of service, request and response, and the service's md5 sum."""
+    """Type of a service: type names of service, request and response, and the service's md5 sum."""
 
     name: str
     md5sum: str
@@ -45,7 +45,7 @@ class ServiceType(NamedTuple):
 def subscriber_header(
     caller_id: str, topic: str, wanted: TopicType, tcp_nodelay: bool, extra: Mapping[str, str] | None = None
 ) -> dict[str, str]:
-    """Return the header with which a subscriber asks a publisher for a topic (T06)."""
+    """Return the header that a subscriber sends to a publisher (T06)."""
     return {
         **(extra or {}),
         "callerid": caller_id,
@@ -109,14 +109,14 @@ def _check_answer(header: Mapping[str, str], who: str, *needed: str) -> None:
 
 
 def check_publisher_answer(header: Mapping[str, str], topic: str, wanted: TopicType, publisher: str) -> None:
-    """Check a publisher's answer to our subscription.
+    """Check a publisher's answer to a subscriber's header.
 
     Args:
-        publisher: what to call it in errors, usually its API address.
+        publisher: its name in error messages, usually its API URI.
 
     Raises:
-        ConnectionRefusedByPeerError: the publisher said no.
-        ProtocolError: a field is missing, or type and md5 sum are not what we asked for.
+        ConnectionRefusedByPeerError: the publisher refused.
+        ProtocolError: a field is missing, or type and md5 sum are not the subscriber's.
     """
     _check_answer(header, f"publisher {publisher} of {topic}", "type", "md5sum")
     if not _md5_equal(wanted.md5sum, header["md5sum"]):
@@ -129,7 +129,7 @@ def check_publisher_answer(header: Mapping[str, str], topic: str, wanted: TopicT
 def service_client_header(
     caller_id: str, service: str, wanted: ServiceType, persistent: bool, extra: Mapping[str, str] | None = None
 ) -> dict[str, str]:
-    """Return the header with which a client asks a service (T23)."""
+    """Return the header that a client sends to a service (T23)."""
     return {
         **(extra or {}),
         "callerid": caller_id,
@@ -163,11 +163,11 @@ def answer_service_client(header: Mapping[str, str], node: str, service: str, of
 
 
 def check_service_answer(header: Mapping[str, str], service: str, wanted: ServiceType) -> None:
-    """Check a service's answer to our call. roscpp servers name no ``type`` (T24), so only the md5 sum counts.
+    """Check a service's answer to a client's header. roscpp servers send no ``type`` (T24), so only the md5 sum counts.
 
     Raises:
-        ConnectionRefusedByPeerError: the service said no.
-        ProtocolError: the md5 sum is missing or not ours.
+        ConnectionRefusedByPeerError: the service refused.
+        ProtocolError: the md5 sum is missing or not the client's.
     """
     _check_answer(header, f"service {service}", "md5sum")
     if not _md5_equal(wanted.md5sum, header["md5sum"]):
@@ -178,5 +178,5 @@ def check_service_answer(header: Mapping[str, str], service: str, wanted: Servic
 
 
 def is_true(text: str | None) -> bool:
-    """Read a header flag: ``1`` and ``true`` are true."""
+    """Return the value of a header flag: ``1`` and ``true`` are true."""
     return text is not None and text.strip().lower() in ("1", "true")

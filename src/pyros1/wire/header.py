@@ -8,7 +8,7 @@ On the wire a header is::
         ...  "key=value"; the value may hold '=' and any bytes
 
 Values are text here. Bytes that are not UTF-8 (comments in message definitions are often Latin-1) survive as
-surrogate escapes, so that a header which is passed on is passed on unchanged.
+surrogate escapes, so that a header can be passed on unchanged.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from pyros1.errors import ProtocolError
 
 MAX_HEADER_SIZE = 1 << 20
-"""Largest header accepted from a peer, in bytes. The largest part is the message definition: tens of kilobytes."""
+"""Largest header accepted from a peer, in bytes. Its largest field is the message definition: tens of kilobytes."""
 
 _U32 = struct.Struct("<I")
 
@@ -60,7 +60,7 @@ def decode_header(body: bytes) -> dict[str, str]:
 
 
 class HeaderReader:
-    """Collects one header from bytes that arrive in any pieces.
+    """Reader of one header from bytes that arrive in any pieces.
 
     Args:
         limit: largest accepted total length in bytes.
@@ -85,7 +85,7 @@ class HeaderReader:
             return None
         (size,) = _U32.unpack_from(self._data)
         if size > self._limit:
-            raise ProtocolError(f"connection header of {size} bytes is over the limit of {self._limit}")
+            raise ProtocolError(f"connection header of {size} bytes exceeds the limit of {self._limit} bytes")
         if len(self._data) < 4 + size:
             return None
         self.rest = bytes(self._data[4 + size :])

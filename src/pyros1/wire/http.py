@@ -1,7 +1,7 @@
 """HTTP/1.0 and 1.1 messages as far as XML-RPC needs them (RFC 9112): bytes in, whole messages out.
 
-A parser is fed whatever arrives and yields whole messages; several may follow each other on one connection. It moves
-through these states::
+A parser is fed bytes as they arrive and returns whole messages; several may follow each other on one connection. It
+moves through these states::
 
     HEAD ──> BODY (Content-Length) ───────────────────────────────┐
       ├────> CHUNK_SIZE ──> CHUNK ──> CHUNK_SIZE ... ──> TRAILER ──┤──> a message, then HEAD again
@@ -31,11 +31,11 @@ __all__ = [
 
 
 class HttpLimits(NamedTuple):
-    """What a peer may send.
+    """Limits on what a peer may send.
 
     Attributes:
-        head: bytes of a first line with all header fields.
-        body: bytes of a body.
+        head: most bytes of a first line with all header fields.
+        body: most bytes of a body.
     """
 
     head: int = 16 * 1024
@@ -85,7 +85,7 @@ class _State(Enum):
 
 
 class _Parser(Generic[MessageT]):
-    """The states that requests and answers share."""
+    """Base of the parsers of requests and answers."""
 
     def __init__(self, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008 - immutable
         self._limits = limits
@@ -100,20 +100,20 @@ class _Parser(Generic[MessageT]):
 
     @property
     def buffered(self) -> int:
-        """Bytes held for a message that is not complete."""
+        """Number of bytes held for an incomplete message."""
         return len(self._buffer) + len(self._chunks)
 
     @property
     def in_message(self) -> bool:
-        """A message has begun and is not complete."""
+        """Whether a message has begun and is not complete."""
         return bool(self._buffer) or self._state is not _State.HEAD
 
     def feed(self, data: bytes | bytearray | memoryview) -> None:
-        """Takes bytes as they arrived; ask ``next_message`` afterwards."""
+        """Take bytes as they arrived; ask ``next_message`` afterwards."""
         self._buffer += data
 
     def next_message(self) -> MessageT | None:
-        """The next whole message, None if more bytes are needed.
+        """Return the next whole message, None if more bytes are needed.
 
         Raises:
             HttpError: the bytes are not HTTP, or exceed a limit; the parser cannot be used any more.
@@ -138,11 +138,11 @@ class _Parser(Generic[MessageT]):
         raise NotImplementedError
 
     def _like(self, model: MessageT) -> MessageT:
-        """A message with the same head, without a body."""
+        """Return a message with the same head, without a body."""
         raise NotImplementedError
 
     def _length_unknown(self) -> _State | None:
-        """The state for a message with neither length nor chunks; None if it has no body."""
+        """Return the state for a message with neither length nor chunks; None if it has no body."""
         raise NotImplementedError
 
     def _step(self) -> MessageT | None:  # noqa: PLR0911 - one return per state
@@ -167,7 +167,7 @@ class _Parser(Generic[MessageT]):
         raise HttpError("bytes after a broken HTTP message")
 
     def _trailer(self) -> MessageT | None:
-        """Skips the fields after the last chunk."""
+        """Skip the fields after the last chunk."""
         while True:
             line = self._line(self._wanted)
             if line is None:
@@ -184,7 +184,7 @@ class _Parser(Generic[MessageT]):
 
     def _finish(self, body: bytes) -> MessageT:
         message = self._message
-        if message is None:  # cannot be: only _head leaves the state HEAD, and it sets the message
+        if message is None:  # cannot happen: only _head leaves the state HEAD, and it sets the message
             raise HttpError("an HTTP body without a head")
         message.body = body
         self._message = None
@@ -196,7 +196,7 @@ class _Parser(Generic[MessageT]):
     def _head(self) -> MessageT | None:
         self._skipped_interim = False
         buffer = self._buffer
-        # Empty lines before a first line are to be ignored (RFC 9112, 2.2).
+        # Empty lines before the first line must be ignored (RFC 9112, 2.2).
         while buffer.startswith((b"\r", b"\n")):
             if buffer[:1] == b"\r" and buffer[1:2] not in (b"\n", b""):
                 raise HttpError("not an HTTP message")
@@ -212,7 +212,7 @@ class _Parser(Generic[MessageT]):
         head = bytes(buffer[:size])
         del buffer[: size + (2 if buffer[size + 1 : size + 2] == b"\n" else 3)]
         self._searched = 0
-        # The heads that a peer sends over a connection differ in nothing but the length.
+        # The heads that a peer sends over a connection usually differ only in the length.
         length = _PLAIN_LENGTH.search(head)
         shape = head[: length.start(1)] + head[length.end(1) :] if length else b""
         if length and shape == self._shape and self._model is not None:
@@ -223,7 +223,7 @@ class _Parser(Generic[MessageT]):
         return self._choose_body(headers, shape if alone else b"")
 
     def _head_size(self) -> int | None:
-        """Where the line feed before the empty line is that ends the head, None if it has not come yet."""
+        """Return the position of the line feed before the empty line that ends the head; None if it has not arrived."""
         buffer = self._buffer
         start = max(0, self._searched - 3)
         end = buffer.find(b"\n\r\n", start)
@@ -233,7 +233,7 @@ class _Parser(Generic[MessageT]):
         return end if end >= 0 else None
 
     def _choose_body(self, headers: dict[str, str], shape: bytes) -> MessageT | None:
-        """Decides how the body ends, and remembers the head's shape if all heads of that shape have a length."""
+        """Decide how the body ends, and remember the head's shape if all heads of that shape have a length."""
         coding = headers.get("transfer-encoding")
         length = headers.get("content-length")
         if coding is not None:
@@ -255,7 +255,7 @@ class _Parser(Generic[MessageT]):
 
     def _await_body(self, length: int) -> MessageT | None:
         if length > self._limits.body:
-            raise HttpError(f"an HTTP body of {length} bytes; at most {self._limits.body} are accepted", 413)
+            raise HttpError(f"an HTTP body of {length} bytes; the limit is {self._limits.body}", 413)
         if len(self._buffer) >= length:
             return self._finish(self._take(length))
         self._wanted = length
@@ -263,7 +263,7 @@ class _Parser(Generic[MessageT]):
         return None
 
     def _line(self, limit: int) -> bytes | None:
-        """Takes a line without its end, None if it is not complete."""
+        """Take a line without its end, None if it is not complete."""
         end = self._buffer.find(b"\n")
         if (end if end >= 0 else len(self._buffer)) > limit:
             raise HttpError("an HTTP line that is too long")
@@ -282,7 +282,7 @@ class _Parser(Generic[MessageT]):
         if self._wanted:
             self._state = _State.CHUNK
         else:
-            self._wanted = self._limits.head  # bytes that the trailer may have
+            self._wanted = self._limits.head  # most bytes of the trailer
             self._state = _State.TRAILER
 
     def _chunk(self) -> None:
@@ -300,7 +300,7 @@ class _Parser(Generic[MessageT]):
 
 
 class RequestParser(_Parser[Request]):
-    """Reads requests. A POST must say how long its body is."""
+    """Parser of requests. A POST must have a Content-Length or chunks."""
 
     def _parse_head(self, first: str, headers: dict[str, str]) -> Request:
         match = _REQUEST_LINE.match(first)
@@ -318,7 +318,7 @@ class RequestParser(_Parser[Request]):
 
 
 class ResponseParser(_Parser[Response]):
-    """Reads answers. Interim answers (1xx) are skipped."""
+    """Parser of answers. Interim answers (1xx) are skipped."""
 
     def _parse_head(self, first: str, headers: dict[str, str]) -> Response:
         match = _STATUS_LINE.match(first)
@@ -345,10 +345,10 @@ class ResponseParser(_Parser[Response]):
         return _State.UNTIL_EOF
 
     def eof(self) -> Response | None:
-        """The peer closed its side.
+        """Take note that the peer has closed its side.
 
         Returns:
-            The answer that was ended by this, None if none had begun.
+            The answer that ends with the connection, None if none had begun.
 
         Raises:
             HttpError: an answer was cut off.
@@ -374,7 +374,7 @@ _REASONS: Final = {
 
 
 def build_request(host: str, path: str, body: bytes) -> bytes:
-    """A POST of XML.
+    """Return a POST request with an XML body.
 
     Args:
         host: for the Host field: ``name:port``.
@@ -395,8 +395,8 @@ _USUAL: Final = (
 def build_response(
     status: int, body: bytes, *, keep_alive: bool = True, content_type: str = "text/xml", date: bytes = b""
 ) -> bytes:
-    """An answer, saying whether the connection stays open; ``date`` is the line of `date_field`, or nothing."""
-    # Whether it stays open is said in both cases: HTTP/1.0 and 1.1 clients assume different things when it is not.
+    """Return an answer that says whether the connection stays open; ``date`` is the line of `date_field`, or empty."""
+    # Said in both cases, since HTTP/1.0 and 1.1 clients assume different things without it.
     if status == 200 and keep_alive and content_type == "text/xml":
         return _USUAL % (len(body), date) + body
     connection = "keep-alive" if keep_alive else "close"

@@ -8,14 +8,14 @@ from typing import Final
 
 from pyros1.errors import ProtocolError
 
-# Names, for strftime's are those of the user's language.
+# strftime would use the names of the user's language.
 _DAYS: Final = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
 _MONTHS: Final = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _FIELDS: Final = re.compile(r"^([!#-'*+.^_`|~\w-]+):(.*)$", re.ASCII | re.MULTILINE)
 
 
 class HttpError(ProtocolError):
-    """The peer broke HTTP's rules or a limit.
+    """The peer broke the rules of HTTP, or a limit.
 
     Args:
         message: what is wrong.
@@ -28,13 +28,13 @@ class HttpError(ProtocolError):
 
 
 def split_head(text: str) -> tuple[str, dict[str, str], bool]:
-    """The first line, the fields by lower-case name, and whether Content-Length stands there only once.
+    """Return the first line, the fields by lower-case name, and whether there is only one Content-Length.
 
     Raises:
         HttpError: a line is not a field, or there are two different lengths.
     """
     first, _, rest = text.partition("\n")
-    # A bare CR is as good as a space (RFC 9112, 2.2).
+    # A bare CR counts as a space (RFC 9112, 2.2).
     fields = [(name.lower(), value.strip(" \t\r")) for name, value in _FIELDS.findall(rest)]
     if rest and len(fields) != rest.count("\n") + 1:
         bad = next(line for line in rest.split("\n") if not _FIELDS.match(line))
@@ -47,7 +47,7 @@ def split_head(text: str) -> tuple[str, dict[str, str], bool]:
 
 
 def keep_alive(minor: str, headers: dict[str, str]) -> bool:
-    """Whether the connection stays open after a message of HTTP/1.``minor``."""
+    """Return whether the connection stays open after a message of HTTP/1.``minor``."""
     connection = headers.get("connection", "").lower()
     if minor == "1":
         return "close" not in connection
@@ -55,7 +55,7 @@ def keep_alive(minor: str, headers: dict[str, str]) -> bool:
 
 
 def date_field(when: Sequence[int]) -> bytes:
-    """The line of a head that says when a message was made (RFC 9110, 5.6.7 and 6.6.1).
+    """Return the Date field of a head as a line (RFC 9110, 5.6.7 and 6.6.1).
 
     Args:
         when: in UTC, as `time.gmtime` gives it: year, month, day, hour, minute, second, weekday.

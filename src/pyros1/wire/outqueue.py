@@ -3,9 +3,9 @@
 States of a frame: *waiting* (may still be dropped), *begun* (some of its bytes are on the wire: must be finished) and
 gone. At most one frame is begun. The limit counts waiting frames only.
 
-A signal handler that raises may end any of these methods anywhere. So what was sent is noted in `unsettled` before it
-is settled, and each step of settling is instructions with no call between them, where no handler can run: `settle` can
-be called again and goes on where it was.
+A signal handler that raises may end any of these methods at any point. So the bytes sent are noted in `unsettled`
+before they are removed, and each step of the removal is a sequence of instructions without calls, in which no handler
+can run: `settle` can be called again and continues where it was.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _rest_of(frame: Frame, sent: int) -> list[Buffer]:
 
 
 def _safe(frame: list[Buffer]) -> list[Buffer]:
-    """Return a frame that is safe to keep: what its owner may change is copied."""
+    """Return a frame that is safe to keep: memory that its owner may change is copied."""
     return [
         part if isinstance(part, bytes) or isinstance(memoryview(part).obj, bytes) else bytes(part) for part in frame
     ]
@@ -46,13 +46,13 @@ def keepable(frame: Frame) -> Frame:
 
 
 class OutQueue:
-    """The frames of one link that the socket did not take at once.
+    """Queue of the frames of one link that the socket did not take at once.
 
     Args:
-        limit: most waiting frames, None or 0 for no limit.
+        limit: most frames that may wait, None or 0 for no limit.
 
     Attributes:
-        dropped: frames thrown away so far.
+        dropped: number of frames dropped so far.
         unsettled: bytes of what `buffers()` returned that were sent, for `settle`.
     """
 
@@ -94,7 +94,7 @@ class OutQueue:
         return parts
 
     def settle(self) -> None:
-        """Remove the `unsettled` bytes: of what `buffers()` returned so many were sent."""
+        """Remove the first `unsettled` bytes of what `buffers()` returned: they were sent."""
         if self._begun:
             size = sum(len(part) for part in self._begun)
             if self.unsettled < size:
@@ -120,7 +120,7 @@ class OutQueue:
             self.unsettled = left
 
     def clear(self) -> None:
-        """Forget everything, for a link that is gone."""
+        """Remove all frames, for a link that has ended."""
         self._waiting.clear()
         self._begun = []
         self.unsettled = 0

@@ -37,5 +37,5 @@ def decode_response_head(head: bytes | bytearray, limit: int = MAX_MESSAGE_SIZE)
     """
     ok, size = _HEAD.unpack(head)
     if size > limit:
-        raise ProtocolError(f"service response of {size} bytes is over the limit of {limit}")
+        raise ProtocolError(f"service response of {size} bytes exceeds the limit of {limit} bytes")
     return ok != 0, size

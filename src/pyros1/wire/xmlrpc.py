@@ -15,8 +15,8 @@ nil                     None (read only: ROS has no null)
 ======================  =======================================
 
 What a peer sends is parsed by defusedxml's expat parser with document types forbidden, so that there are no entities
-to expand, and by a table that says which element may stand inside which. Depth and number of values are bounded. Plain
-messages, which is nearly all, take the short cut of ``xmlrpc_scan`` with the same result.
+to expand. A table says which elements each element may hold. Depth and number of values are limited. Plain messages,
+nearly all of them, take the short cut of ``xmlrpc_scan``, with the same result.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _MAX_INT: Final = 2**31 - 1
 
 
 class PreparedList(list[Any]):
-    """A list that is sent often: it is written once. Whoever changes it, or what is in it, sets ``text`` to None."""
+    """A list that is sent often and written to XML once. After a change in it, set ``text`` to None."""
 
     __slots__ = ("text",)
 
@@ -67,7 +67,7 @@ _NOT_XML: Final = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uff
 
 
 def _escape(text: str) -> str:
-    if not text.isprintable():  # much cheaper than the search, and nearly always true
+    if not text.isprintable():  # much cheaper than a search, and nearly always true
         bad = _NOT_XML.search(text)
         if bad is not None:
             raise SerializationError(f"XML-RPC cannot carry the character {bad.group()!r} of the string {text[:40]!r}")
@@ -81,7 +81,7 @@ def _escape(text: str) -> str:
 
 
 def _write(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
-    """The ``<value>`` element for a value."""
+    """Return the ``<value>`` element for a value."""
     kind = value.__class__
     if kind is str:
         return f"<value><string>{_escape(value)}</string></value>"
@@ -100,7 +100,7 @@ def _write(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kin
 
 def _deeper(depth: int) -> int:
     if depth >= MAX_DEPTH:
-        raise SerializationError(f"a value is nested more than {MAX_DEPTH} levels deep")
+        raise SerializationError(f"a value is nested deeper than {MAX_DEPTH} levels")
     return depth + 1
 
 
@@ -120,7 +120,7 @@ def _write_struct(value: dict[Any, Any], depth: int) -> str:
     except TypeError:
         bad = next(key for key in value if not isinstance(key, str))
         raise SerializationError(f"dictionary keys must be strings, not {bad!r}") from None
-    if _escape(names) is not names:  # looked at all together: nearly always there is nothing to escape
+    if _escape(names) is not names:  # checked all together: nearly always there is nothing to escape
         value = {_escape(key): item for key, item in value.items()}
     items = [
         f"<member><name>{key}</name><value><double>{item!r}</double></value></member>"
@@ -132,7 +132,7 @@ def _write_struct(value: dict[Any, Any], depth: int) -> str:
 
 
 def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
-    """Subclasses of the plain types, binary data, dates, integers of other libraries; and the refusals."""
+    """Return the element of a less common value: subclasses, binary data, dates, integers of other libraries."""
     if isinstance(value, (PreparedDict, PreparedList)):
         text = value.text
         if text is None:
@@ -157,9 +157,11 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one retur
         try:
             number = int(value.__index__())
         except TypeError:  # an array of numbers
-            raise SerializationError(f"a {type(value).__name__} cannot be sent by XML-RPC: make it a list") from None
+            raise SerializationError(
+                f"a {type(value).__name__} cannot be sent by XML-RPC: convert it to a list"
+            ) from None
         if not _MIN_INT <= number <= _MAX_INT:
-            raise SerializationError(f"the integer {number} does not fit into the 32 bits that XML-RPC has for it")
+            raise SerializationError(f"the integer {number} does not fit into the 32 bits of XML-RPC's integers")
         return _write(number, depth)
     if value is None:
         raise SerializationError("None (null) cannot be sent by XML-RPC")
@@ -167,7 +169,7 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one retur
 
 
 def dumps_call(method: str, params: Sequence[Any]) -> bytes:
-    """The body of a call.
+    """Return the body of a call.
 
     Raises:
         SerializationError: a parameter is not of one of the types above, or an int is beyond 32 bits.
@@ -178,7 +180,7 @@ def dumps_call(method: str, params: Sequence[Any]) -> bytes:
 
 
 def dumps_response(value: Any) -> bytes:
-    """The body of a successful answer.
+    """Return the body of a successful answer.
 
     Raises:
         SerializationError: the value is not of one of the types above, or an int is beyond 32 bits.
@@ -187,7 +189,7 @@ def dumps_response(value: Any) -> bytes:
 
 
 def dumps_fault(code: int, text: str) -> bytes:
-    """The body of a fault; characters that XML cannot carry are replaced, so this never fails."""
+    """Return the body of a fault; characters that XML cannot carry are replaced, so this never fails."""
     fault = _write({"faultCode": code, "faultString": _NOT_XML.sub("?", text)}, 0)
     return f"{_HEAD}<methodResponse><fault>{fault}</fault></methodResponse>".encode()
 
@@ -201,7 +203,7 @@ def _read_int(text: str) -> int:
         raise ValueError(f"integer of {len(text)} characters")
     number = int(text)
     if not -(2**63) <= number < 2**63:
-        raise ValueError(f"integer {number} beyond 64 bits")
+        raise ValueError(f"integer {number} exceeds 64 bits")
     return number
 
 
@@ -254,9 +256,9 @@ _INSIDE: Final[dict[str, frozenset[str]]] = {
 
 
 class Reader:
-    """Builds values from the parser's events.
+    """Builder of values from the parser's events.
 
-    Finished values wait on ``stack``. ``marks`` holds, for each open array or struct, where its own values begin on
+    Complete values wait on ``stack``. ``marks`` holds, for each open array or struct, where its own values begin on
     the stack; in a struct names and values alternate. ``typed`` says whether the innermost open ``<value>`` has had
     its type element; without one its text is the value.
     """
@@ -264,7 +266,7 @@ class Reader:
     __slots__ = ("count", "faults", "marks", "method", "open", "parser", "refusals", "root", "stack", "text", "typed")
 
     def __init__(self) -> None:
-        # Not at the top: most programs start and end without a message that needs it. This facade imports 10 ms faster
+        # Not at the top: most programs never get a message that needs it. This facade imports 10 ms faster
         # than defusedxml.expatreader, whose base class pulls in the whole of urllib.
         from defusedxml.ElementTree import DefusedXMLParser, ParseError  # type: ignore[import-untyped] # noqa: PLC0415
 
@@ -314,7 +316,7 @@ class Reader:
                 raise ProtocolError("not an XML-RPC message: a <value> holds two values")
             if tag == "struct" or tag == "array":  # noqa: PLR1714 - the hot path: no tuple search
                 if len(self.marks) >= MAX_DEPTH:
-                    raise ProtocolError(f"XML-RPC value nested more than {MAX_DEPTH} levels deep")
+                    raise ProtocolError(f"XML-RPC value nested deeper than {MAX_DEPTH} levels")
                 self.marks.append(len(self.stack))
         opened.append(tag)
         self.text.clear()
@@ -361,7 +363,7 @@ class Reader:
 
 
 def loads_call(body: bytes) -> tuple[str, list[Any]]:
-    """Reads the body of a call.
+    """Read the body of a call.
 
     Returns:
         The method's name and its parameters.
@@ -380,7 +382,7 @@ def loads_call(body: bytes) -> tuple[str, list[Any]]:
 
 
 def loads_response(body: bytes) -> Any:
-    """Reads the body of an answer.
+    """Read the body of an answer.
 
     Returns:
         The one value that it carries.

@@ -43,11 +43,11 @@ Converters = Mapping[str, Callable[[str], Any]]
 
 
 class _GiveUp(Exception):
-    """Something that the real parser must look at."""
+    """The text needs the real parser."""
 
 
 def _decode(body: bytes) -> str:
-    """The document as text, with XML's line ends, and with nothing in it that XML forbids."""
+    """Return the document as text with XML's line ends; give up if it holds characters that XML forbids."""
     if len(body.translate(None, _CONTROL)) != len(body) or b"\xef\xbf" in body or b"]]>" in body:
         raise _GiveUp
     try:
@@ -67,7 +67,7 @@ def _unescape(text: str) -> str:
 
 
 def _plain_members(text: str, position: int, convert: Converters, into: dict[str, Any]) -> tuple[int, int]:
-    """Takes the ``<member>`` elements with plain values that follow: how many, and where they end."""
+    """Take the plain ``<member>`` elements that follow; return their number and the position behind them."""
     match = _MEMBER.match
     count = 0
     while (member := match(text, position)) is not None:
@@ -81,7 +81,7 @@ def _plain_members(text: str, position: int, convert: Converters, into: dict[str
 def _values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it would double its time
     text: str, position: int, convert: Converters, max_depth: int, max_values: int
 ) -> tuple[list[Any], int]:
-    """The values of all ``<param>`` elements from a position on, and where they end."""
+    """Return the values of all ``<param>`` elements from a position on, and the position behind them."""
     match = _TOKEN.match
     params: list[Any] = []
     # The innermost open array or struct (at first the list of parameters), and what surrounds it.
@@ -138,7 +138,7 @@ def _values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it would d
 
 
 def scan_call(body: bytes, convert: Converters, max_depth: int, max_values: int) -> tuple[str, list[Any]] | None:
-    """Reads a call; None if it is not plain enough (or wrong: that is for the parser to say).
+    """Read a call; return None if it is not plain enough, or wrong, which the parser then reports.
 
     Args:
         convert: type element -> conversion of its text.
@@ -158,7 +158,7 @@ def scan_call(body: bytes, convert: Converters, max_depth: int, max_values: int)
 
 
 def scan_response(body: bytes, convert: Converters, max_depth: int, max_values: int) -> list[Any] | None:
-    """Reads an answer: a list of its one value, None if it is not plain enough (a fault, for example)."""
+    """Read an answer; return a list of its one value, None if it is not plain enough (a fault, for example)."""
     try:
         text = _decode(body)
         head = _RESPONSE.match(text)

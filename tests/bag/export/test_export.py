@@ -136,22 +136,22 @@ def test_names_of_files_are_safe_and_different(run: Run, tmp_path: Path) -> None
     [
         ([], 2, "at least one bag file"),
         (["x.bag"], 2, "must specify --format"),
-        (["x.bag", "-o", "out.mcap", "--format", "csv"], 2, "do not go together"),
+        (["x.bag", "-o", "out.mcap", "--format", "csv"], 2, "does not match the output name"),
         (["x.bag", "-o", "-", "--format", "mcap"], 2, "needs a file or folder"),
         (["x.bag", "--format", "xml"], 2, "invalid choice"),
         (["nope.bag", "--format", "csv"], 1, "nope.bag: No such file"),
-        (["x.bag", "-o", "x.csv"], 1, "2 are chosen"),
-        (["x.bag", "-o", "here.jsonl"], 1, "here.jsonl is there already; -f replaces it"),
-        (["x.bag", "-o", "full", "--format", "csv"], 1, "full is there already"),
-        (["x.bag", "-o", "no/x.jsonl"], 1, "there is no folder no"),
+        (["x.bag", "-o", "x.csv"], 1, "2 are selected"),
+        (["x.bag", "-o", "here.jsonl"], 1, "here.jsonl already exists: use -f to replace it"),
+        (["x.bag", "-o", "full", "--format", "csv"], 1, "full already exists"),
+        (["x.bag", "-o", "no/x.jsonl"], 1, "the folder no does not exist"),
         (["x.bag", "-f", "--format", "jsonl", "-o", "x.bag"], 1, "Cannot use same file"),
         (["x.bag", "-f", "--format", "jsonl", "-o", "full"], 1, "full is a folder"),
         (["x.bag", "-f", "--format", "csv", "-o", "bad.bag"], 1, "bad.bag is a file"),
-        (["x.bag", "-o", "x.jsonl", "--topics", "/c"], 1, "there is no topic /c in x.bag"),
-        (["x.bag", "-o", "x.jsonl", "--topics", "/a,/c"], 1, "there is no topic /c in x.bag"),
-        (["x.bag", "-o", "x.jsonl", "--from", "@200"], 1, "no messages of the topics and times chosen"),
-        (["x.bag", "-o", "x.mcap", "--distro", "jazy"], 2, "there is no 'jazy'"),
-        (["x.bag", "--format", "images"], 1, "there are no images in x.bag"),
+        (["x.bag", "-o", "x.jsonl", "--topics", "/c"], 1, "no topic /c in x.bag"),
+        (["x.bag", "-o", "x.jsonl", "--topics", "/a,/c"], 1, "no topic /c in x.bag"),
+        (["x.bag", "-o", "x.jsonl", "--from", "@200"], 1, "no messages for the selected topics and times"),
+        (["x.bag", "-o", "x.mcap", "--distro", "jazy"], 2, "unknown distribution 'jazy'"),
+        (["x.bag", "--format", "images"], 1, "no images in x.bag"),
         (["cut.bag", "-o", "x.jsonl"], 1, "bag reindex"),
         (["bad.bag", "-o", "x.jsonl"], 1, "bad.bag: message on /x at"),
         (["bad.bag", "-o", "x.mcap"], 1, "x.mcap: message on /x at 1.000000 (std_msgs/String) cannot be converted"),
@@ -260,8 +260,8 @@ def test_images_that_cannot_be_written_are_named(run: Run, tmp_path: Path) -> No
     assert (code, out) == (1, "x_images: 1 messages of 2 topics\n")
     assert err.splitlines() == [
         "WARNING: /a: 1 message left out: images of the encoding 'jpeg2000' are not supported",
-        "WARNING: /b: 1 message left out: the image's step is 2; rows of 1 pixels in rgb8 take 3 bytes",
-        "WARNING: /b: 2 messages left out: images of the encoding 'rgb16' have no place in PNG and TIFF files; "
+        "WARNING: /b: 1 message left out: the image's step is 2, but rows of 1 pixels in rgb8 take 3 bytes",
+        "WARNING: /b: 2 messages left out: PNG and TIFF files cannot store images of the encoding 'rgb16'; "
         "try --format video",
     ]
 
@@ -328,7 +328,9 @@ def test_constants_that_rosbags_cannot_read_do_no_harm(run: Run, tmp_path: Path)
 def test_import_takes_topics_and_compression(run: Run, make_bag: Make, tmp_path: Path) -> None:
     make_bag(count=6)
     run("export", "x.bag", "-o", "x.mcap")
-    assert run("import", "x.mcap", "--topics", "/b", "--lz4")[2] == "ERROR: x.bag is there already; -f replaces it\n"
+    assert (
+        run("import", "x.mcap", "--topics", "/b", "--lz4")[2] == "ERROR: x.bag already exists: use -f to replace it\n"
+    )
     assert run("import", "x.mcap", "--topics", "/b", "--lz4", "-f", "-q") == (0, "", "")
     assert values(tmp_path / "x.bag") == [1, 3, 5]
 
@@ -339,10 +341,10 @@ def test_import_takes_topics_and_compression(run: Run, make_bag: Make, tmp_path:
         ([], 2, "one ROS 2 bag"),
         (["nope.mcap"], 1, "nope.mcap: No such file"),
         (["folder"], 1, "no metadata.yaml"),
-        (["x.bag", "-o", "y.bag"], 1, "neither a ROS 2 bag's folder"),
+        (["x.bag", "-o", "y.bag"], 1, "neither the folder of a ROS 2 bag"),
         (["cut.mcap"], 1, "cut off or damaged"),
         (["empty.db3"], 1, "rosbags cannot read it"),
-        (["x.mcap", "-o", "y.bag", "--topics", "/c"], 1, "there is no topic /c in x.mcap"),
+        (["x.mcap", "-o", "y.bag", "--topics", "/c"], 1, "no topic /c in x.mcap"),
     ],
 )
 def test_what_cannot_be_imported_leaves_nothing(
@@ -404,16 +406,16 @@ def test_names_that_ros_2_does_not_allow_are_made_ones_that_it_does(run: Run, tm
     code, _, err = run("export", "x.bag", "-o", output, "--format", "mcap" if output.endswith("mcap") else "ros2")
     assert code == 0
     for line in (
-        "package Mocap is called mocap",
-        "type Mocap/msg/rigid_body is called RigidBody",
-        "field Mocap/rigid_body.timeStamp is called time_stamp",
-        "field Mocap/rigid_body.X is called x2",
-        "field Mocap/rigid_body.markerSets is called marker_sets",
-        "field Mocap/rigid_body.Corners_ is called corners",
-        "field Mocap/MarkerSet.setName is called set_name",
-        "field Mocap/MarkerSet.num__markers is called num_markers",
+        "package Mocap was renamed to mocap",
+        "type Mocap/msg/rigid_body was renamed to RigidBody",
+        "field Mocap/rigid_body.timeStamp was renamed to time_stamp",
+        "field Mocap/rigid_body.X was renamed to x2",
+        "field Mocap/rigid_body.markerSets was renamed to marker_sets",
+        "field Mocap/rigid_body.Corners_ was renamed to corners",
+        "field Mocap/MarkerSet.setName was renamed to set_name",
+        "field Mocap/MarkerSet.num__markers was renamed to num_markers",
     ):
-        assert f"NOTE: {line}, since ROS 2 does not allow its name\n" in err
+        assert f"NOTE: {line}: ROS 2 does not allow its name\n" in err
     assert len(err.splitlines()) == 8
     with AnyReader([tmp_path / output]) as reader:
         (connection,) = (each for each in reader.connections if each.topic == "/body")

@@ -253,9 +253,9 @@ def test_what_is_not_ros_1_is_left_out_and_named(run: Run, tmp_path: Path) -> No
     assert (code, out) == (0, "x.bag: 2 messages of 2 topics\n")
     assert err.splitlines()[:4] == [
         "WARNING: /json is left out: its messages are encoded as 'json', not 'ros1'",
-        "WARNING: /none is left out: there is no definition of its type",
+        "WARNING: /none is left out: the definition of its type is missing",
         "WARNING: /idl is left out: the definition of p/Idl is encoded as 'ros2idl', not 'ros1msg'",
-        "WARNING: /ros2 is left out: 'std_msgs/msg/String' is no name of a type of ROS 1",
+        "WARNING: /ros2 is left out: 'std_msgs/msg/String' is not a ROS 1 type name",
     ]
     assert err.splitlines()[4].startswith("WARNING: /wrong is left out: the definition of its type is wrong: ")
     with pyros1.bag.open(tmp_path / "x.bag") as bag:
@@ -264,7 +264,7 @@ def test_what_is_not_ros_1_is_left_out_and_named(run: Run, tmp_path: Path) -> No
         assert not {"no name", "ö", "a=b", "a"} & bag.connections[0].header.keys()
     write(tmp_path / "y.mcap", channel(2, "/json", "json", 0), message(2, 0), profile="")
     code, _, err = run("import", "y.mcap")
-    assert (code, "no messages of ROS 1 that could be imported: /json: its messages" in err) == (1, True), err
+    assert (code, "no messages of ROS 1 that can be imported: /json: its messages" in err) == (1, True), err
     assert not (tmp_path / "y.bag").exists()
 
 
@@ -274,7 +274,7 @@ def test_topics_are_chosen(run: Run, tmp_path: Path) -> None:
     with pyros1.bag.open(tmp_path / "x.bag") as bag:
         assert bag.topics == {"/b": "std_msgs/String"}
     code, _, err = run("import", "x.mcap", "--topics", "/scam", "-o", "y.bag")
-    assert (code, "there is no topic /scam in x.mcap (did you mean '/scan'?)" in err) == (1, True), err
+    assert (code, "no topic /scam in x.mcap (did you mean '/scan'?)" in err) == (1, True), err
     assert not (tmp_path / "y.bag").exists()
 
 
@@ -293,17 +293,17 @@ FINE = KNOWN + message(1, 0)
         (KNOWN + schema(name="std_msgs/Int8"), "type 1 is defined twice, and differently"),
         (mcap.pack_record(mcap.OP_SCHEMA, b"\1\0" + U32.pack(1 << 30)), "runs past its end"),
         (mcap.HEAD.pack(mcap.OP_MESSAGE, 1 << 60), "cut off or damaged; `mcap recover`"),
-        (bytes(100), "there is no record: the file is cut off or damaged"),
-        (chunk(chunk(FINE)), "a chunk in a chunk"),
-        (chunk(FINE, crc=5), "its checksum is another"),
+        (bytes(100), "this is not a record: the file is cut off or damaged"),
+        (chunk(chunk(FINE)), "a chunk contains another chunk"),
+        (chunk(FINE, crc=5), "its checksum is wrong"),
         (chunk(FINE, size=len(FINE) + 1), "does not hold the"),
         (chunk(FINE, "zstd", size=len(FINE) - 1), "does not hold the"),
         (chunk(FINE, "lz4", size=1 << 40), "claims to hold 1099511627776 bytes"),
-        (chunk(FINE, "snappy"), "the chunk's compression 'snappy' is unknown; there are lz4 and zstd"),
+        (chunk(FINE, "snappy"), "the chunk's compression 'snappy' is unknown; lz4 and zstd are supported"),
         (chunk(FINE, "zstd").replace(b"\x28\xb5\x2f\xfd", b"abcd"), "the chunk's zstd data are damaged"),
         (chunk(FINE, "lz4").replace(b"\x04\x22\x4d\x18", b"abcd"), "the chunk's lz4 data are damaged"),
         (chunk(FINE[:-3]), "runs past its end"),
-        (FINE + mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE.pack(1, 0, 1 << 63, 0)), "bags hold 0 to 2^32 s"),
+        (FINE + mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE.pack(1, 0, 1 << 63, 0)), "bags can hold 0 to 2^32 s"),
     ],
 )
 def test_what_is_damaged_is_named_and_leaves_nothing(run: Run, tmp_path: Path, records: bytes, words: str) -> None:
@@ -339,9 +339,9 @@ SMALL, BIG = chunk(KNOWN), chunk(bytes(630_000))
         ([SMALL], [entry(BEGIN, SMALL, stored=1 << 60)], "is wrong about"),
         ([SMALL], [entry(BEGIN, SMALL, compression="zstd")], "is wrong about"),
         ([SMALL], [entry(BEGIN + 9, SMALL)], "is wrong about"),
-        ([SMALL], [entry(BEGIN, SMALL)] * 2, "names a chunk twice"),
+        ([SMALL], [entry(BEGIN, SMALL)] * 2, "lists a chunk twice"),
         ([BIG, BIG], [entry(BEGIN, BIG), entry(BEGIN + len(BIG), BIG)], "hold 1260000 bytes"),
-        ([SMALL, mcap.pack_record(mcap.OP_FOOTER, U64.pack(BEGIN), bytes(12))], [], "not where the end"),
+        ([SMALL, mcap.pack_record(mcap.OP_FOOTER, U64.pack(BEGIN), bytes(12))], [], "not at the place given"),
     ],
 )
 def test_what_lies_is_refused_before_rosbags_believes_it(
@@ -360,7 +360,7 @@ def test_what_lies_is_refused_before_rosbags_believes_it(
 def test_files_that_are_no_mcap(run: Run, tmp_path: Path) -> None:
     for data, words in [
         (b"", "x.mcap: the file is empty"),
-        (b"#ROSBAG V2.0\n", "x.mcap: this is no MCAP file"),
+        (b"#ROSBAG V2.0\n", "x.mcap: this is not an MCAP file"),
         (mcap.MAGIC, "x.mcap: at byte 8: the file is cut off"),
         (mcap.MAGIC + mcap.pack_record(mcap.OP_FOOTER, bytes(20)), "x.mcap: at byte 8: the file has no header"),
         (mcap.MAGIC + mcap.pack_record(mcap.OP_HEADER, b"\5"), "x.mcap: at byte 8: a field of the record runs past"),
@@ -402,7 +402,7 @@ def test_a_module_that_is_missing_is_named(
     for name in ("compression.zstd", "backports.zstd", "lz4.frame"):
         monkeypatch.setitem(sys.modules, name, None)
     code, _, err = run("import", "x.mcap", "-o", "y.bag")
-    assert code == 1 and f"x.mcap: it is compressed with {compression}; to read that: pip install {package}\n" in err
+    assert code == 1 and f"x.mcap: it is compressed with {compression}; to read it: pip install {package}\n" in err
 
 
 def test_there_is_an_end_to_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -413,7 +413,7 @@ def test_there_is_an_end_to_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         if number < 2:
             writer.write_raw(stored)
         else:
-            with pytest.raises(BagError, match=r"x\.mcap: an MCAP file holds at most 2 connections and types"):
+            with pytest.raises(BagError, match=r"x\.mcap: an MCAP file can hold at most 2 connections and types"):
                 writer.write_raw(stored)
     writer.abort()
 
@@ -421,5 +421,5 @@ def test_there_is_an_end_to_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_usage(run: Run, make_bag: Make) -> None:
     make_bag(count=2)
     code, _, err = run("export", "x.bag", "--format", "csv", "--ros1")
-    assert (code, "--ros1 goes with --format mcap, not csv" in err) == (2, True)
+    assert (code, "--ros1 needs --format mcap, not csv" in err) == (2, True)
     assert "--ros1" in run("export", "-h")[1]

@@ -247,7 +247,7 @@ def test_an_index_that_names_a_chunk_twice_is_damaged(tmp_path: Path) -> None:
     head = make_bag_header(begin, connections, 2)
     content = path.read_bytes()
     path.write_bytes(content[:13] + head + content[13 + len(head) :] + again)
-    with pytest.raises(UnindexedError, match="names a chunk twice"):
+    with pytest.raises(UnindexedError, match="lists a chunk twice"):
         BagReader(path)
     assert values(path) == list(range(5))
 
@@ -295,7 +295,7 @@ def test_what_was_not_searched_is_said(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr("pyros1.bag.format.scanner.LEAST_WORK", 0)
     (tmp_path / "x.bag").write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + chunk_head(b"none", 1 << 30, 5) * 500)
     saved = reindex(tmp_path / "x.bag", tmp_path / "new.bag")
-    assert "so much is damaged that the rest of the file was not searched" in saved.damages[-1].reason
+    assert "there is too much damage, so the rest of the file was not searched" in saved.damages[-1].reason
 
 
 def test_chunks_in_each_other_are_not_read(tmp_path: Path) -> None:
@@ -306,7 +306,7 @@ def test_chunks_in_each_other_are_not_read(tmp_path: Path) -> None:
         first, second = bag.chunks[:2]
         place = bag.header(first).data - 4
     path.write_bytes(data[:place] + struct.pack("<I", second.pos + 9 - place) + data[place + 4 :])
-    with BagReader(path) as bag, pytest.raises(BagError, match=rf"at byte {first.pos}: .*into the one at byte"):
+    with BagReader(path) as bag, pytest.raises(BagError, match=rf"at byte {first.pos}: .*overlaps the one at byte"):
         list(bag.messages())
 
 

@@ -94,7 +94,7 @@ def test_waits_for_subscribers_and_remaps(start: Any, make_node: Any, bag: Path)
 
 def test_stays_for_latched_topics_until_it_is_told_to_end(start: Any, make_node: Any, bag: Path) -> None:
     child = start("bag", "play", "-k", "-i", "-d", "0", "x.bag")
-    while "staying alive" not in (line := child.stdout.readline()):
+    while "still running" not in (line := child.stdout.readline()):
         assert line, child.stderr.read()
     assert Heard(make_node("late"), "/map", String).wait(1) == ["m"]
     child.send_signal(signal.SIGINT)
@@ -111,7 +111,7 @@ def test_nobody_reads_what_it_says_about_an_empty_bag(start: Any, tmp_path: Path
     BagWriter(tmp_path / "empty.bag").close()
     child = start("bag", "play", "-d", "0.1", "empty.bag")
     child.stdout.close()
-    assert child.stderr.read() == "WARNING: there are no messages to play\n"
+    assert child.stderr.read() == "WARNING: no messages to play\n"
     assert child.wait(DEADLINE) == 0
     child.stdout = None  # for whoever ends what is left
 

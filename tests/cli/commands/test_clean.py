@@ -57,8 +57,8 @@ def test_purge_keeps_what_is_being_written_and_the_link_to_it(run: Run, logs: Pa
     with (logs / "run2" / "node.log").open("a"):
         assert files_in_use(logs) == [logs / "run2" / "node.log"]
         code, out, err = run("purge", stdin="y\n")
-        assert code == 0 and out.endswith(f"rm -rf {logs} (but for latest, run2)\n(y/n)?\n")
-        assert "kept, since running programs write to it: latest, run2" in err
+        assert code == 0 and out.endswith(f"rm -rf {logs} (except latest, run2)\n(y/n)?\n")
+        assert "kept, because running programs write to it: latest, run2" in err
         assert sorted(os.listdir(logs)) == ["latest", "run2"]
         assert run("purge", "-y", "--running") == (0, "Purging ROS node logs.\n", "")
     assert not logs.exists()
@@ -110,7 +110,7 @@ def test_home_and_what_is_above_is_never_removed(run: Run, logs: Path, monkeypat
     (logs / "inner").mkdir()
     monkeypatch.setenv("HOME", str(logs / "inner"))
     code, _, err = run("purge", "-y")
-    assert code == 1 and "is ROS_LOG_DIR right?" in err and logs.exists()
+    assert code == 1 and "correct ROS_LOG_DIR" in err and logs.exists()
 
 
 def test_what_cannot_be_removed_is_said(run: Run, logs: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -124,9 +124,9 @@ def test_an_unreachable_master_is_said_in_the_stock_words(run: Any, monkeypatch:
 
 def test_words_that_look_like_options_and_remappings_get_a_hint(run: Any) -> None:
     code, _, err = run("topic", "echo", "/x", "_rate=5")
-    assert code == 2 and err.endswith("\n'_rate=5' sets and renames nothing: write _rate:=5\n")
+    assert code == 2 and err.endswith("\n'_rate=5' is neither a remapping nor a parameter: write _rate:=5\n")
     code, _, err = run("topic", "pub", "\u2013r", "10", "/x", "std_msgs/String", "a=b")
-    assert code == 1 and err.endswith("begins with a dash that is no '-', as texts have it: write -r\n")
+    assert code == 1 and err.endswith("begins with a typographic dash, not with '-': write -r\n")
     assert "a:=b" not in err, "it is a message"
     assert "write" not in run("service", "call", "/nope", "a: 5")[2]
 
@@ -136,7 +136,9 @@ def test_a_ros_master_uri_that_is_none_is_said_to_be_that(run: Any, monkeypatch:
     monkeypatch.setenv("ROS_MASTER_URI", uri)
     code, _, err = run("topic", "list")
     assert code == 1 and repr(uri) in err
-    assert "Is ROS_MASTER_URI right? For a master on this machine: export ROS_MASTER_URI=http://localhost:11311" in err
+    assert (
+        "Is ROS_MASTER_URI correct? For a master on this machine: export ROS_MASTER_URI=http://localhost:11311" in err
+    )
 
 
 def test_an_unknown_host_in_ros_master_uri_is_said_to_be_that(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -276,7 +278,7 @@ def test_pub_takes_the_lines_of_its_topic_from_an_export(run: Any, make_node: An
     )
     assert [got.get(timeout=10).data for _ in range(2)] == ["one", "three"]
     code, _, error = run("topic", "pub", "-f", str(file), "/nobody", "std_msgs/String")
-    assert code != 0 and "no line is of /nobody; there are: /other, /said" in error
+    assert code != 0 and "no line is for /nobody; the lines are for: /other, /said" in error
 
 
 def test_listings_are_lists_in_json(run: Any, make_node: Callable[..., Any], tmp_path: Any) -> None:
@@ -333,7 +335,7 @@ def test_files_that_do_not_do(run: Any, tmp_path: Any) -> None:
     )
     (tmp_path / "raw").write_bytes(b"a: \xff")
     code, _, error = run("param", "load", str(tmp_path / "raw"))
-    assert (code, error) == (1, "ERROR: what was read is not UTF-8 text: byte 0xff at 3\n")
+    assert (code, error) == (1, "ERROR: the input is not UTF-8 text: byte 0xff at offset 3\n")
 
 
 def test_memory_that_ends_is_said(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -341,7 +343,7 @@ def test_memory_that_ends_is_said(run: Any, monkeypatch: pytest.MonkeyPatch) -> 
         raise MemoryError
 
     monkeypatch.setattr("pyros1.cli.commands.version.COMMAND.verb.run", greedy)
-    assert run("version") == (1, "", "ERROR: there is not enough memory for this\n")
+    assert run("version") == (1, "", "ERROR: not enough memory\n")
 
 
 def test_closed_streams_are_no_error(environ: dict[str, str]) -> None:
@@ -392,7 +394,7 @@ def test_stock_list_leaves_out_what_has_no_text_there(run: Any, monkeypatch: pyt
 @pytest.mark.parametrize("command", VERBS)
 def test_what_is_no_verb_is_said_to_be_none(run: Any, command: str) -> None:
     code, _, err = run(command, "bogus")
-    assert code != 0 and err == f"pyros1 {command}: there is no 'bogus'\n"
+    assert code != 0 and err == f"pyros1 {command}: unknown command 'bogus'\n"
 
 
 @pytest.mark.parametrize(
@@ -405,7 +407,7 @@ def test_what_is_no_verb_is_said_to_be_none(run: Any, command: str) -> None:
         ("topic pub /x String 1", "invalid topic type: String (did you mean 'std_msgs/String'?)"),
         ("topic pub /x std_msgs/Strng 1", "invalid message type: std_msgs/Strng (did you mean 'std_msgs/String'?)."),
         ("node kill /a/tool", " * /a/tool (did you mean '/a/tools'?)"),
-        ("tf ecko", "pyros1 tf: there is no 'ecko' (did you mean 'echo'?)"),
+        ("tf ecko", "pyros1 tf: unknown command 'ecko' (did you mean 'echo'?)"),
     ],
 )
 def test_hints_at_what_was_meant(

@@ -1,4 +1,4 @@
-"""diagnostic: what a robot's parts say of their state (L202).
+"""diagnostic: the diagnostics of a robot's components (L202).
 
 The stock tool, rosdiagnostic, is in no distribution that these tests run on: what is expected is written down here.
 """
@@ -94,7 +94,7 @@ def test_where_else_to_look_is_said(
     end_at_the_first_line(monkeypatch)
     with pytest.raises(KeyboardInterrupt):
         run("--topic", "/nothing")
-    said = "WARNING: topic [/nothing] does not appear to be published yet; there is /diagnostics\n"
+    said = "WARNING: topic [/nothing] does not appear to be published yet; these are published: /diagnostics\n"
     assert capsys.readouterr().err == said
 
 
@@ -123,7 +123,7 @@ def test_what_is_not_understood_is_refused(run: Run) -> None:
     for level in ("9", "4", "-1", "1.0", ""):
         code, out, err = run(f"--level={level}")
         assert (code, out) == (2, "")
-        assert f"there is no level {level!r}; there are 0 ok, 1 warn, 2 error, 3 stale\n" in err
+        assert f"unknown level {level!r}; levels: 0 ok, 1 warn, 2 error, 3 stale\n" in err
     assert run("word")[0] == 2 and run("-h")[0] == 0
 
 

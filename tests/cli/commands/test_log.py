@@ -83,7 +83,7 @@ def test_echo_says_once_that_it_hides_something(run: Run, make_node: Callable[..
     code, out, err = run("echo", "-1", *words)
     thread.join()
     assert (code, out) == (0, "[ ERROR ] [/talker]: text\n")
-    assert err == ("" if words else "pyros1 log echo: what is below warn is hidden: see it with -l info\n")
+    assert err == ("" if words else "pyros1 log echo: messages below warn are hidden: use -l info to see them\n")
 
 
 def test_echo_refuses_what_it_does_not_understand(run: Run) -> None:

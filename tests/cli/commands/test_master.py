@@ -44,7 +44,8 @@ def test_it_runs_until_it_is_told_to_end(free_port: int, tmp_path: Path, monkeyp
 
 
 def test_wrong_words(capsys: pytest.CaptureFixture[str]) -> None:
-    for words in (["x"], ["--master-logger-level", "loud"]):
+    for words in (["x"], ["--master-logger-level", "loud"], ["-p", "70000"], ["-p", "-1"]):
         with pytest.raises(SystemExit, match="2"):
             entry(["pyros1", "master", *words])
-    assert "unrecognized args: x" in capsys.readouterr().err
+    err = capsys.readouterr().err
+    assert "unrecognized args: x" in err and "the port must be from 1 to 65535, not 70000\n" in err

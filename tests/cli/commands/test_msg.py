@@ -55,6 +55,15 @@ def test_constants_are_shown_as_they_are_written(run: Any, own_package: Path) ->
     assert run("srv", "show", "own_msgs/Ask")[1] == f"float64 G=1e3\n---\nown_msgs/Inner inner\n{inner}\n"
 
 
+def test_no_hint_at_the_word_itself(run: Any, tmp_path: Path, own_package: Path) -> None:
+    (tmp_path / "9lives" / "msg").mkdir(parents=True)
+    (tmp_path / "9lives" / "package.xml").write_text("<package><name>9lives</name></package>")
+    (tmp_path / "9lives" / "msg" / "M.msg").write_text("int8 x\n")
+    code, out, err = run("msg", "show", "9lives/M")
+    assert (code, out) == (1, "") and "[9lives/M]" in err and "did you mean" not in err
+    assert "did you mean '9lives/M'?" in run("msg", "show", "9lives/msg/M")[2]
+
+
 def test_a_type_that_contains_itself_is_told(run: Any, own_package: Path) -> None:
     (own_package / "msg" / "Self.msg").write_text("Self s\n")
     (own_package / "srv" / "Ask.srv").write_text("Self s\n---\n")

@@ -60,16 +60,16 @@ def test_created_package_is_found_and_run_from_its_folder(clean: Path, capfd: py
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
-        (["create", "Bad"], 1, "lower case"),
+        (["create", "Bad"], 1, "lower-case"),
         (["create", "ok_name", "-V", "1"], 1, "three numbers"),
-        (["create", "there"], 1, "already there"),
+        (["create", "there"], 1, "already exists"),
         (["create", "ok_name", "std_msg"], 0, "did you mean 'std_msgs'"),
         (["create", "minimal_nodes"], 0, "another package 'minimal_nodes' in"),
         (["find", "minimal_node"], 1, "did you mean 'minimal_nodes'"),
         (["finds", "x"], 1, "did you mean 'find'"),
         (["depends", "nope"], 1, "no such package nope"),
         (["-q", "depends", "nope"], 1, ""),
-        (["cat", "minimal_nodes", "nope.txt"], 1, "there is no file nope.txt"),
+        (["cat", "minimal_nodes", "nope.txt"], 1, "no file nope.txt"),
         (["cd", "minimal_node"], 1, "did you mean 'minimal_nodes'"),
     ],
 )
@@ -201,7 +201,7 @@ def test_the_workspace_that_roscd_alone_means(
         monkeypatch.delenv(name, raising=False)
     monkeypatch.chdir(tmp_path)
     code, said = cd()
-    assert code == 1 and "source the setup.bash of a workspace, or name a package" in said
+    assert code == 1 and "source the setup.bash of a workspace" in said
     monkeypatch.setenv("CMAKE_PREFIX_PATH", str(tmp_path / "plain"))
     assert cd()[0] == 1
     monkeypatch.setenv("CMAKE_PREFIX_PATH", f"{tmp_path / 'plain'}:{tmp_path / 'devel'}")

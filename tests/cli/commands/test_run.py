@@ -73,24 +73,24 @@ def test_words_that_only_look_like_remappings_are_passed_on_with_a_hint(package:
     done = run("some_pkg", "hello", *words)
     assert done.stdout == f"hello {' '.join(words)}\n"
     hints = done.stderr.splitlines()
-    assert [line.partition(", if that")[0].rpartition(" ")[2] for line in hints] == [
+    assert [line.partition("; the argument")[0].rpartition(" ")[2] for line in hints] == [
         "_rate:=10",
         "foo:=1",
         "rate:=10",
         "-r",
     ]
-    assert hints[0].startswith("[rosrun] '_rate=10' sets and renames nothing: write _rate:=10")
+    assert hints[0].startswith("[rosrun] '_rate=10' is neither a remapping nor a parameter: write _rate:=10")
 
 
 def test_a_script_that_names_no_interpreter(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script = package / "scripts" / "hello"
     script.write_bytes(b"#!/usr/bin/env python3\r\nprint(1)\r\n")
     assert run_command("run", ["some_pkg", "hello"]) == 126
-    text = f"[rosrun] cannot run {script}: its lines end as on Windows (CR LF), in the first one too: sed -i"
+    text = f"[rosrun] cannot run {script}: it has Windows line ends (CR LF), which make its first line invalid: sed -i"
     assert capsys.readouterr().err.startswith(text)
     script.write_text("echo hello\n")
     assert run_command("run", ["some_pkg", "hello"]) == 126
-    assert "does not say which program runs it" in capsys.readouterr().err
+    assert "does not name an interpreter" in capsys.readouterr().err
     assert run("--prefix", "sh", "some_pkg", "hello").stdout == "hello\n", "the prefix runs it"
 
 

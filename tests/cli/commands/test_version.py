@@ -36,7 +36,7 @@ def test_versions_l180(run: Run) -> None:
     assert run("onee") == (
         1,
         "Cannot locate [onee]\n",
-        "pyros1 version: there is no package onee (did you mean 'one'?)\n",
+        "pyros1 version: unknown package onee (did you mean 'one'?)\n",
     )
 
 

@@ -188,7 +188,7 @@ def test_something_else_at_a_nodes_port(findings: Callable[..., Found], client: 
     [
         ("ROS_IP", "203.0.113.9", "does not appear to be an address of a local network interface"),
         ("ROS_HOSTNAME", "no-such-host.invalid", "cannot be resolved"),
-        ("ROS_HOSTNAME", "http://me", "neither a host name nor an address"),
+        ("ROS_HOSTNAME", "http://me", "neither a host name nor an IP address"),
     ],
 )
 def test_an_address_that_is_not_of_this_machine(
@@ -205,7 +205,7 @@ def test_local_addresses_although_the_master_is_elsewhere(
 ) -> None:
     shell.setenv("ROS_MASTER_URI", "http://203.0.113.9:11311")
     found = findings("--offline")
-    assert "means this machine only" in found["own-address"]["text"] and "ROS_IP=" in found["own-address"]["cure"]
+    assert "is only valid on this machine" in found["own-address"]["text"] and "ROS_IP=" in found["own-address"]["cure"]
 
 
 # Topics and types -----------------------------------------------------------------------------------------------------
@@ -245,7 +245,7 @@ def test_nearly_the_same_name(findings: Callable[..., Found], make_node: MakeNod
     make_node("teleop", rosout=False).advertise("cmd_val", String)
     make_node("lonely", rosout=False).subscribe("something_else", String, lambda message: None)
     found = findings()
-    assert found["near-miss"]["items"] == ["/driver subscribes /cmd_vel; /teleop publishes /cmd_val"]
+    assert found["near-miss"]["items"] == ["/driver subscribes to /cmd_vel; /teleop publishes /cmd_val"]
     assert "FROM:=TO" in found["near-miss"]["cure"]
     assert found["no-publisher"]["items"] == ["/lonely: /something_else"]
 
@@ -394,7 +394,7 @@ def test_disks(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_pa
     shell.setattr(here, "folder_size", lambda *_, **__: 2 << 30)
     found = findings("--offline")
     assert "4.0K of 1.0G are free" in found["disk-full"]["text"] and "pyros1 clean purge" in found["disk-full"]["cure"]
-    assert "holds 2.0G" in found["log-size"]["text"] and found["log-size"]["cure"] == "pyros1 clean purge --size 500"
+    assert "uses 2.0G" in found["log-size"]["text"] and found["log-size"]["cure"] == "pyros1 clean purge --size 500"
     shell.setattr("os.access", lambda *_: False)
     assert "chown" in findings("--offline")["not-writable"]["cure"]
 
@@ -413,10 +413,24 @@ def test_no_master_says_how_to_get_one(
     )
 
 
+def test_a_master_that_takes_connections_and_does_not_answer(
+    findings: Callable[..., Found], shell: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    shell.setattr("pyros1.cli.commands.wtf._examine._MASTER_TIMEOUT", 0.1)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        uri = f"http://127.0.0.1:{silent.getsockname()[1]}"
+        shell.setenv("ROS_MASTER_URI", uri)
+        found = findings()
+        assert "no-master" not in found and found["silent-master"]["severity"] == "error"
+        assert f"{uri} did not answer within 0.1 s" in found["silent-master"]["text"]
+        assert run_command("wtf", []) == 1
+    assert "ROS Master does not answer.\nOnline graph checks will not be run.\n" in capsys.readouterr().out
+
+
 def test_something_else_in_the_place_of_the_master(findings: Callable[..., Found], shell: pytest.MonkeyPatch) -> None:
     with fake_node() as uri:
         shell.setenv("ROS_MASTER_URI", uri)
-        assert "taken the port" in findings()["master"]["cure"]
+        assert "using the port" in findings()["master"]["cure"]
 
 
 def test_launch_files_and_packages(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_path: Path) -> None:

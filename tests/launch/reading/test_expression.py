@@ -56,7 +56,7 @@ def test_any_text_gives_a_string_or_the_documented_error(text: str) -> None:
 
 @pytest.mark.parametrize("text", ["chr(0)", "'a' + chr(0xd800)", "chr(0xdfff) + s"])
 def test_characters_that_no_file_can_have_are_refused(text: str) -> None:
-    with pytest.raises(LaunchError, match="a character that no file or parameter can have"):
+    with pytest.raises(LaunchError, match="a character that is not allowed in files and parameters"):
         evaluate(text, VARIABLES, FUNCTIONS)
 
 

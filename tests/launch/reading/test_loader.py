@@ -66,7 +66,7 @@ def test_includes_that_go_in_a_circle_are_told_once() -> None:
     }
     refuse(
         '<include file="/d/a"/>',
-        r"^/d/\w:\d: includes are nested more than 100 deep(.*\n){2}  included at /d/\w:\d \(again and again\)\n  included at /d/main.launch:2$",
+        r"^/d/\w:\d: includes are nested more than 100 deep(.*\n){2}  included at /d/\w:\d \(repeatedly\)\n  included at /d/main.launch:2$",
         files,
     )
     main = {"/d/main.launch": '<launch>\n<include file="/d/a"/></launch>', **files}

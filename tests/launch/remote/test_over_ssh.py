@@ -181,7 +181,7 @@ def test_a_machine_with_neither_pyros1_nor_ros_is_said_to_be_so(environ: dict[st
     bench = Bench({**environ, "PYTHONPATH": str(tmp_path / "hidden"), "PATH": str(tmp_path / "bin")})
     assert not bench.start("brief")
     bench.machine.close()
-    assert "neither pyros1 nor stock ROS is found there by its python3 and PATH" in bench.err.getvalue()
+    assert "neither pyros1 nor stock ROS was found with the machine's python3 and PATH" in bench.err.getvalue()
 
 
 def test_a_stuck_node_is_killed_and_restarted(bench: Bench, tmp_path: Path) -> None:
@@ -231,7 +231,8 @@ def test_a_machine_that_comes_back_gets_its_respawning_nodes_again(
         bench.machine.close()
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("machine")]
     assert (
-        "ERROR: the connection to machine [robot] (robot.example) is lost; its nodes are ended" in bench.err.getvalue()
+        "ERROR: the connection to machine [robot] (robot.example) is lost, and its nodes are ended"
+        in bench.err.getvalue()
     )
     assert "remote[robot] connected to robot.example again" in bench.out.getvalue()
 
@@ -254,7 +255,9 @@ def test_a_password_is_warned_of(environ: dict[str, str]) -> None:
 
 def test_who_cannot_be_reached_is_said_before_anything_runs(environ: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "ssh").write_text("#!/bin/sh\nexit 255\n")
-    with pytest.raises(LaunchError, match=r"cannot launch nodes on machine \[robot\] \(robot.example\): see what ssh"):
+    with pytest.raises(
+        LaunchError, match=r"cannot launch nodes on machine \[robot\] \(robot.example\): see the output of ssh"
+    ):
         Bench(environ)
     with pytest.raises(LaunchError, match="cannot run"):
         Bench({**environ, SSH_VARIABLE: "/no/such/ssh"})

@@ -95,7 +95,7 @@ def test_missing_parts() -> None:
     plan = Plan(nodes=nodes, machines={"arm": MachinePlan("arm", "192.0.2.1"), "leg": MachinePlan("leg", "")})
     texts = [str(error) for error in missing_parts(plan, Packages(), {"PATH": os.defpath})]
     assert texts[0] == "f:3: node [/no_machine]: unknown machine [arrm] (did you mean 'arm'?)"
-    assert texts.pop(1) == "f:5: node [/nowhere]: machine [leg] has no address: its <machine> tag gives it an empty one"
+    assert texts.pop(1) == "f:5: node [/nowhere]: machine [leg] has no address: 'address' is empty in its <machine> tag"
     assert texts[1] == "f:1: node [/no_package]: package [robt] not found (did you mean 'robot'?)"
     assert texts[2].startswith("f:2: node [/no_type]: Cannot locate node of type [walk] in package [robot]")
     assert "did you mean" not in texts[2]
@@ -109,7 +109,7 @@ def test_missing_parts() -> None:
 def test_prefixes_that_are_not_there() -> None:
     plan = Plan(nodes=[NodePlan("robot", "run", "n", prefix=["nice_try", "-n", "5"], file="f", line=1)])
     texts = [str(error) for error in missing_parts(plan, Packages(), {"PATH": os.defpath})]
-    assert texts == ["f:1: node [/n]: launch-prefix: there is no program [nice_try] on the PATH"]
+    assert texts == ["f:1: node [/n]: launch-prefix: program [nice_try] not found on the PATH"]
 
 
 def test_scripts_that_cannot_be_started(tmp_path: Path) -> None:
@@ -125,7 +125,7 @@ def test_scripts_that_cannot_be_started(tmp_path: Path) -> None:
         ]
     )
     (text,) = map(str, missing_parts(plan, Scripts(), {"PATH": os.defpath}))
-    assert text.startswith(f"f:1: node [/n]: cannot run {tmp_path}/bare: its first line does not say which program")
+    assert text.startswith(f"f:1: node [/n]: cannot run {tmp_path}/bare: its first line does not name an interpreter")
 
 
 def test_nodes_that_wait_for_themselves() -> None:

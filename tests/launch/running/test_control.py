@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.cli.commands.node.status import table
+from pyros1.cli.commands.node.status import json_form, table
+from pyros1.cli.main import entry as entry_point
 from pyros1.errors import Error
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.console import Console
@@ -97,6 +98,28 @@ def test_the_table() -> None:
         "/a    running       7  50.0 %  2.0 MB         2  0:00:12  -",
         "/b    died (-11)    -       -       -         0        -  -",
     ]
+
+
+def test_the_table_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    before = [Status("a-1", "/a", "running", 7, 3, 10.0, 1.0, 2**20)]
+    now = [Status("a-1", "/a", "running", 7, 3, 12.0, 2.0, 2**21), Status("b-2", "/b", "died", 8, 1, exit_code=-11)]
+    first, second = json_form(now, before)
+    assert first == {
+        "node": "/a", "state": "running", "exit_code": None, "pid": 7, "cpu": 50.0, "memory": 2**21, "restarts": 2,
+        "uptime": 12.0, "machine": "",
+    }  # fmt: skip
+    assert [second[key] for key in ("exit_code", "pid", "cpu", "memory", "uptime")] == [-11, None, None, None, None]
+
+
+def test_status_of_no_launch_as_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    master = Master(port=0, bind_host="127.0.0.1", advertised_host="localhost")
+    master.start()
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    try:
+        assert entry_point(["pyros1", "node", "status", "--json"]) == 0
+    finally:
+        master.stop()
+    assert capsys.readouterr() == ("[]\n", "")
 
 
 def test_usage_of_a_group_is_summed_up(tmp_path: Path) -> None:

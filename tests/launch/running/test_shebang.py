@@ -13,19 +13,20 @@ import pytest
 from pyros1.launch.running.shebang import script_trouble
 
 TROUBLES = {
-    b"import sys\n": "its first line does not say which program runs it: put #!/usr/bin/env python3 there",
-    b"echo hello\n": "its first line does not say which program runs it: put #!/bin/sh, #!/usr/bin/env python3 or",
+    b"import sys\n": "its first line does not name an interpreter: add #!/usr/bin/env python3",
+    b"echo hello\n": "its first line does not name an interpreter: add #!/bin/sh, #!/usr/bin/env python3 or",
     b"": "the file is empty",
     b"\xef\xbb\xbf#!/bin/sh\n": "it begins with a byte order mark: save it as UTF-8 without one",
-    b"#!/bin/sh\r\necho hello\r\n": "its lines end as on Windows (CR LF), in the first one too: sed -i 's/\\r$//' ",
-    b"#!\n": "its first line says #! without a program",
-    b"#!/no/such/program -x\n": "its first line names /no/such/program, which is not on this machine: correct the line",
-    b"#!/no/such/python\n": "names /no/such/python, which is not on this machine: write #!/usr/bin/env python3, if",
+    b"#!/bin/sh\r\necho hello\r\n": "it has Windows line ends (CR LF), which make its first line invalid: "
+    "sed -i 's/\\r$//' ",
+    b"#!\n": "its first line has #! without a program",
+    b"#!/no/such/program -x\n": "its first line names /no/such/program, which does not exist: correct the line",
+    b"#!/no/such/python\n": "names /no/such/python, which does not exist: write #!/usr/bin/env python3 if",
     b"#!/etc/passwd\n": "its first line names /etc/passwd, which cannot be executed",
-    b"#!sh\n": "must name a program with its whole path, not 'sh': #!/usr/bin/env sh",
-    b"#!/usr/bin/env nothing5\n": "its first line asks for the program 'nothing5', which is not on the PATH: correct",
-    b"#!/usr/bin/env python2.5\n": "'python2.5', which is not on the PATH: write #!/usr/bin/env python3, if it is",
-    b"#!/usr/bin/env -S A=b nothing5 -u\n": "asks for the program 'nothing5'",
+    b"#!sh\n": "must name a program with its full path, not 'sh': #!/usr/bin/env sh",
+    b"#!/usr/bin/env nothing5\n": "its first line names the program 'nothing5', which is not on the PATH: correct",
+    b"#!/usr/bin/env python2.5\n": "'python2.5', which is not on the PATH: write #!/usr/bin/env python3 if it is",
+    b"#!/usr/bin/env -S A=b nothing5 -u\n": "names the program 'nothing5'",
 }
 FINE = [
     b"#!/bin/sh\n",

@@ -321,7 +321,7 @@ def test_an_error_is_told_though_no_file_can_be_opened(
         patch.setattr(builtins, "__import__", refuse)
         node.log.exception("bad callback", ValueError("five"))
     said = capfd.readouterr().err
-    assert "bad callback\nValueError: five" in said and "cannot publish what was logged" in said
+    assert "bad callback\nValueError: five" in said and "cannot publish a log message" in said
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")

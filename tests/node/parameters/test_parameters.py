@@ -328,6 +328,6 @@ def test_updates_of_unknown_names_are_refused() -> None:
 def test_after_the_end_of_the_node_the_master_is_not_blamed(make_node: Any) -> None:
     node = make_node("a")
     node.shutdown()
-    with pytest.raises(MasterUnreachableError, match="the node that asks has shut down") as raised:
+    with pytest.raises(MasterUnreachableError, match="the calling node has shut down") as raised:
         node.params["/x"]
     assert "pyros1 core" not in str(raised.value)

@@ -167,7 +167,7 @@ def test_an_answer_in_pieces_and_with_messages(make_node: Any, fake_node: Any, c
             encode_header({"type": "std_msgs/String", "md5sum": String._md5sum}),
             "sends /t as std_msgs/String",
         ),
-        (b"\xff\xff\xff\xff", "over the limit"),
+        (b"\xff\xff\xff\xff", "exceeds the limit"),
         (b"\x08\0\0\0\x04\0\0\0abcd", "no '='"),
     ],
 )

@@ -99,7 +99,7 @@ def test_a_publisher_without_udp_is_told_once(make_node: Any, fake_node: Any, wa
     log = watch_log(listener)
     fake.publish("/t")
     listener.subscribe("t", Float64, print, **UDP)
-    assert fake.uri in log.saw("does not send /t in datagrams", "no supported protocol implementations")
+    assert fake.uri in log.saw("does not send /t over UDP", "no supported protocol implementations")
 
 
 def test_another_type_is_refused(make_node: Any, watch_log: Any) -> None:

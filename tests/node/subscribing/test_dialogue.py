@@ -50,7 +50,7 @@ def test_datagrams() -> None:
     talk = make(takes_tcp=False)
     talk.announced()
     told, dropped = talk.answered([0, "no", 0], offered=True)
-    assert "does not send /t in datagrams: no" in told.args[0] and dropped == do.Drop()  # type: ignore[union-attr]
+    assert "does not send /t over UDP: no" in told.args[0] and dropped == do.Drop()  # type: ignore[union-attr]
     assert talk.state is State.REFUSED
 
 

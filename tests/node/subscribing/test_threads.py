@@ -217,7 +217,7 @@ def test_a_busy_topic_does_not_starve_others_without_more_threads(
     rare.wait(6)
     ended.set()
     running.join()
-    assert len([text for text in log.texts if "topics wait for each other" in text]) == 1
+    assert len([text for text in log.texts if "callbacks of several topics share one" in text]) == 1
 
 
 def test_a_subscription_for_which_there_is_no_thread_leaves_nothing(

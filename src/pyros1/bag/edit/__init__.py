@@ -1,1 +1,1 @@
-"""New bags from old ones."""
+"""Writes new bags from old ones."""

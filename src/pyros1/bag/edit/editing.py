@@ -1,7 +1,7 @@
-"""New bags from old ones: chosen, merged, renamed, moved in time, compressed. Connection headers are kept.
+"""Writes new bags from old ones: filters, merges, renames topics, shifts times, compresses.
 
-All of it is one pass over messages in the order of time, into a `Copy`. What commands make of an encrypted bag is
-encrypted with the same key.
+Connection headers are kept. Each operation is one pass over messages in order of time, into a `Copy`. Commands encrypt
+new bags with the key of the old one.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter
 
 @dataclass(frozen=True)
 class Choice:
-    """Which messages are wanted; as it stands, all.
+    """Choice of messages; by default all.
 
     Attributes:
         topics: names or patterns with ``*``; empty means all.
         start: earliest time in nanoseconds, None for no limit.
         end: latest time.
-        drop: connections that are not wanted: their ids, or names of their publishers.
+        drop: connections to leave out, by id or by name of the publisher.
     """
 
     topics: Sequence[str] = ()
@@ -36,11 +36,11 @@ class Choice:
     drop: Collection[str] = field(default_factory=frozenset)
 
     def connections(self, bag: BagReader) -> set[int]:
-        """Return the ids of the connections wanted."""
+        """Return the ids of the chosen connections."""
         return {number for number, connection in bag.connections.items() if self._wants(connection)}
 
     def messages(self, bag: BagReader) -> Iterator[RawMessage]:
-        """Yield a bag's messages that are wanted, by time."""
+        """Yield the chosen messages of a bag, in order of time."""
         return bag.messages(self.connections(bag), self.start, self.end)
 
     def _wants(self, connection: Connection) -> bool:
@@ -51,7 +51,7 @@ class Choice:
 
 
 def merged(bags: Sequence[BagReader], choice: Choice | None = None) -> Iterator[RawMessage]:
-    """Yield the messages of several bags by time; of the same time, in the order of the bags.
+    """Yield the messages of several bags in order of time; with the same time, in the order of the bags.
 
     Raises:
         BagError: a bag cannot be read.
@@ -74,14 +74,14 @@ class Copy:
         self._writer = writer
         self._rename = rename
         self._numbers: dict[int, int] = {}
-        self._sources: list[Connection] = []  # keeps them alive, so that their ids stay theirs
+        self._sources: list[Connection] = []  # keeps them alive, so that their ids are not reused
         self._known: dict[tuple[object, ...], int] = {}
 
     def write(self, message: RawMessage, time: int | None = None) -> None:
         """Write a message.
 
         Args:
-            time: in nanoseconds, if not its own.
+            time: time in nanoseconds; None: the message's own.
 
         Raises:
             BagError: the time does not fit.
@@ -120,17 +120,17 @@ def copy(
     """Write messages into a new bag.
 
     Args:
-        messages: of one bag or several.
+        messages: messages of one bag or several.
         target: the new file; replaced if it exists.
         compression: ``none``, ``bz2`` or ``lz4``.
-        chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
+        chunk_threshold: size in bytes, uncompressed, above which a chunk is closed.
         cipher: encrypts the new bag.
         rename: returns a topic's new name.
         retime: returns a message's new time in nanoseconds.
         progress: called with the number of bytes written so far, before compression.
 
     Returns:
-        How many messages were written.
+        The number of messages that were written.
 
     Raises:
         BagError: a bag cannot be read, or a time does not fit.
@@ -144,7 +144,7 @@ def copy(
             done += len(message.data) + RECORD_OVERHEAD
             if progress is not None:
                 progress(done)
-            del message  # it may be large, and is not to be in memory while the next one is read
+            del message  # it may be large, and must not stay in memory while the next one is read
         return writer.messages
 
 
@@ -163,17 +163,18 @@ def split(
     """Write messages into several bags, one after the other.
 
     Args:
-        messages: by time.
-        name: returns the file of a part, given its number from 0; replaced if it exists, once the part is whole.
-        size: begin another part when one has so many bytes.
-        duration: begin another part after so many nanoseconds.
-        count: begin another part after so many messages.
+        messages: messages in order of time.
+        name: returns the path of a part, given its number from 0; an existing file is replaced once the part is
+            complete.
+        size: number of bytes after which a new part begins.
+        duration: number of nanoseconds after which a new part begins.
+        count: number of messages after which a new part begins.
         cipher: encrypts the new bags.
-        repeat_latched: begin every part with the last message of each latched connection, at the part's first time.
+        repeat_latched: whether each part begins with the last message of each latched connection, at its first time.
         progress: called with the number of bytes that are done, before compression.
 
     Returns:
-        The files.
+        The paths of the parts.
 
     Raises:
         BagError: a bag cannot be read.
@@ -209,7 +210,7 @@ def split(
 
 @contextmanager
 def _part(path: str, compression: str, cipher: Cipher | None) -> Iterator[BagWriter]:
-    """A new bag that gets its name only when it is whole, and vanishes if it will not be."""
+    """Give a new bag, which gets its name when it is complete, and is removed after an error."""
     writer = BagWriter(f"{path}.tmp", compression, cipher=cipher)
     try:
         yield writer
@@ -224,12 +225,12 @@ def _part(path: str, compression: str, cipher: Cipher | None) -> Iterator[BagWri
 
 
 def shifted(offset: int, rate: float = 1.0, origin: int = 0) -> Callable[[RawMessage], int]:
-    """Return a `retime` that moves times.
+    """Return a function for `retime` that shifts times.
 
     Args:
         offset: nanoseconds to add.
-        rate: 2.0 brings messages twice as close together.
-        origin: the time in nanoseconds that only `offset` moves.
+        rate: factor of the speed: 2.0 halves the distances between messages.
+        origin: the time in nanoseconds at which `rate` has no effect.
     """
 
     def move(message: RawMessage) -> int:

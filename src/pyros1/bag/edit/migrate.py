@@ -1,4 +1,4 @@
-"""Makes bags whose messages are as this system defines them, of old ones (L139, L140)."""
+"""Converts old bags to the message definitions of this system (L139, L140)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pyros1.msgs import load_message
 from pyros1.shown import one_line
 
 Migration = tuple[Class, Class | None, list[Missing]]
-"""A type that is not as it is today: its class, its class of today, None if there is none, and the rules missing."""
+"""An outdated type: its class, its present class or None, and the missing rules."""
 
 
 def make_migrator(rules: Iterable[str]) -> Migrator:
-    """Return a migrator to the definitions of this system, with the rules of these files."""
+    """Return a migrator to the definitions of this system, with the rules of some files."""
     migrator = Migrator(load_message)
     for path in rules:
         migrator.read_rules(path)
@@ -28,7 +28,7 @@ def make_migrator(rules: Iterable[str]) -> Migrator:
 
 
 def migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
-    """Return what the types of a bag need that are not as they are today: see `Migration`."""
+    """Return a `Migration` for each outdated type of a bag."""
     found: dict[tuple[str, str], Migration] = {}
     for connection in bag.connections:
         key = (connection.type, connection.md5sum)
@@ -45,7 +45,7 @@ def migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
 
 
 def migration_lines(migrations: Iterable[Migration]) -> Iterator[str]:
-    """Yield what has to be done, for people."""
+    """Yield lines that describe the migrations."""
     for old, new, missing in migrations:
         yield from _step_lines(old, new, "")
         if missing:
@@ -60,11 +60,11 @@ def _step_lines(old: Class, new: Class | None, indent: str) -> Iterator[str]:
 
 
 class Migrated:
-    """Writes a bag with the messages of another, migrated where that is possible.
+    """Writes a bag with the messages of another, migrated where possible.
 
     Args:
         bag: the old one.
-        migrator: knows how.
+        migrator: the migrator with the rules.
     """
 
     def __init__(self, bag: Bag, migrator: Migrator) -> None:
@@ -88,7 +88,7 @@ class Migrated:
 
         Args:
             path: the file.
-            progress: called with bytes of the old one done.
+            progress: called with the number of bytes of the old bag that are done.
 
         Raises:
             BagError: a bag cannot be read or written, or a message cannot be converted.

@@ -1,7 +1,7 @@
-"""Brings the messages of old bags to the definitions of today (L139, L140): rule files, and what needs no rule.
+"""Converts messages of old bags to present definitions (L139, L140), by rule files, or without rules where possible.
 
 A rule file (.bmr) is a Python program that the user names: it is executed, as stock does. It holds subclasses of
-`MessageUpdateRule`, each of which says how messages of one old definition become those of a newer one.
+`MessageUpdateRule`, each of which converts messages of one old definition to a newer one.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pyros1.msgs.digest import SEPARATOR, split_full_text
 
 Class = type[Message]
 Missing = tuple[Class, Class | None]
-"""A step that no rule makes: from a definition to another, or to one that nobody knows."""
+"""A step without a rule: from a definition to another, or to an unknown one."""
 
 _MOST_STEPS = 100
 
@@ -31,8 +31,8 @@ class MessageUpdateRule:
     """One step of a migration; rule files derive from this.
 
     Args:
-        migrator: makes the steps of fields.
-        location: the file, for errors.
+        migrator: converts the fields.
+        location: the file, for error messages.
     """
 
     old_type: ClassVar[str] = ""
@@ -54,26 +54,26 @@ class MessageUpdateRule:
         raise NotImplementedError(f"{self.location}: the rule for {self.old_type} has no update()")
 
     def get_new_class(self, name: str) -> Class:
-        """Return the class of a type that the new definition uses."""
+        """Return the class of a type that is used by the new definition."""
         return self.migrator.part(self.new_class, name)
 
     def migrate(self, old_msg: Message, new_msg: Message) -> None:
-        """Fill a message inside the new one from one inside the old one."""
+        """Fill a nested message of the new message from one of the old message."""
         found = self.migrator.convert(old_msg, type(new_msg))
         for name in new_msg.__slots__:
             setattr(new_msg, name, getattr(found, name))
 
     def migrate_array(self, old_array: Iterable[Message], new_array: list[Message], new_name: str) -> None:
-        """Fill an array of messages inside the new one; `new_name` is their type."""
+        """Fill an array of nested messages of the new message; `new_name` is their type."""
         cls = self.get_new_class(new_name)
         new_array[:] = [self.migrator.convert(item, cls) for item in old_array]
 
 
 class Migrator:
-    """Knows the rules.
+    """Converts messages by rules.
 
     Args:
-        load: returns the class of today for a type; raises MessageError if there is none.
+        load: returns the present class of a type; raises MessageError if there is none.
     """
 
     def __init__(self, load: Callable[[str], Class]) -> None:
@@ -85,8 +85,8 @@ class Migrator:
         """Execute a rule file.
 
         Raises:
-            BagError: it is not a program, or its rules are wrong.
-            OSError: it cannot be read.
+            BagError: the file is not a Python program, or its rules are wrong.
+            OSError: the file cannot be read.
         """
         with open(path, "rb") as file:
             text = file.read()
@@ -101,7 +101,7 @@ class Migrator:
             raise BagError(path, f"the rules cannot be used: {type(error).__name__}: {error}") from error
 
     def target(self, old: Class) -> Class | None:
-        """Return the class of today for an old one: by rules if its type moved. None if there is none."""
+        """Return the present class for an old one, by rules if the type was renamed; None if there is none."""
         cls, steps = old, 0
         while (rule := self.rules.get(_key(cls))) is not None and steps < _MOST_STEPS:
             cls, steps = rule.new_class, steps + 1
@@ -111,7 +111,7 @@ class Migrator:
             return None
 
     def missing(self, old: Class, new: Class | None, depth: int = 0) -> list[Missing]:
-        """Return the steps from one class to another for which there is no valid rule; empty if all is well."""
+        """Return the steps from one class to another for which there is no valid rule; empty if all have one."""
         if new is None or depth > _MOST_STEPS:
             return [(old, None)]
         if _key(old) == _key(new):
@@ -129,10 +129,10 @@ class Migrator:
         return list(found.values())
 
     def convert(self, message: Message, new: Class) -> Message:
-        """Return a message as one of another class.
+        """Return a message converted to another class.
 
         Raises:
-            MessageError: there is no rule for that.
+            MessageError: a rule is missing.
             BagError: a rule failed.
         """
         old = type(message)
@@ -178,7 +178,7 @@ class Migrator:
 
 
 def _alike(old: Class, new: Class) -> bool:
-    """Tell whether two classes differ in nothing but constants, and the definitions of the types they use."""
+    """Return whether two classes differ only in constants and in the definitions of the types used."""
     fields = [
         [(name, kind if "/" not in kind else kind.partition("[")[1:]) for name, kind in zip(*parts, strict=True)]
         for parts in ((old.__slots__, old._slot_types), (new.__slots__, new._slot_types))
@@ -192,15 +192,15 @@ def _nested(old: Class, new: Class) -> list[tuple[str, str]]:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a Python string of several lines; nothing that a bag holds may become part of the program."""
+    """Return a text as a Python string of several lines, so that no text from a bag can become code."""
     inner = text.replace("\\", "\\\\").replace("\r", "\\r").replace('"""', '\\"\\"\\"')
-    # No program may hold these: NUL, and the surrogates that stand for bytes which are not UTF-8, as in old comments.
+    # A program must not contain NUL, or surrogates, which stand for bytes that are not UTF-8, as in old comments.
     inner = re.sub("[\0\ud800-\udfff]", lambda found: f"\\u{ord(found[0]):04x}", inner)
     return f'"""\n{inner}\n"""'
 
 
 def rule_text(old: Class, new: Class, order: int = 0) -> str:
-    """Return the text of a rule to be finished by hand: fields of the same name and type are copied."""
+    """Return the text of a rule to complete by hand; it copies fields of the same name and type."""
     known = dict(zip(old.__slots__, old._slot_types, strict=True))
     body = []
     for name, kind in zip(new.__slots__, new._slot_types, strict=True):
@@ -226,7 +226,7 @@ def rule_text(old: Class, new: Class, order: int = 0) -> str:
         f"    new_full_text = {_quoted(new._full_text)}",
         f"    order = {order}",
         "    migrated_types = []",
-        "    valid = False  # set this to True when update() is right",
+        "    valid = False  # set this to True when update() is complete",
         "",
         "    def update(self, old_msg, new_msg):",
         textwrap.indent("\n".join(body), "        "),

@@ -1,4 +1,4 @@
-"""Makes a closed bag of one that was not closed, is cut off, spoilt or of version 1.2; no whole message is lost."""
+"""Repairs bags that were not closed, are cut off, damaged or of version 1.2; no complete message is lost."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pyros1.bag.format.writer import BagWriter
 
 @dataclass(frozen=True)
 class Saved:
-    """What reindexing brought back.
+    """Result of reindexing.
 
     Attributes:
-        messages: in the new bag.
-        lost: whole messages that are not: the record of their connection is gone, or their time is nonsense.
+        messages: number of messages in the new bag.
+        lost: number of complete messages that are not: their connection is missing, or their time is invalid.
         damages: places in the old bag that could not be read.
     """
 
@@ -32,9 +32,9 @@ class Saved:
 def reindex(
     source: str | os.PathLike[str], target: str | os.PathLike[str], progress: Callable[[int], object] | None = None
 ) -> Saved:
-    """Write all whole messages of a bag into a new one.
+    """Write all complete messages of a bag into a new one.
 
-    Chunks that are whole are copied as they are, compressed or not, encrypted or not.
+    Complete chunks are copied unchanged, compressed or not, encrypted or not.
 
     Args:
         source: the bag.
@@ -42,14 +42,14 @@ def reindex(
         progress: called with the offset in the source, in bytes.
 
     Raises:
-        NotABagError: the source is no bag, ...
-        EncryptedError: it is encrypted, and its key is not to be had.
+        NotABagError: the source is not a bag.
+        EncryptedError: it is encrypted, and its key is not available.
         OSError: a file cannot be read or written.
     """
     file = BagFile(source)
     try:
         if os.path.exists(target) and os.path.samefile(source, target):
-            raise BagError(file.path, "a bag cannot be reindexed into itself")
+            raise BagError(file.path, "a bag cannot be reindexed into itself: name another file")
         scanner = Scanner(file, progress)  # which unlocks the file
         for connection in _end_connections(file):
             scanner.connections[connection.id] = connection
@@ -57,14 +57,14 @@ def reindex(
             rebuild = _Rebuild(file, scanner, writer)
             for found in scanner.chunks():
                 rebuild.take(found)
-                del found  # not two chunks in memory
+                del found  # so that only one chunk is in memory
         return Saved(rebuild.messages, rebuild.lost, scanner.damages)
     finally:
         file.close()
 
 
 def _end_connections(file: BagFile) -> list[Connection]:
-    """The connections of the end section, if there is one: old recorders did not write all of them into chunks."""
+    """Return the connections in the end section, if it exists: old recorders did not write all of them into chunks."""
     found: list[Connection] = []
     position = file.index_pos
     while 0 < position < file.size and len(found) < MAX_CONNECTIONS:
@@ -77,7 +77,7 @@ def _end_connections(file: BagFile) -> list[Connection]:
 
 
 class _Rebuild:
-    """Puts what the scanner finds into the new bag, under the same connection ids."""
+    """Writes the scanner's findings into the new bag, with the same connection ids."""
 
     def __init__(self, file: BagFile, scanner: Scanner, writer: BagWriter) -> None:
         self._file = file

@@ -1,1 +1,1 @@
-"""Files for other programs made of bags: pictures, videos, MCAP, ROS 2 bags; and bags made of the last two."""
+"""Converts bags to files for other programs: pictures, videos, MCAP, ROS 2 bags; and the last two to bags."""

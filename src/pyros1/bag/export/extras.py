@@ -1,4 +1,4 @@
-"""Packages that only some exports need."""
+"""Imports of packages that only some exports need."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pyros1.errors import Error
 
 
 def extra(module: str, name: str) -> Any:
-    """Import a module of a package that is not always installed.
+    """Import and return a module of a package that is not always installed.
 
     Args:
         module: for example ``PIL.Image``.
-        name: of the extra of pyros1 that brings it.
+        name: name of the extra of pyros1 that installs it.
 
     Raises:
-        Error: it is not there; the text says how to install it.
+        Error: it is not installed; the text says how to install it.
     """
     try:
         return import_module(module)

@@ -1,4 +1,6 @@
-"""Bags from MCAP files with messages of ROS 1, as the MCAP tools and Foxglove write them: copied as they are."""
+"""Converts MCAP files with messages of ROS 1, from the MCAP tools or Foxglove, to bags; messages are copied
+unchanged.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,7 @@ from pyros1.msgs.spec import is_type_name
 _MD5SUM = re.compile(r"[0-9a-f]{32}|\*")
 _FIELD_NAME = re.compile("[!-<>-~]+")
 _LATCHING = {"true": "1", "false": "0"}
-"""What MCAP's profile says -> what connection headers say; other writers keep the latter."""
+"""Fields of MCAP's profile -> fields of connection headers, which some writers use instead."""
 _NOT_FROM_METADATA = ("type", "md5sum", "message_definition")
 
 
@@ -30,7 +32,7 @@ def import_ros1(
     wanted: Callable[[str], bool],
     progress: Callable[[int], object] | None,
 ) -> Imported:
-    """Make a bag of an MCAP file; arguments and errors as of :func:`pyros1.bag.export.imports.import_bag`."""
+    """Convert an MCAP file; arguments and errors as for :func:`pyros1.bag.export.imports.import_bag`."""
     with BagWriter(target, compression) as writer:
         done = _Import(reader, writer, wanted)
         for channel, time, data in reader.messages():
@@ -41,12 +43,12 @@ def import_ros1(
             if progress is not None:
                 progress(reader.position)
         for channel in reader.channels.values():
-            done.number(channel)  # those without messages, too
+            done.number(channel)  # also those without messages
         result = done.result
         result.messages, result.topics = writer.messages, len({each.topic for each in writer.connections.values()})
         if result.skipped and not result.topics:
             topic, reason = next(iter(result.skipped.items()))
-            raise BagError(reader.path, f"there are no messages of ROS 1 that could be imported: {topic}: {reason}")
+            raise BagError(reader.path, f"it has no messages of ROS 1 that can be imported: {topic}: {reason}")
     return result
 
 
@@ -59,7 +61,7 @@ class _Import:
         self._numbers: dict[int, int | None] = {}
 
     def number(self, channel: Channel) -> int | None:
-        """Return a channel's number in the bag; None if it is left out."""
+        """Return a channel's connection id in the bag; None if it is skipped."""
         if channel.id not in self._numbers:
             self._numbers[channel.id] = self._add(channel) if self._wanted(channel.topic) else None
         return self._numbers[channel.id]
@@ -77,11 +79,11 @@ class _Import:
             raise _NotRos1(f"its messages are encoded as {channel.encoding!r}, not {ROS1_ENCODING!r}")
         schema = self._reader.schemas.get(channel.schema)
         if schema is None:
-            raise _NotRos1("there is no definition of its type")
+            raise _NotRos1("the definition of its type is missing")
         if schema.encoding != ROS1_SCHEMA:
             raise _NotRos1(f"the definition of {schema.name} is encoded as {schema.encoding!r}, not {ROS1_SCHEMA!r}")
         if not is_type_name(schema.name):
-            raise _NotRos1(f"{schema.name!r} is no name of a type of ROS 1")
+            raise _NotRos1(f"{schema.name!r} is not a ROS 1 type name")
         md5sum = channel.metadata.get("md5sum", "")
         if not _MD5SUM.fullmatch(md5sum):
             try:
@@ -100,4 +102,4 @@ class _Import:
 
 
 class _NotRos1(Exception):
-    """A channel that is not of ROS 1."""
+    """The channel does not hold messages of ROS 1."""

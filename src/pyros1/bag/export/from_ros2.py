@@ -32,7 +32,7 @@ def import_ros2(
     wanted: Callable[[str], bool],
     progress: Callable[[int], object] | None,
 ) -> Imported:
-    """Make a bag of a ROS 2 bag; arguments and errors as of :func:`pyros1.bag.export.imports.import_bag`."""
+    """Convert a ROS 2 bag; arguments and errors as for :func:`pyros1.bag.export.imports.import_bag`."""
     try:
         with (
             AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader,
@@ -42,11 +42,11 @@ def import_ros2(
     except (BagError, OSError):
         raise
     except AnyReaderError as error:
-        reason = " ".join(str(error).split())  # one of YAML has several lines
+        reason = " ".join(str(error).split())  # YAML's errors have several lines
         raise BagError(str(path), f"rosbags cannot read it: {reason}") from error
     except MemoryError as error:
-        raise BagError(str(path), "it claims to hold more data than there is memory for") from error
-    except Exception as error:  # rosbags lets through whatever its parts raise: of SQLite, zstd, lz4, struct, dict
+        raise BagError(str(path), "it claims to hold more data than fits into memory") from error
+    except Exception as error:  # rosbags passes on all errors of its parts: SQLite, zstd, lz4, struct, dict
         raise BagError(str(path), f"rosbags cannot read it: {type(error).__name__}: {error}") from error
 
 
@@ -100,7 +100,7 @@ class _Import:
 
 
 class _NotInRos1(Exception):
-    """A type that ROS 1 has no place for."""
+    """The type cannot be represented in ROS 1."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class _Type:
 
 
 class _Types:
-    """Types of the source, and what they become."""
+    """Types of the source, with their types in ROS 1."""
 
     def __init__(self, source: Typestore) -> None:
         self._source = source
@@ -120,7 +120,7 @@ class _Types:
         self._types: dict[str, _Type] = {}
 
     def get(self, name: str) -> _Type:
-        """Return what a type becomes.
+        """Return the ROS 1 type for a type.
 
         Args:
             name: ``package/msg/Type``.
@@ -133,9 +133,9 @@ class _Types:
         package, _, rest = name.partition("/")
         folder, _, short = rest.partition("/")
         if folder != "msg" or not short:
-            raise _NotInRos1(f"ROS 1 has no messages of the kind {name}")
+            raise _NotInRos1(f"{name} is not a kind of message that ROS 1 has")
         if name not in self._source.fielddefs:
-            raise _NotInRos1(f"there is no definition of {name}")
+            raise _NotInRos1(f"the definition of {name} is missing")
         ours = f"{package}/{short}"
         known = self._known(name)
         adopt(self._target, self._source, name)
@@ -149,7 +149,7 @@ class _Types:
             raise _NotInRos1(f"{name} cannot be defined in ROS 1: {error}") from None
 
     def _known(self, name: str, seen: Collection[str] = ()) -> tuple[str, str] | None:
-        """Register a type, or those it uses, as ROS 1 defines them; returns its md5 sum and definition there."""
+        """Register a type, and the types used, as in ROS 1; return its md5 sum and definition there."""
         if name in seen or name not in self._source.fielddefs:
             return None
         package, _, short = name.split("/")

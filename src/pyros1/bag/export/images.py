@@ -25,7 +25,7 @@ _NAMED = {
     "bgra16": ("u2", 4, "bgr"),
 }
 _YUV = {"yuv422": (1, 0, 2), "uyvy": (1, 0, 2), "yuv422_yuy2": (0, 1, 3), "yuyv": (0, 1, 3)}
-"""Encoding -> place of the first brightness, of U and of V in the four bytes of two pixels."""
+"""Encoding -> positions of the first brightness, of U and of V in the four bytes of two pixels."""
 
 _GENERIC = re.compile(r"(8|16|32|64)([USF])C\(?([1-4])?\)?\Z")
 _BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
@@ -36,10 +36,11 @@ def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
 
     Args:
         message: a sensor_msgs/Image.
-        mosaic: leave Bayer images as the sensor has them instead of calculating colours.
+        mosaic: whether to leave Bayer images as they are instead of computing colours.
 
     Returns:
-        Height x width of numbers as they are, or x 3 or 4 with red, green, blue and opacity.
+        An array of shape (height, width) with the raw numbers, or (height, width, 3 or 4) with red, green, blue and
+        opacity.
 
     Raises:
         MessageError: the encoding is unknown, or the message is shorter than its size says.
@@ -59,9 +60,9 @@ def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
 
 
 def to_8_bits(image: Pixels) -> Pixels:
-    """Return an image with 8 bits per channel, for eyes.
+    """Return an image with 8 bits per channel, for display; its shape is unchanged.
 
-    16 bits lose their lower half; other numbers are stretched from their least to their greatest.
+    Numbers of 16 bits lose their lower half; other numbers are scaled from minimum to maximum.
     """
     if image.dtype == np.uint8:
         return image
@@ -80,12 +81,12 @@ def _kind(encoding: str) -> tuple[str, int, str]:
     if match is None or (match[2] == "F" and match[1] not in ("32", "64")) or (match[2] != "F" and match[1] == "64"):
         raise MessageError(f"images of the encoding {encoding!r} are not supported")
     channels = int(match[3] or 1)
-    # OpenCV's, whose colours begin with blue.
+    # Encodings of OpenCV, whose colours begin with blue.
     return f"{match[2].lower().replace('s', 'i')}{int(match[1]) // 8}", channels, "bgr" if channels > 2 else ""
 
 
 def _rows(message: Any, kind: str, channels: int) -> Pixels:
-    """The pixels without what the rows have behind them."""
+    """Return the pixels without the padding at the end of rows."""
     height, width, step = int(message.height), int(message.width), int(message.step)
     dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{kind}")
     needed = width * channels * dtype.itemsize
@@ -93,13 +94,13 @@ def _rows(message: Any, kind: str, channels: int) -> Pixels:
         raise MessageError(f"the image is empty: {width} x {height} pixels")
     if step < needed:
         raise MessageError(
-            f"the image's step is {step}; rows of {width} pixels in {message.encoding} take {needed} bytes"
+            f"the image's step is {step}, but rows of {width} pixels in {message.encoding} take {needed} bytes"
         )
     data = np.frombuffer(message.data, dtype=np.uint8)
     size = step * (height - 1) + needed
     if len(data) < size:
         raise MessageError(
-            f"the image has {len(data)} bytes; {width} x {height} pixels in {message.encoding} take {size}"
+            f"the image has {len(data)} bytes, but {width} x {height} pixels in {message.encoding} take {size}"
         )
     rows = np.lib.stride_tricks.as_strided(data, (height, needed), (step, 1), writeable=False)
     found = np.ascontiguousarray(rows).view(dtype).reshape(height, width, channels)
@@ -110,7 +111,7 @@ def _rows(message: Any, kind: str, channels: int) -> Pixels:
 def _from_yuv(pairs: Pixels, first: int, u_place: int, v_place: int) -> Pixels:
     height, width, _ = pairs.shape
     if width % 2:
-        raise MessageError(f"a YUV image's width is even, and not {width}")
+        raise MessageError(f"the width of a YUV image must be even, not {width}")
     quads = pairs.reshape(height, width // 2, 4).astype(np.float32)
     y = quads[:, :, [first, first + 2]].reshape(height, width)
     u = np.repeat(quads[:, :, u_place], 2, axis=1) - 128
@@ -122,7 +123,7 @@ def _from_yuv(pairs: Pixels, first: int, u_place: int, v_place: int) -> Pixels:
 
 
 def _demosaiced(raw: Pixels, pattern: str) -> Pixels:
-    """Colours of a Bayer image: what a pixel lacks is the mean of its neighbours that have it."""
+    """Return the colours of a Bayer image: each missing colour is the mean of the neighbours that have it."""
     height, width = raw.shape
     colours = np.empty((height, width, 3), raw.dtype)
     for channel, name in enumerate("rgb"):
@@ -137,7 +138,7 @@ def _demosaiced(raw: Pixels, pattern: str) -> Pixels:
 
 
 def _spread(values: Pixels) -> Pixels:
-    """Each number with half of its neighbours and a quarter of those at the corners."""
+    """Return each number plus half of its direct neighbours and a quarter of its diagonal ones."""
     wide = np.pad(values, 1)
     rows = wide[1:-1] + (wide[:-2] + wide[2:]) / 2
     total: Pixels = rows[:, 1:-1] + (rows[:, :-2] + rows[:, 2:]) / 2

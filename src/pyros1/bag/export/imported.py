@@ -1,4 +1,4 @@
-"""What became of an import."""
+"""Result of an import."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Imported:
-    """What was imported.
+    """Result of an import.
 
     Attributes:
-        messages: written.
-        topics: how many.
-        skipped: topic -> why ROS 1 has no place for it.
+        messages: number of messages written.
+        topics: number of topics.
+        skipped: topic -> reason why it cannot be represented in ROS 1.
     """
 
     messages: int = 0

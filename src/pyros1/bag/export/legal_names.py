@@ -1,9 +1,9 @@
-"""Names that ROS 2 allows, for types that it does not know: readers of ROS 2 refuse all others.
+"""Names that ROS 2 allows, for types that it does not know; readers of ROS 2 refuse other names.
 
-The rules are those of ROS 2's interface definitions (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html):
-packages and fields are in lower case with single underscores, types are words that begin with a capital. So ``Mocap``
-becomes ``mocap``, ``timeStamp`` becomes ``time_stamp``, ``my_type`` becomes ``MyType``. What a rule would give a name
-that is taken gets a number. Pure.
+The rules are those of ROS 2's interface definitions
+(https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html): packages and fields are in lower case with single
+underscores, types are words that begin with a capital. So ``Mocap`` becomes ``mocap``, ``timeStamp`` becomes
+``time_stamp``, ``my_type`` becomes ``MyType``. If the new name is taken, a number is added. Pure.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z0-9]+|[0-9]+")
 
 
 class LegalNames:
-    """What types and fields are called in ROS 2.
+    """Names of types and fields in ROS 2.
 
     Args:
-        known: types of the ROS 2 distribution, which have names of their own, as have their fields.
+        known: types of the ROS 2 distribution, whose names and fields are not changed.
 
     Attributes:
-        changed: what had to be called otherwise: ``package Mocap``, ``field a/b.timeStamp`` -> its new name.
+        changed: old name -> new name, for example of ``package Mocap`` or ``field a/b.timeStamp``.
     """
 
     def __init__(self, known: Container[str]) -> None:
@@ -38,7 +38,7 @@ class LegalNames:
         self._types: dict[str, str] = {}
 
     def type(self, name: str) -> str:
-        """Return what a type is called: ``mocap/msg/Frame`` for ``Mocap/msg/Frame``."""
+        """Return the new name of a type: ``mocap/msg/Frame`` for ``Mocap/msg/Frame``."""
         if name in self._known:
             return name
         legal = self._types.get(name)
@@ -53,8 +53,8 @@ class LegalNames:
         return legal
 
     def types(self, types: Typesdict) -> Typesdict:
-        """Return types with names that ROS 2 allows, their fields and constants, too."""
-        # Those that are right already come first: they keep their names.
+        """Return types with names that ROS 2 allows, also for their fields and constants."""
+        # Legal names come first, since they do not change.
         for name in sorted(types, key=lambda name: not _is_legal(name)):
             self.type(name)
         return {
@@ -72,7 +72,7 @@ class LegalNames:
         )
 
     def _field(self, form: Any) -> Any:
-        """A field's type, which may be a list of others."""
+        """Return a field's type, which may be a list of other types."""
         node, inside = form
         if node == Nodetype.NAME:
             return node, self.type(inside)
@@ -89,7 +89,7 @@ class LegalNames:
     def _name(
         self, names: dict[str, str], name: str, rule: re.Pattern[str], make: Callable[[str], str], what: str
     ) -> str:
-        """The name in `names`, or a new one that is put there."""
+        """Return the new name in `names`; if missing, add one."""
         if name not in names:
             taken = set(names.values())
             first = legal = name if rule.fullmatch(name) else make(name)

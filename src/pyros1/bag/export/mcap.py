@@ -1,7 +1,7 @@
 """The records of MCAP files (https://mcap.dev/spec): bytes to values and back. Pure.
 
 A file is ``magic, records, magic``, a record ``u8 op, u64 length, content``. Lengths come from a file that may be
-damaged, so each is checked against what is there before it is used.
+damaged, so each is checked against the available bytes before it is used.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ OP_SUMMARY_OFFSET = 0x0E
 OP_DATA_END = 0x0F
 
 ROS1_ENCODING = "ros1"
-"""Encoding of messages."""
+"""Name of ROS 1's encoding of messages."""
 ROS1_SCHEMA = "ros1msg"
-"""Encoding of definitions; and ``ros1`` is the name of the profile, too."""
+"""Name of ROS 1's encoding of definitions; ``ros1`` is also the name of the profile."""
 
 U16 = struct.Struct("<H")
 HEAD = struct.Struct("<BQ")
-"""What a record begins with: op and length."""
+"""The beginning of a record: op and length."""
 MESSAGE = struct.Struct("<HIQQ")
-"""What a message's content begins with: channel, sequence, when it was recorded, when it was published."""
+"""The beginning of a message's content: channel, sequence, time of recording, time of publishing."""
 
 Buffer = bytes | bytearray | memoryview
 
@@ -45,9 +45,9 @@ class Schema(NamedTuple):
 
     Attributes:
         id: its number in the file, not 0.
-        name: of the type.
-        encoding: of its definition.
-        data: the definition.
+        name: name of the type.
+        encoding: encoding of its definition.
+        data: its definition.
     """
 
     id: int
@@ -63,8 +63,8 @@ class Channel(NamedTuple):
         id: its number in the file.
         schema: number of the type; 0 for none.
         topic: its topic.
-        encoding: of its messages.
-        metadata: more about it.
+        encoding: encoding of its messages.
+        metadata: additional fields.
     """
 
     id: int
@@ -75,16 +75,16 @@ class Channel(NamedTuple):
 
 
 class ChunkIndex(NamedTuple):
-    """What the index says of a chunk.
+    """The index entry of a chunk.
 
     Attributes:
         start: earliest time in it, in nanoseconds.
         end: latest time in it.
-        offset: of its record.
-        length: of its record.
-        compression: of its content.
-        stored: bytes of its content in the file.
-        size: bytes of its content.
+        offset: offset of its record.
+        length: length of its record in bytes.
+        compression: compression of its content.
+        stored: size of its content in the file, in bytes.
+        size: size of its content, uncompressed, in bytes.
     """
 
     start: int
@@ -97,7 +97,7 @@ class ChunkIndex(NamedTuple):
 
 
 class Cursor:
-    """Takes fields out of a record, one after the other.
+    """Reader of the fields of a record, one after the other.
 
     Args:
         data: the record's content.
@@ -114,7 +114,7 @@ class Cursor:
         """Take some bytes.
 
         Raises:
-            RecordError: so many are not there; and so below.
+            RecordError: there are too few bytes; the same holds for the other methods.
         """
         begin, end = self._at, self._at + size
         if end > len(self._data):
@@ -132,11 +132,11 @@ class Cursor:
         return self.take(self.number(U32))
 
     def text(self) -> str:
-        """Take a text; bytes that are not UTF-8 survive as surrogate escapes."""
+        """Take a string; bytes that are not UTF-8 become surrogate escapes."""
         return bytes(self.block()).decode("utf-8", "surrogateescape")
 
     def mapping(self) -> dict[str, str]:
-        """Take a map of texts."""
+        """Take a map of strings."""
         inner = Cursor(self.block())
         found = {}
         while inner:
@@ -146,19 +146,19 @@ class Cursor:
 
 
 def parse_schema(content: Buffer) -> Schema:
-    """Return the type of a record; raises RecordError, and so below."""
+    """Return the type in a record; raises RecordError, like the functions below."""
     cursor = Cursor(content)
     return Schema(cursor.number(U16), cursor.text(), cursor.text(), bytes(cursor.block()))
 
 
 def parse_channel(content: Buffer) -> Channel:
-    """Return the channel of a record."""
+    """Return the channel in a record."""
     cursor = Cursor(content)
     return Channel(cursor.number(U16), cursor.number(U16), cursor.text(), cursor.text(), cursor.mapping())
 
 
 def parse_chunk_index(content: Buffer) -> ChunkIndex:
-    """Return the chunk of an index record."""
+    """Return the chunk in an index record."""
     cursor = Cursor(content)
     start, end, offset, length = (cursor.number(U64) for _ in range(4))
     cursor.block()
@@ -167,12 +167,12 @@ def parse_chunk_index(content: Buffer) -> ChunkIndex:
 
 
 def chunk_facts(content: Buffer, offset: int, size: int) -> ChunkIndex:
-    """Return what the index should say of a chunk.
+    """Return the correct index entry of a chunk.
 
     Args:
-        content: of its record.
-        offset: of its record in the file.
-        size: of what is in it, in bytes.
+        content: content of its record.
+        offset: offset of its record in the file.
+        size: size of its content, uncompressed, in bytes.
     """
     cursor = Cursor(content)
     start, end = cursor.number(U64), cursor.number(U64)
@@ -181,12 +181,12 @@ def chunk_facts(content: Buffer, offset: int, size: int) -> ChunkIndex:
 
 
 def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], limit: int) -> None:
-    """Raise RecordError if an index would mislead who reads by it.
+    """Raise RecordError if an index is wrong.
 
     Args:
-        index: what it says.
-        chunks: offset -> the chunk that is there.
-        limit: most bytes in chunks that overlap in time, since a reader has them all in memory.
+        index: the entries of the index.
+        chunks: offset -> correct entry of the chunk there.
+        limit: most bytes of chunks that overlap in time, since a reader has all of them in memory.
     """
     changes = []
     for said in index:
@@ -194,19 +194,19 @@ def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], l
             raise RecordError(f"the index is wrong about the chunk at byte {said.offset}")
         changes += [(said.start, 0, said.size), (max(said.start, said.end), 1, -said.size)]
     if len({said.offset for said in index}) < len(index):
-        raise RecordError("the index names a chunk twice")
+        raise RecordError("the index lists a chunk twice")
     together = 0
     for _, _, change in sorted(changes):
         together += change
         if together > limit:
             raise RecordError(
-                f"chunks of the same time hold {together} bytes together, and no more than {limit} are read: "
-                "--chunk-limit MB raises that limit, if the file can be trusted"
+                f"chunks of the same time hold {together} bytes together; the limit is {limit} "
+                "(--chunk-limit MB raises it, if you trust the file)"
             )
 
 
 def walk(content: Buffer) -> Iterator[tuple[int, memoryview]]:
-    """Yield op and content of the records of a chunk, uncompressed."""
+    """Yield op and content of the records in a chunk's uncompressed content."""
     cursor = Cursor(content)
     while cursor:
         op, size = HEAD.unpack(cursor.take(HEAD.size))
@@ -214,7 +214,7 @@ def walk(content: Buffer) -> Iterator[tuple[int, memoryview]]:
 
 
 def pack_text(text: str) -> bytes:
-    """Return a text's bytes. What stands for bytes that are not UTF-8 becomes a question mark: MCAP has texts only."""
+    """Return a string's bytes. Surrogate escapes become question marks, since MCAP's strings must be UTF-8."""
     return pack_block(text.encode("utf-8", "replace"))
 
 
@@ -224,7 +224,7 @@ def pack_block(data: bytes) -> bytes:
 
 
 def pack_map(pairs: Iterable[bytes]) -> bytes:
-    """Return the bytes of a map or an array, whose elements are packed already."""
+    """Return the bytes of a map or an array, given its packed elements."""
     return pack_block(b"".join(pairs))
 
 
@@ -248,10 +248,10 @@ def pack_channel(channel: Channel) -> bytes:
 
 
 def pack_header(profile: str, library: str) -> bytes:
-    """Return the record that a file begins with."""
+    """Return the first record of a file."""
     return pack_record(OP_HEADER, pack_text(profile), pack_text(library))
 
 
 def pack_offset(op: int, start: int, size: int) -> bytes:
-    """Return the record that says where those of one op are at the end of the file."""
+    """Return the record with the place of the records of one op at the end of the file."""
     return pack_record(OP_SUMMARY_OFFSET, bytes([op]), U64.pack(start), U64.pack(size))

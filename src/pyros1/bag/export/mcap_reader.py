@@ -1,4 +1,4 @@
-"""Reads MCAP files (https://mcap.dev/spec) from their beginning to the end of their data; needs no index."""
+"""Reader of MCAP files (https://mcap.dev/spec), from the beginning to the end of the data; it needs no index."""
 
 from __future__ import annotations
 
@@ -38,28 +38,28 @@ from pyros1.bag.format.compression import check_size
 from pyros1.bag.format.records import U32, U64, RecordError
 from pyros1.bag.limits import chunk_limit
 
-_HINT = "; `mcap recover` of the MCAP tools makes a file of what is whole"
+_HINT = "; `mcap recover` of the MCAP tools makes a file of the intact part"
 
 Found = tuple[Channel, int, memoryview]
-"""A message: its channel, when it was recorded in nanoseconds, its bytes."""
+"""A message: (channel, time of recording in nanoseconds, bytes)."""
 
 
 class McapReader:
-    """An MCAP file that is open for reading.
+    """An MCAP file open for reading.
 
     Args:
         path: the file.
 
     Attributes:
-        profile: what the messages are said to be, for example ``ros1``; may be empty.
+        profile: name of the profile, for example ``ros1``; may be empty.
         schemas: types found so far, by number.
         channels: channels found so far, by number.
-        position: how far it is read, in bytes.
+        position: number of bytes read so far.
 
     Raises:
-        NotABagError: it is something else.
+        NotABagError: it is not an MCAP file.
         BagError: it is cut off or damaged.
-        OSError: it cannot be opened.
+        OSError: the file cannot be opened.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -77,10 +77,10 @@ class McapReader:
             raise
 
     def messages(self) -> Iterator[Found]:
-        """Yield the messages in the file's order. Their bytes are good until the next one is asked for.
+        """Yield the messages in the file's order. Their bytes are valid until the next one is read.
 
         Raises:
-            BagError: the file is cut off or damaged, or compressed in a way that cannot be read.
+            BagError: the file is cut off or damaged, or its compression is not supported.
         """
         while True:
             offset = self.position
@@ -91,7 +91,7 @@ class McapReader:
                 if op == OP_CHUNK:
                     for inner, part in walk(self._unpacked(content)):
                         if inner == OP_CHUNK:
-                            raise RecordError("there is a chunk in a chunk")
+                            raise RecordError("a chunk contains another chunk")
                         found = self._take(inner, part)
                         if found is not None:
                             yield found
@@ -103,10 +103,10 @@ class McapReader:
                 yield found
 
     def check(self) -> None:
-        """Read the chunks, and compare the index with them: other readers believe what it says, in any size.
+        """Read the chunks, and compare the index with them, since other readers trust the index.
 
         Raises:
-            BagError: as `messages`; or the index does not fit to the chunks, or too many of these overlap in time.
+            BagError: as for `messages`; or the index does not match the chunks, or too many of these overlap in time.
         """
         chunks: dict[int, ChunkIndex] = {}
         index: list[ChunkIndex] = []
@@ -118,7 +118,7 @@ class McapReader:
                 if op == OP_FOOTER:
                     start = Cursor(content).number(U64)
                     if self.position + len(MAGIC) != self._size or (start and start not in summary | {offset}):
-                        raise RecordError("the index is not where the end of the file says")
+                        raise RecordError("the index is not at the place given at the end of the file")
                     check_index(index, chunks, self._limit)
                     return
                 if op in (OP_CHUNK, OP_MESSAGE, OP_MESSAGE_INDEX):
@@ -149,7 +149,7 @@ class McapReader:
             raise NotABagError(self.path, "the file is empty")
         begin = self._file.read(len(MAGIC))
         if begin != MAGIC:
-            raise NotABagError(self.path, "this is no MCAP file: it begins with something else")
+            raise NotABagError(self.path, "this is not an MCAP file: it does not begin with the MCAP signature")
         self.position = len(MAGIC)
         op, content = self._next()
         try:
@@ -160,7 +160,7 @@ class McapReader:
             raise BagError(self.path, str(error), len(MAGIC)) from None
 
     def _next(self) -> tuple[int, memoryview]:
-        """The next record; without its content if nobody asks for that."""
+        """Return the next record, without its content if that is not needed."""
         offset = self.position
         head = self._file.read(HEAD.size)
         if len(head) < HEAD.size:
@@ -168,7 +168,7 @@ class McapReader:
         op, size = HEAD.unpack(head)
         following = offset + HEAD.size + size
         if op == 0 or following > self._size:
-            what = "there is no record" if op == 0 else "the record runs past the end of the file"
+            what = "this is not a record" if op == 0 else "the record runs past the end of the file"
             raise BagError(self.path, f"{what}: the file is cut off or damaged{_HINT}", offset)
         self.position = following
         if op not in (OP_HEADER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK, OP_CHUNK_INDEX, OP_FOOTER):
@@ -190,7 +190,7 @@ class McapReader:
             number, _, time, _ = MESSAGE.unpack_from(content)
             channel = self.channels.get(number)
             if channel is None:
-                raise RecordError(f"there is a message of channel {number}, which is not defined before")
+                raise RecordError(f"a message refers to channel {number}, which is not defined before it")
             return channel, time, content[MESSAGE.size :]
         if op == OP_SCHEMA:
             schema = parse_schema(content)
@@ -203,22 +203,22 @@ class McapReader:
         return None
 
     def _unpacked(self, content: memoryview) -> memoryview:
-        """A chunk's content."""
+        """Return a chunk's content."""
         cursor = Cursor(content)
-        cursor.take(16)  # when its messages begin and end
+        cursor.take(16)  # the times of its first and last message
         size, checksum = cursor.number(U64), cursor.number(U32)
         compression = cursor.text()
         stored = cursor.take(cursor.number(U64))
         check_size(size, self._limit)
         unpacked = stored if not compression else memoryview(self._decompress(compression, stored, size))
         if len(unpacked) != size:
-            raise RecordError(f"the chunk does not hold the {size} bytes that it should")
+            raise RecordError(f"the chunk does not hold the {size} bytes that its header claims")
         if checksum and zlib.crc32(unpacked) != checksum:
-            raise RecordError("the chunk is damaged: its checksum is another")
+            raise RecordError("the chunk is damaged: its checksum is wrong")
         return unpacked
 
     def _decompress(self, compression: str, stored: memoryview, size: int) -> bytes:
-        """At most a byte more than `size`: a damaged chunk cannot fill the memory."""
+        """Return the content, at most one byte more than `size`, so that a damaged chunk cannot fill the memory."""
         make = self._decompressor(compression)
         left: Any = stored
         parts: list[bytes] = []
@@ -229,7 +229,7 @@ class McapReader:
                 parts.append(unpacker.decompress(left, size + 1 - total))
                 total += len(parts[-1])
                 left = unpacker.unused_data if unpacker.eof else b""
-        except Exception as error:  # each module has errors of its own
+        except Exception as error:  # each module has its own errors
             raise RecordError(f"the chunk's {compression} data are damaged: {error}") from error
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
@@ -238,15 +238,15 @@ class McapReader:
             return _module(self.path, compression, "lz4.frame").LZ4FrameDecompressor  # type: ignore[no-any-return]
         if compression == "zstd":
             return _module(self.path, compression, "compression.zstd", "backports.zstd").ZstdDecompressor  # type: ignore[no-any-return]
-        raise RecordError(f"the chunk's compression {compression[:20]!r} is unknown; there are lz4 and zstd")
+        raise RecordError(f"the chunk's compression {compression[:20]!r} is unknown; lz4 and zstd are supported")
 
 
 def _module(path: str, compression: str, *names: str) -> Any:
-    """The first of some modules that is there; the last is what one can install."""
+    """Return the first module that is installed; the text of the error names the package of the last."""
     for name in names:
         try:
             return import_module(name)
         except ImportError:
             continue
     package = names[-1].removesuffix(".frame")
-    raise BagError(path, f"it is compressed with {compression}; to read that: pip install {package}")
+    raise BagError(path, f"it is compressed with {compression}; to read it: pip install {package}")

@@ -1,4 +1,4 @@
-"""Writes MCAP files (https://mcap.dev/spec) with messages of ROS 1 as they are: the profile ``ros1``."""
+"""Writer of MCAP files (https://mcap.dev/spec) with unchanged messages of ROS 1: the profile ``ros1``."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import U32, U64, Connection
 
 CHUNK_THRESHOLD = 1 << 20
-"""Bytes beyond which a chunk is closed."""
+"""Size in bytes above which a chunk is closed."""
 
 MOST = (1 << 16) - 1
-"""Numbers of channels and types have 16 bits."""
+"""Most channels and types: their numbers have 16 bits."""
 _PROFILE = "ros1"
 _LATCHING = {"1": "true", "0": "false"}
 _NOT_IN_METADATA = ("type", "message_definition")
@@ -53,7 +53,7 @@ _QQQQ = struct.Struct("<QQQQ")
 
 
 class _Times:
-    """The earliest and latest of some times; zeros while there are none."""
+    """The earliest and latest of some times; zeros if there are none."""
 
     def __init__(self) -> None:
         self.first = self.last = self.count = 0
@@ -65,13 +65,13 @@ class _Times:
 
 
 class Ros1McapWriter:
-    """A new MCAP file with messages as bags have them.
+    """A new MCAP file with messages in ROS 1's encoding.
 
     Args:
         path: the file; replaced if it exists.
 
     Raises:
-        OSError: it cannot be made.
+        OSError: the file cannot be created.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -79,7 +79,7 @@ class Ros1McapWriter:
         self._schemas: dict[tuple[str, bytes], Schema] = {}
         self._channels: dict[tuple[str, tuple[tuple[str, bytes], ...]], Channel] = {}
         self._numbers: dict[int, int] = {}
-        self._sources: list[Connection] = []  # keeps them alive, so that their ids stay theirs
+        self._sources: list[Connection] = []  # keeps them alive, so that their ids are not reused
         self._sent: dict[int, int] = {}
         self._times = _Times()
         self._chunk_indexes: list[bytes] = []
@@ -94,8 +94,8 @@ class Ros1McapWriter:
         """Write a message.
 
         Raises:
-            BagError: there are more connections than such a file can hold.
-            OSError: the disk is full, ...
+            BagError: there are more connections than an MCAP file can hold.
+            OSError: the file cannot be written.
         """
         connection = stored.connection
         number = self._numbers.get(id(connection))
@@ -117,7 +117,7 @@ class Ros1McapWriter:
         """Write what is left, and the summary.
 
         Raises:
-            OSError: the disk is full, ...
+            OSError: the file cannot be written.
         """
         try:
             self._flush()
@@ -131,14 +131,14 @@ class Ros1McapWriter:
         self._file.close()
 
     def _add(self, connection: Connection) -> int:
-        """A connection's channel; connections that nothing distinguishes have one."""
+        """Return a connection's channel; identical connections share one."""
         definition = connection.header["message_definition"]
         known = (connection.type, definition)
         key = (connection.topic, tuple(connection.header.items()))
         if key in self._channels:
             return self._channels[key].id
         if max(len(self._channels), len(self._schemas)) >= MOST:
-            raise BagError(self.path, f"an MCAP file holds at most {MOST} connections and types")
+            raise BagError(self.path, f"an MCAP file can hold at most {MOST} connections and types")
         if known not in self._schemas:
             schema = Schema(len(self._schemas) + 1, connection.type, ROS1_SCHEMA, definition)
             self._schemas[known] = schema
@@ -183,7 +183,7 @@ class Ros1McapWriter:
         )
 
     def _summary(self) -> bytes:
-        """What the file ends with."""
+        """Return the end of the file: summary and footer."""
         counts = _COUNTS.pack(
             self._times.count,
             len(self._schemas),

@@ -15,25 +15,25 @@ from pyros1.errors import MessageError
 from pyros1.timing import Time
 
 TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
-"""Messages that are images."""
+"""Types of image messages."""
 
 _KINDS = {b"\xff\xd8": "jpg", b"\x89PNG": "png", b"BM": "bmp", b"II*\0": "tiff", b"MM\0*": "tiff", b"RIFF": "webp"}
 
 _DEPTH_HEAD = 12
-"""Bytes before the PNG file in what compressed_depth_image_transport sends."""
+"""Number of bytes before the PNG file in messages of compressed_depth_image_transport."""
 
 
 class PictureWriter:
     """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is the header's, or the bag's time if that is 0.
 
-    Numbers that PNG has no place for become TIFF files; compressed images are written as they are.
+    Numbers that PNG cannot store become TIFF files; compressed images are written unchanged.
 
     Args:
-        folder: is made.
-        mosaic: leave Bayer images as the sensor has them.
+        folder: the folder, which is created.
+        mosaic: whether to leave Bayer images as they are.
 
     Raises:
-        Error: Pillow is missing.
+        Error: Pillow is not installed.
     """
 
     def __init__(self, folder: str | os.PathLike[str], *, mosaic: bool = False) -> None:
@@ -48,12 +48,12 @@ class PictureWriter:
         """Write an image.
 
         Args:
-            topic: where it comes from.
+            topic: its topic.
             message: one of `TYPES`.
-            time: in the bag.
+            time: its time in the bag.
 
         Raises:
-            MessageError: it is no image, or of a kind that is not supported.
+            MessageError: the image is damaged, or its kind is not supported.
             OSError: the disk is full, ...
         """
         stamp = message.header.stamp if message.header.stamp else time
@@ -67,10 +67,10 @@ class PictureWriter:
         self._path(topic, stamp, kind).write_bytes(data)
 
     def close(self) -> None:
-        """Nothing is left to write."""
+        """Do nothing: every image is already written."""
 
     def abort(self) -> None:
-        """No file is open."""
+        """Do nothing: no file is open."""
 
     def _path(self, topic: str, stamp: Time, kind: str) -> Path:
         folder = self._folder / self._names[topic]
@@ -83,17 +83,17 @@ class PictureWriter:
 
 
 def picture_kind(image: Pixels, encoding: str) -> str:
-    """Return the kind of file that keeps an image without loss.
+    """Return the kind of file that stores an image without loss.
 
     Raises:
-        MessageError: there is none.
+        MessageError: no kind does.
     """
     channels = 1 if image.ndim == 2 else image.shape[2]
     if image.dtype == "u1" and channels in (1, 3, 4):
         return "png"
     if channels == 1 and image.dtype in ("u2", "i2", "i4", "f4"):
         return "png" if image.dtype == "u2" else "tiff"
-    raise MessageError(f"images of the encoding {encoding!r} have no place in PNG and TIFF files; try --format video")
+    raise MessageError(f"PNG and TIFF files cannot store images of the encoding {encoding!r}; try --format video")
 
 
 def compressed(message: Any) -> tuple[bytes, str]:
@@ -103,7 +103,7 @@ def compressed(message: Any) -> tuple[bytes, str]:
         message: a sensor_msgs/CompressedImage.
 
     Raises:
-        MessageError: it is empty, or depths that are not stored as they are.
+        MessageError: the image is empty, or a depth image in another format than 16UC1.
     """
     data, form = bytes(message.data), str(message.format)
     if "compressedDepth" in form:

@@ -1,4 +1,4 @@
-"""ROS 2 bags, and MCAP files with messages of ROS 2, from ROS 1 bags, through the rosbags library."""
+"""Converts ROS 1 bags to ROS 2 bags and to MCAP files with messages of ROS 2, with the rosbags library."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
 
 STORAGES = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
-"""Kinds of files in a ROS 2 bag."""
+"""Kinds of storage in a ROS 2 bag."""
 
 _VERSION: Literal[8] = 8
-"""Of the metadata file; ROS 2 distributions read newer ones only from Jazzy on."""
+"""Version of the metadata file; only ROS 2 distributions from Jazzy on read newer ones."""
 
 
 class Ros2Writer:
     """A new ROS 2 bag: a folder with a file of metadata and one of messages.
 
-    Types that the ROS 2 distribution knows become its own; others stay as the bag defines them, under names that ROS 2
+    Types that the ROS 2 distribution knows get its definitions; others keep those of the bag, under names that ROS 2
     allows.
 
     Args:
-        path: the folder, which is not there yet.
+        path: the folder, which must not exist.
         storage: ``sqlite3`` or ``mcap``.
-        distribution: of ROS 2, for example ``jazzy``.
+        distribution: name of a ROS 2 distribution, for example ``jazzy``.
 
     Attributes:
-        names: what the types and fields are called.
+        names: the names of types and fields.
 
     Raises:
         OSError: the folder cannot be made.
@@ -53,7 +53,7 @@ class Ros2Writer:
         self._converters: dict[tuple[str, str], Convert] = {}
         self._connections: dict[int, tuple[Ros2Connection, Convert]] = {}
         self._known: dict[tuple[str, str, bool], Ros2Connection] = {}
-        self._sources: list[Connection] = []  # keeps them alive, so that their ids stay theirs
+        self._sources: list[Connection] = []  # keeps them alive, so that their ids are not reused
         self._writer = Writer(self.path, version=_VERSION, storage_plugin=STORAGES[storage])
         self._writer.open()
 
@@ -61,8 +61,8 @@ class Ros2Writer:
         """Write a message.
 
         Raises:
-            BagError: its definition cannot be read, or it is not such a message; the text says which.
-            OSError: the disk is full, ...
+            BagError: its definition cannot be read, or it cannot be converted; the text names the message.
+            OSError: the file cannot be written.
         """
         connection = stored.connection
         entry = self._connections.get(id(connection))
@@ -74,14 +74,14 @@ class Ros2Writer:
         except (TypesysError, SerdeError, WriterError, KeyError, UnicodeDecodeError) as error:
             where = f"message on {connection.topic} at {stored.time / 1e9:.6f} ({connection.type})"
             raise BagError(str(self.path), f"{where} cannot be converted: {error}") from error
-        except sqlite3.Error as error:  # its words for a full disk and the like
+        except sqlite3.Error as error:  # its errors for a full disk and the like
             raise OSError(errno.EIO, str(error), str(self.path)) from error
 
     def close(self) -> None:
         """Write what is left, and the metadata.
 
         Raises:
-            OSError: the disk is full, ...
+            OSError: the file cannot be written.
         """
         try:
             self._writer.close()
@@ -122,7 +122,7 @@ class McapWriter(Ros2Writer):
 
     Args:
         path: the file, replaced if it exists; its folder must be writable.
-        distribution: of ROS 2, for example ``jazzy``.
+        distribution: name of a ROS 2 distribution, for example ``jazzy``.
     """
 
     def __init__(self, path: str | os.PathLike[str], distribution: str = "jazzy") -> None:

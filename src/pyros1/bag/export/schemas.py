@@ -1,4 +1,4 @@
-"""Message types as the rosbags library knows them, which converts messages between ROS 1 and ROS 2."""
+"""Message types in the form of the rosbags library, which converts messages between ROS 1 and ROS 2."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def ros2_name(type_name: str) -> str:
 
 
 def distributions() -> dict[str, str]:
-    """Return the ROS 2 distributions whose types rosbags knows: ``jazzy`` -> the store's name."""
+    """Return the ROS 2 distributions that rosbags knows: name, such as ``jazzy`` -> name of its type store."""
     return {store.value[5:]: store.value for store in Stores if store.value.startswith("ros2_")}
 
 
@@ -35,7 +35,7 @@ def parsed(type_name: str, definition: str) -> Typesdict:
 
     Args:
         type_name: ``package/Type``.
-        definition: with those of all types used.
+        definition: its definition, with those of all types used.
 
     Raises:
         TypesysError: rosbags cannot read it.
@@ -44,7 +44,7 @@ def parsed(type_name: str, definition: str) -> Typesdict:
     try:
         return get_types_from_msg(text, ros2_name(type_name))
     except TypesysError:
-        # It cannot read every constant, and no message carries one.
+        # It cannot read every constant, and constants are not encoded.
         return get_types_from_msg(_CONSTANT.sub("", text), ros2_name(type_name))
 
 
@@ -54,7 +54,7 @@ def empty_store() -> Typestore:
 
 
 def adopt(target: Typestore, source: Typestore, name: str) -> None:
-    """Register a type in a store as another store has it, unless it is there; so with the types that it uses.
+    """Copy a type and the types that it uses from one store to another, unless they are there.
 
     Raises:
         KeyError: a type is missing in the source.
@@ -80,15 +80,15 @@ def used_types(store: Typestore, name: str) -> Iterator[str]:
 
 
 def converter(source: Typestore, target: Typestore, name: str, target_name: str, *, to_ros2: bool) -> Convert:
-    """Return what converts messages of a type between ROS 1 and ROS 2.
+    """Return the function that converts messages of a type between ROS 1 and ROS 2.
 
-    If both sides' fields are of the same types in the same order the bytes are rearranged; else fields are matched by
-    name and type, and those without a counterpart get zeros.
+    If the fields of both sides have the same types in the same order, the bytes are rearranged; else fields are
+    matched by name and type, and those without a counterpart are zero.
 
     Args:
-        source: where `name` is defined.
-        target: where `target_name` is.
-        to_ros2: from ROS 1 to ROS 2, or the other way.
+        source: the store with `name`.
+        target: the store with `target_name`.
+        to_ros2: whether to convert from ROS 1 to ROS 2, not back.
     """
     cache: dict[str, object] = {}
 

@@ -12,7 +12,7 @@ from pyros1.msgs.base import nested_classes
 Emit = Callable[[str], object]
 
 _TOGETHER = 1000
-"""Values of a row that are joined at a time."""
+"""Number of values of a row that are joined at a time."""
 
 _BYTES = ("uint8", "char")
 _TIMES = ("time", "duration")
@@ -21,12 +21,12 @@ _TIMES = ("time", "duration")
 class Table:
     """The rows of a topic.
 
-    Times are in nanoseconds, truth values 1 and 0. Arrays have a column for each element of the first message's;
-    arrays of bytes have none. Texts stand there as they are, without quotes.
+    Times are in nanoseconds, truth values 1 and 0. Arrays have a column for each element in the first
+    message; arrays of bytes have none. Strings are written unchanged, without quotes.
 
     Args:
-        nostr: leave out texts.
-        noarr: leave out arrays.
+        nostr: whether to leave out strings.
+        noarr: whether to leave out arrays.
     """
 
     def __init__(self, *, nostr: bool = False, noarr: bool = False) -> None:
@@ -34,20 +34,20 @@ class Table:
         self._slots: dict[type[Message], list[tuple[str, str, bool]]] = {}
 
     def head(self, message: Message, emit: Emit) -> None:
-        """Give the row of names to a function, in pieces."""
+        """Emit the row of column names in pieces."""
         emit_row(emit, "%time", self._names(message, "field"))
 
     def row(self, message: Message, time: int, emit: Emit) -> None:
-        """Give a message's row to a function, in pieces.
+        """Emit a message's row in pieces.
 
         Args:
-            time: in nanoseconds.
-            emit: the function.
+            time: time in nanoseconds.
+            emit: called with each piece of text.
         """
         emit_row(emit, str(time), self._values(message))
 
     def _fields(self, cls: type[Message]) -> list[tuple[str, str, bool]]:
-        """Name, type of the elements, and whether it is an array, of the fields that are shown."""
+        """Return (name, type of the elements, whether it is an array) of the fields that are shown."""
         found = self._slots.get(cls)
         if found is None:
             found = self._slots[cls] = []
@@ -85,7 +85,7 @@ class Table:
 
 
 def emit_row(emit: Emit, first: str, others: Iterator[str]) -> None:
-    """Give a row of values to a function, in pieces of a thousand values."""
+    """Emit a row of values, in pieces of a thousand values."""
     emit(f"{first},")
     before = ""
     while part := list(islice(others, _TOGETHER)):

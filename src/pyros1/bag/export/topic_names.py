@@ -1,4 +1,4 @@
-"""Names of files for topics."""
+"""File names for topics."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _STRANGE = re.compile(r"[^\w.~-]", re.ASCII)
 
 
 class FileNames:
-    """Gives each topic a file name of its own: ``robot1-odom`` for ``/robot1/odom``."""
+    """Unique file names for topics: ``robot1-odom`` for ``/robot1/odom``."""
 
     def __init__(self) -> None:
         self._names: dict[str, str] = {}

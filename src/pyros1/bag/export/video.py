@@ -1,4 +1,4 @@
-"""Videos from sensor_msgs/Image and CompressedImage; each frame is shown as long as it was in the bag."""
+"""Videos from sensor_msgs/Image and CompressedImage; each frame is shown as long as in the bag."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _QUALITY = {"crf": "20", "preset": "fast"}
 
 
 class VideoWriter:
-    """Writes the images of each topic to a video of its own.
+    """Writes the images of each topic to a separate video.
 
     Args:
-        path: returns a topic's file, whose extension says its kind: ``.mp4``, ``.mkv``, ...
+        path: returns the path of a topic's file, whose extension gives its kind: ``.mp4``, ``.mkv``, ...
 
     Raises:
-        Error: PyAV or Pillow are missing.
+        Error: PyAV or Pillow is not installed.
     """
 
     def __init__(self, path: Callable[[str], str]) -> None:
@@ -42,13 +42,14 @@ class VideoWriter:
         """Write a frame.
 
         Args:
-            topic: where it comes from.
+            topic: its topic.
             message: an Image or a CompressedImage.
-            time: in the bag.
+            time: its time in the bag.
 
         Raises:
-            MessageError: it is no image, of a kind that is not supported, or has not the size of those before.
-            OSError: the disk is full, ...
+            MessageError: the image is damaged, its kind is not supported, or its size differs from that of earlier
+                frames.
+            OSError: the file cannot be written.
         """
         image = pixels(message) if message._type == TYPES[0] else self._decompressed(message)
         image = _even(to_8_bits(image))
@@ -62,7 +63,7 @@ class VideoWriter:
         """Write what is left, and close the files.
 
         Raises:
-            OSError: the disk is full, ...
+            OSError: the file cannot be written.
         """
         for topic, video in self._videos.items():
             with self._own_errors(topic):
@@ -76,7 +77,7 @@ class VideoWriter:
 
     @contextmanager
     def _own_errors(self, topic: str) -> Iterator[None]:
-        """Turn PyAV's errors into what open and write raise."""
+        """Turn PyAV's errors into those of open and write."""
         try:
             yield
         except self._av.error.FFmpegError as error:
@@ -88,7 +89,7 @@ class VideoWriter:
             with self._image.open(BytesIO(data)) as image:
                 whole = image if image.mode in ("L", "RGB", "RGBA", "I;16") else image.convert("RGB")
                 found: Pixels = np.asarray(whole)
-        except (OSError, ValueError, SyntaxError) as error:  # Pillow's words for damaged files
+        except (OSError, ValueError, SyntaxError) as error:  # Pillow's errors for damaged files
             raise MessageError(f"the compressed image cannot be read: {error}") from None
         return found
 
@@ -100,7 +101,7 @@ class _Video:
         self._last = -1
         self._size = image.shape[:2]
         self.container = av.open(path, "w")
-        # Frames are at times of the video's own, which begins at 0; where that is on the clock is noted here.
+        # The video's time begins at 0; the corresponding time of the clock is noted here.
         self.container.metadata["comment"] = f"begins at {time.secs}.{time.nsecs:09d}"
         codec = next(name for name in _CODECS if name in av.codecs_available)
         self._stream = self.container.add_stream(codec, rate=30)
@@ -113,7 +114,7 @@ class _Video:
     def write(self, image: Pixels, time: Time) -> None:
         if image.shape[:2] != self._size:
             (height, width), (rows, columns) = self._size, image.shape[:2]
-            raise MessageError(f"the image has {columns} x {rows} pixels, and those before {width} x {height}")
+            raise MessageError(f"the image has {columns} x {rows} pixels, but earlier ones have {width} x {height}")
         form = "gray" if image.ndim == 2 else "rgb24" if image.shape[2] == 3 else "rgba"
         frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=form)
         self._last = max((time.to_nsec() - self._begin) // 1000, self._last + 1)
@@ -126,7 +127,7 @@ class _Video:
 
 
 def _even(image: Pixels) -> Pixels:
-    """Videos have even sizes: a last row or column is repeated."""
+    """Return the image with even sizes, as videos need: the last row or column is repeated."""
     height, width = image.shape[:2]
     if not height % 2 and not width % 2:
         return image

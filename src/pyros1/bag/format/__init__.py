@@ -1,1 +1,1 @@
-"""Bag files as bytes: records, chunks, indexes; reading, writing, damaged files."""
+"""The format of bag files: records, chunks, indexes; readers, the writer, damaged and old files."""

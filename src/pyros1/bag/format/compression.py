@@ -15,29 +15,28 @@ MAX_CHUNK = 1 << 31
 
 
 def check_size(size: int, limit: int) -> None:
-    """Raise LimitError if a chunk or record claims to hold more bytes than are read."""
+    """Raise LimitError if a chunk or record claims to hold more bytes than the limit."""
     if size > limit:
         raise LimitError(
-            f"it claims to hold {size} bytes, and no more than {limit} are read: "
-            "--chunk-limit MB raises that limit, if the file can be trusted"
+            f"it claims to hold {size} bytes; the limit is {limit} (--chunk-limit MB raises it, if you trust the file)"
         )
 
 
 _BZ2_FULL_LEVEL = 9
 _LZ4_BLOCKS_OF_1_MB = 6
 _PIECE = 1 << 20
-"""Bytes that are compressed at a time, and made by decompressing."""
+"""Number of bytes that are compressed or decompressed at a time."""
 _SMALL = 4096
 
 Buffer = bytes | bytearray | memoryview
 
 
 def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
-    """Return a chunk's content as it is stored, in parts: it may be large, and is never copied as a whole.
+    """Return a chunk's content in compressed form, in parts: it may be large, and is never copied as a whole.
 
     Args:
         compression: one of `COMPRESSIONS`.
-        parts: the content.
+        parts: the content, in parts.
     """
     if compression == "bz2":
         import bz2  # noqa: PLC0415 - most bags need none
@@ -45,7 +44,7 @@ def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
         packer = bz2.BZ2Compressor(_BZ2_FULL_LEVEL)
         return [*map(packer.compress, _pieces(parts)), packer.flush()]
     if compression == "lz4":
-        # Stock's readers refuse frames that have a size, no checksum, or blocks that need the ones before them.
+        # Stock's readers refuse frames with a size, without a checksum, or with blocks that depend on earlier ones.
         frame = _lz4().LZ4FrameCompressor(block_size=_LZ4_BLOCKS_OF_1_MB, block_linked=False, content_checksum=True)
         return [frame.begin(), *map(frame.compress, _pieces(parts)), frame.flush()]
     return parts
@@ -59,17 +58,17 @@ def _pieces(parts: Sequence[Buffer]) -> Iterator[memoryview]:
 
 
 def decompress(compression: str, data: bytes, size: int, limit: int, *, partial: bool = False) -> bytes:
-    """Return a stored chunk's content, at most `size` bytes of it: a damaged chunk cannot fill the memory.
+    """Return a stored chunk's content, at most `size` bytes, so that a damaged chunk cannot fill the memory.
 
     Args:
-        compression: as the chunk says.
-        data: as stored.
-        size: of the content, as the chunk says.
+        compression: the compression in the chunk's header.
+        data: the stored bytes.
+        size: size of the content in the chunk's header, in bytes.
         limit: most bytes of content.
-        partial: the chunk may be cut off or spoilt: return what can be saved.
+        partial: whether the chunk may be cut off or damaged: then what can be read is returned.
 
     Raises:
-        RecordError: the compression is unknown, the content is larger than the limit, or the bytes are spoilt.
+        RecordError: the compression is unknown, the content is larger than the limit, or the bytes are damaged.
     """
     if compression not in COMPRESSIONS:
         raise RecordError(f"the chunk's compression {compression[:20]!r} is unknown")
@@ -89,9 +88,9 @@ def _unpack(compression: str, data: bytes, size: int, partial: bool) -> bytes:
         unpacker: Any = bz2.BZ2Decompressor()
     else:
         unpacker = _lz4().LZ4FrameDecompressor()
-    content = BytesIO()  # grows in place, and gives what is in it away without a copy
+    content = BytesIO()  # grows in place, and returns its bytes without a copy
     left = size
-    step = _SMALL if partial else _PIECE  # so that what comes before a damage is not lost with it
+    step = _SMALL if partial else _PIECE  # so that what comes before a damaged part is not lost with it
     view = memoryview(data)
     try:
         for start in range(0, len(data), step):

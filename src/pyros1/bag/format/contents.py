@@ -1,6 +1,6 @@
-"""The messages in a chunk's content: where they are, in columns. Pure.
+"""Index of the messages in a chunk's content, in columns. Pure.
 
-A chunk of a few kilobytes may hold millions of small messages. In columns they take half of what their records take in
+A chunk of a few kilobytes may hold millions of small messages. In columns they take half of the memory of
 the content; as objects they would take many times as much.
 """
 
@@ -33,27 +33,27 @@ from pyros1.bag.format.records import (
 
 
 class Messages:
-    """Where messages are, each with what `Message` says, in columns of the same length.
+    """Places of n messages, with the attributes of `Message` in columns of the same length n.
 
     Attributes:
-        conns: ids of their connections.
+        conns: ids of the connections.
         times: receive times in nanoseconds.
-        offsets: of their records in the content.
-        starts: of their bytes in the content.
-        ends: of their bytes in the content.
+        offsets: offsets of the records in the content.
+        starts: offsets of the first byte of the messages in the content.
+        ends: offsets behind the last byte of the messages in the content.
     """
 
     __slots__ = ("conns", "ends", "offsets", "starts", "times")
 
     SIZE = 24
-    """Bytes that a message takes here."""
+    """Bytes of memory per message."""
 
     def __init__(self) -> None:
         self.conns, self.offsets, self.starts, self.ends = array("I"), array("I"), array("I"), array("I")
         self.times = array("Q")
 
     def add(self, conn: int, time: int, offset: int, start: int, end: int) -> None:
-        """Add one; arguments as of `Message`."""
+        """Add a message; arguments as for `Message`."""
         self.conns.append(conn)
         self.times.append(time)
         self.offsets.append(offset)
@@ -70,12 +70,12 @@ class Messages:
         return map(Message._make, zip(*self._columns(), strict=True))
 
     def where(self, wanted: Callable[[int, int], bool]) -> Messages:
-        """Return those of which `wanted`, given id of the connection and time, says so."""
+        """Return the messages for which ``wanted(connection id, time)`` is true."""
         mask = bytearray(map(wanted, self.conns, self.times))
         return self if all(mask) else self._made(lambda column: compress(column, mask))
 
     def by_time(self) -> Messages:
-        """Return them by time; of the same time, in their order."""
+        """Return the messages in order of time; with the same time, in their present order."""
         times = self.times
         if all(map(le, times, islice(times, 1, None))):
             return self
@@ -83,7 +83,7 @@ class Messages:
         return self._made(lambda column: map(column.__getitem__, order))
 
     def part(self, first: int, end: int) -> Iterator[tuple[int, int, int, int]]:
-        """Return connection, time, start and end of those with numbers from `first` to before `end`."""
+        """Return (connection, time, start, end) of the messages with numbers from `first` to before `end`."""
         if end == first + 1:
             return iter(((self.conns[first], self.times[first], self.starts[first], self.ends[first]),))
         columns = [self.conns, self.times, self.starts, self.ends]
@@ -101,7 +101,7 @@ class Messages:
         return made
 
 
-# Almost every message's header is one of these two: that of Python's writers, and the sorted one of C++.
+# Nearly all headers of messages have one of these two forms: that of Python's writers, and the sorted one of C++.
 _CONN_FIRST = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
 _OP_FIRST_FORM = struct.Struct("<I17sI9sIII")
 _CONN_FIRST_FORM = struct.Struct("<I9sI17sIII")
@@ -113,15 +113,17 @@ _MESSAGE_BEGINS = re.compile(
 
 
 def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[int, Connection]]:
-    """Return the messages of a chunk's (uncompressed) content in their order, and the connections in it by id.
+    """Return the messages of a chunk's uncompressed content in order, and its connections by id.
 
-    Of several connections of one id the first counts.
+    If several connections have the same id, the first counts.
 
     Args:
-        partial: the content may end, or be spoilt, anywhere: what is whole is returned, and no error raised.
+        partial: whether the content may be cut off or damaged anywhere: then all complete messages are returned, and no
+            error is raised.
 
     Raises:
-        RecordError: a record is not whole, the text names its offset in the content; or there are too many connections.
+        RecordError: a record is not complete (the text names its offset in the content), or there are too many
+            connections.
     """
     messages = Messages()
     connections: dict[int, Connection] = {}
@@ -154,7 +156,7 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
         try:
             fields, start, stop = split_record(data, position)
             op = op_of(fields)
-            following = stop  # from here on the record's lengths are believed, whatever is wrong in it
+            following = stop  # from here on the record's lengths are trusted, whatever else is wrong in it
             if op == OP_MESSAGE:
                 messages.add(u32(fields, "conn"), time_of(fields), position, start, stop)
             elif op == OP_CONNECTION:
@@ -179,6 +181,6 @@ def _define(connections: dict[int, Connection], fields: Fields, data: bytes) -> 
 
 
 def _next_message(data: bytes, position: int) -> int:
-    """Return where the next message begins behind a spoilt record, whose lengths say nothing; the end if none does."""
+    """Return the offset of the next message after a damaged record, or the end of the content."""
     found = _MESSAGE_BEGINS.search(data, position)
     return len(data) if found is None else found.start()

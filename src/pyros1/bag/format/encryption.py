@@ -1,4 +1,4 @@
-"""Encrypted bags (B03, L144): AES-CBC under a key of the bag's own, which is in the bag header, encrypted by gpg.
+"""Encrypted bags (B03, L144): AES-CBC with a key for each bag, which is in the bag header, encrypted by gpg.
 
 The cipher comes from the package ``cryptography``; gpg is the system's, with the user's keys.
 """
@@ -20,25 +20,25 @@ ENCRYPTORS = (AES, NONE)
 
 _BLOCK = 16
 _PIECE = 1 << 20
-"""Bytes that are encrypted or decrypted at a time: the package makes copies of them."""
+"""Number of bytes that are encrypted or decrypted at a time: the package makes copies of them."""
 
 Buffer = bytes | bytearray | memoryview
 _DEFAULT_USER = "*"
 
 
 class KeyUnavailableError(Error):
-    """A bag's key cannot be had; the text says why and what to do."""
+    """A bag's key is not available; the text says why and what to do."""
 
 
 class Cipher:
     """Encrypts and decrypts the chunks and connection headers of a bag.
 
     Args:
-        fields: what the bag header holds for those who have the key.
+        fields: the fields of the bag header for the owner of the key.
         key: 16 bytes.
 
     Raises:
-        KeyUnavailableError: the package ``cryptography`` is not installed, or the key is none.
+        KeyUnavailableError: the package ``cryptography`` is not installed, or the key is not valid.
     """
 
     def __init__(self, fields: Mapping[str, bytes], key: bytes) -> None:
@@ -47,7 +47,7 @@ class Cipher:
         try:
             algorithm: Any = ciphers.algorithms.AES(key)
         except ValueError:
-            raise KeyUnavailableError(f"the bag's key has {len(key)} bytes, which is not one of AES") from None
+            raise KeyUnavailableError(f"the bag's key has {len(key)} bytes, which is not a key size of AES") from None
         self._of: Callable[[bytes], Any] = lambda vector: ciphers.Cipher(algorithm, ciphers.modes.CBC(vector))
 
     def encrypt(self, data: bytes) -> bytes:
@@ -55,7 +55,7 @@ class Cipher:
         return b"".join(self.encrypt_parts([data]))
 
     def encrypt_parts(self, parts: Iterable[Buffer]) -> list[bytes]:
-        """Return bytes that are in parts encrypted, in parts, of which none is large."""
+        """Yield the bytes in some parts, encrypted, in small parts."""
         vector = os.urandom(_BLOCK)
         encryptor = self._of(vector).encryptor()
         made, size = [vector], 0
@@ -69,7 +69,7 @@ class Cipher:
         """Return bytes decrypted.
 
         Args:
-            partial: they may be cut off: return what can be saved.
+            partial: whether they may be cut off: then what can be decrypted is returned.
 
         Raises:
             RecordError: they were not encrypted with this key, or are damaged.
@@ -79,7 +79,7 @@ class Cipher:
         if len(data) < (1 if partial else 2) * _BLOCK or len(data) % _BLOCK:
             raise RecordError("the encrypted data are cut off")
         decryptor = self._of(data[:_BLOCK]).decryptor()
-        plain = BytesIO()  # grows in place, and gives what is in it away without a copy
+        plain = BytesIO()  # grows in place, and returns its bytes without a copy
         last = b""
         for piece in _pieces(memoryview(data)[_BLOCK:]):
             last = decryptor.update(piece)
@@ -100,11 +100,11 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
     """Return a cipher with a new key.
 
     Args:
-        user: whose public key of gpg encrypts it: a name, address or fingerprint; ``*`` takes the first of which gpg
-            has the secret key, too.
+        user: name, address or fingerprint of the gpg key that encrypts it; ``*``: the first key whose secret key gpg
+            has, too.
 
     Raises:
-        KeyUnavailableError: gpg has no such key, or something is not installed.
+        KeyUnavailableError: gpg has no such key, or a program or package is not installed.
     """
     _ciphers()
     recipient, name = _own_key() if user == _DEFAULT_USER else (user, user)
@@ -114,7 +114,7 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
 
 
 def _own_key() -> tuple[str, str]:
-    """Fingerprint of the user's first key, and the name in it."""
+    """Return the fingerprint of the user's first key, and the name in it."""
     fingerprint = ""
     for line in gpg("--batch", "--with-colons", "--list-secret-keys").decode(errors="replace").splitlines():
         fields = line.split(":")
@@ -122,21 +122,22 @@ def _own_key() -> tuple[str, str]:
             fingerprint = fields[9]
         if fields[0] == "uid" and fingerprint:
             return fingerprint, fields[9].partition(" <")[0]
-    raise KeyUnavailableError("gpg has no key of yours yet: make one with `gpg --gen-key`, or name another user's")
+    raise KeyUnavailableError("gpg has no secret key yet: make one with `gpg --gen-key`, or name another user's key")
 
 
 def open_cipher(header: Mapping[str, bytes]) -> Cipher:
     """Return the cipher of an encrypted bag.
 
     Args:
-        header: fields of its bag header.
+        header: the fields of its bag header.
 
     Raises:
-        KeyUnavailableError: its encryptor is unknown, gpg does not have the key, or something is not installed.
+        KeyUnavailableError: its encryptor is unknown, gpg does not have the key, or a program or package is not
+            installed.
     """
     encryptor = header.get("encryptor", b"").decode("latin-1")
     if encryptor != AES:
-        raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not known here")
+        raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not supported")
     fields = {name: header[name] for name in ("encryptor", "gpg_user", "encrypted_key") if name in header}
     _ciphers()  # before the user is asked for a passphrase
     return Cipher(fields, gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
@@ -155,7 +156,7 @@ def gpg(*words: str, data: bytes = b"") -> bytes:
     try:
         result = subprocess.run(["gpg", "--quiet", *words], input=data, capture_output=True, check=False)
     except FileNotFoundError:
-        raise KeyUnavailableError("encrypted bags need the program gpg, which is not installed (GnuPG)") from None
+        raise KeyUnavailableError("encrypted bags need the program gpg (GnuPG), which is not installed") from None
     if result.returncode:
         lines = [line for line in result.stderr.decode(errors="replace").splitlines() if line.startswith("gpg: ")]
         raise KeyUnavailableError(lines[-1] if lines else f"gpg ended with exit code {result.returncode}")

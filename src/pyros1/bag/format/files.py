@@ -1,4 +1,4 @@
-"""What all readers of bag files share: opening, the version, single records at a place in the file."""
+"""An open bag file, for all readers: its version and header, and single records by offset."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ from pyros1.bag.limits import chunk_limit
 _COUNT = struct.Struct("<II")
 
 _HEAD = 512
-"""Bytes that are read to see a record's header; most need not more."""
+"""Number of bytes that are read first for a record's header; enough for most."""
 
 _TRUSTED = 64 << 20
-"""Bytes that a chunk may have without a look at its other length: a damaged one must not fill the memory."""
+"""Size in bytes up to which a chunk's two lengths are not compared; a damaged length must not fill the memory."""
 
 
 class Counts(Mapping[int, int]):
-    """Connection id -> messages, packed as in the file: bags of hundreds of topics have very many."""
+    """Connection id -> number of messages, packed as in the file, since bags of hundreds of topics have very many."""
 
     __slots__ = ("_packed",)
 
@@ -62,25 +62,25 @@ class Counts(Mapping[int, int]):
         return self.unpacked().keys()
 
     def items(self) -> ItemsView[int, int]:
-        """Return pairs of id and messages."""
+        """Return pairs of id and number of messages."""
         return self.unpacked().items()
 
     def unpacked(self) -> dict[int, int]:
-        """Return it as a dictionary, for more than one question."""
+        """Return it as a dictionary, for repeated access."""
         return dict(_COUNT.iter_unpack(self._packed))
 
 
 @dataclass(slots=True)
 class Chunk:
-    """Messages that are stored together.
+    """A chunk: messages that are stored together.
 
     Attributes:
-        pos: offset of its record in the file; of messages outside of chunks, that of the first.
+        pos: offset of its record in the file; for messages outside of chunks, that of the first.
         start: earliest time in it, in nanoseconds.
         end: latest time in it.
-        counts: connection id -> messages.
-        loose: bytes of messages that are in the file without a chunk around them; 0: it is a chunk.
-        whole: False if it is cut off or spoilt, so that only a part of it can be read.
+        counts: connection id -> number of messages.
+        loose: size in bytes of messages that are outside of chunks; 0: it is a chunk.
+        whole: whether it is complete; if not, only a part of it can be read.
     """
 
     pos: int
@@ -93,13 +93,13 @@ class Chunk:
 
 @dataclass(frozen=True)
 class ChunkHeader:
-    """A chunk's header.
+    """Header of a chunk.
 
     Attributes:
-        compression: as stored.
-        size: of the content in bytes.
+        compression: name of the compression.
+        size: size of the content in bytes.
         data: offset of the stored bytes in the file.
-        stored: their number, as the header says.
+        stored: number of stored bytes, from the header.
     """
 
     compression: str
@@ -108,7 +108,7 @@ class ChunkHeader:
     stored: int
 
     def sane(self, limit: int) -> int:
-        """Return how many stored bytes are worth reading: less than `stored` if the two lengths contradict each other.
+        """Return the number of stored bytes to read: less than `stored` if the two lengths contradict each other.
 
         Args:
             limit: largest content that is read.
@@ -122,21 +122,21 @@ class BagFile:
 
     Args:
         path: the file.
-        limit: largest content of a chunk, and message outside of chunks, that is read, in bytes; None takes that of
+        limit: largest content of a chunk, and message outside of chunks, that is read, in bytes; None: that of
             the environment (`pyros1.bag.limits.chunk_limit`).
 
     Attributes:
-        limit: see above.
-        size: of the file in bytes, when it was opened.
+        limit: the limit in bytes.
+        size: size of the file in bytes, when it was opened.
         version: 200, or 102 for the old version 1.2.
-        header: fields of the bag header.
-        begin: offset of the first record behind the bag header.
-        cipher: decrypts what is in the bag; None if it is plain, or still locked.
-        taken: bytes that were read so far, those read twice counted twice.
+        header: the fields of the bag header.
+        begin: offset of the first record after the bag header.
+        cipher: decrypts the bag; None if it is not encrypted, or still locked.
+        taken: number of bytes read so far; those read twice count twice.
 
     Raises:
-        NotABagError: it is something else.
-        OSError: it cannot be opened.
+        NotABagError: the file is not a bag.
+        OSError: the file cannot be opened.
     """
 
     def __init__(self, path: str | os.PathLike[str], limit: int | None = None) -> None:
@@ -145,7 +145,9 @@ class BagFile:
         self.cipher: Cipher | None = None
         self.taken = 0
         if stat.S_ISFIFO(os.stat(self.path).st_mode):
-            raise NotABagError(self.path, "this is a pipe; bags are read from files")  # opening it would wait for ever
+            raise NotABagError(
+                self.path, "this is a pipe; bags can only be read from files"
+            )  # to open it would block for ever
         self._file = FileIO(self.path, "rb")
         try:
             self.size = os.fstat(self._file.fileno()).st_size
@@ -162,7 +164,7 @@ class BagFile:
 
     @property
     def encrypted(self) -> str:
-        """The encryptor's name; empty if the bag is not encrypted."""
+        """Name of the encryptor; empty if the bag is not encrypted."""
         name = self.header.get("encryptor", b"").decode("latin-1")
         return "" if name == NONE else name
 
@@ -170,20 +172,20 @@ class BagFile:
         """Let gpg decrypt the bag's key, if the bag is encrypted.
 
         Raises:
-            EncryptedError: it cannot.
+            EncryptedError: the key cannot be decrypted.
         """
         if not self.encrypted or self.cipher is not None:
             return
         try:
             self.cipher = open_cipher(self.header)
         except KeyUnavailableError as error:
-            raise EncryptedError(self.path, f"the bag is encrypted, and cannot be decrypted: {error}") from None
+            raise EncryptedError(self.path, f"the bag is encrypted and cannot be decrypted: {error}") from None
 
     def plain(self, data: bytes, *, partial: bool = False) -> bytes:
-        """Return bytes of an unlocked bag decrypted, if they are encrypted.
+        """Return bytes of an unlocked bag, decrypted if they are encrypted.
 
         Args:
-            partial: they may be cut off: return what can be saved.
+            partial: whether they may be cut off: then what can be decrypted is returned.
 
         Raises:
             RecordError: they are damaged.
@@ -195,10 +197,10 @@ class BagFile:
         self._file.close()
 
     def read(self, position: int, size: int) -> bytes:
-        """Return bytes at a place; fewer at the end of the file."""
+        """Return bytes at an offset; fewer at the end of the file."""
         wanted = min(size, self.size - position)
         if wanted <= 0:
-            return b""  # places beyond the end come from damaged records, and may be beyond what seek takes
+            return b""  # offsets beyond the end come from damaged records, and may be too large for seek
         self._file.seek(position)
         parts: list[bytes] = []
         while wanted > 0:
@@ -211,17 +213,17 @@ class BagFile:
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def expect(self, positions: Iterable[int]) -> None:
-        """Let the system fetch the records at some places, many at a time, before they are read one by one."""
+        """Let the system fetch the records at some offsets, many at a time, before they are read one by one."""
         if hasattr(os, "posix_fadvise"):
             number = self._file.fileno()
-            os.posix_fadvise(number, 0, 0, os.POSIX_FADV_RANDOM)  # not what lies around them
+            os.posix_fadvise(number, 0, 0, os.POSIX_FADV_RANDOM)  # not the bytes around them
             for position in positions:
                 if position < self.size:
                     os.posix_fadvise(number, position, _HEAD, os.POSIX_FADV_WILLNEED)
             os.posix_fadvise(number, 0, 0, os.POSIX_FADV_NORMAL)
 
     def record(self, position: int) -> tuple[Fields, int, int]:
-        """Return the record at a place: its fields, where its data begin, and their length as the record says.
+        """Return the record at an offset: its fields, the offset of its data, and their length by its header.
 
         Raises:
             RecordError: there is no record, or its header is cut off.
@@ -231,7 +233,7 @@ class BagFile:
             raise RecordError("the record is cut off")
         (size,) = U32.unpack_from(head)
         if size > MAX_HEADER:
-            raise RecordError(f"no record begins here: its header would have {size} bytes")
+            raise RecordError(f"there is no record here: its header would have {size} bytes")
         if position + 8 + size > self.size:
             raise RecordError("the record's header runs past the end of the file")
         if len(head) < size + 8:
@@ -244,10 +246,10 @@ class BagFile:
         return fields, position + 8 + size, length
 
     def chunk_header(self, position: int) -> ChunkHeader:
-        """Return the header of the chunk at a place.
+        """Return the header of the chunk at an offset.
 
         Raises:
-            RecordError: there is none.
+            RecordError: there is no chunk.
         """
         fields, data, length = self.record(position)
         if op_of(fields) != OP_CHUNK:
@@ -255,15 +257,15 @@ class BagFile:
         return ChunkHeader(fields.get("compression", b"").decode("latin-1"), u32(fields, "size"), data, length)
 
     def connection(self, position: int) -> tuple[Connection, int]:
-        """Return the connection whose record is at a place outside of chunks, and the offset behind it.
+        """Return the connection whose record is at an offset outside of chunks, and the offset behind it.
 
         Raises:
-            RecordError: there is none, or it is damaged.
+            RecordError: there is no connection, or it is damaged.
         """
         head, position = self._block(position)
         fields = parse_fields(head)
         if op_of(fields) != OP_CONNECTION:
-            raise RecordError("another record was expected")
+            raise RecordError("this is another kind of record than expected")
         data, position = self._block(position)
         return parse_connection(fields, data), position
 
@@ -271,30 +273,30 @@ class BagFile:
         """Yield the connections of the end section, each with the offset behind its record.
 
         Raises:
-            RecordError: one is damaged, or there are too many.
+            RecordError: a connection is damaged, or there are too many.
         """
         position, count = self.index_pos, u32(self.header, "conn_count")
         if count > MAX_CONNECTIONS:
-            raise RecordError(f"it claims to have {count} connections")
+            raise RecordError(f"the number of connections, {count}, is too large")
         for _ in range(count):
             connection, position = self.connection(position)
             yield connection, position
 
     def _block(self, position: int) -> tuple[bytes, int]:
-        """Bytes that have their length in front, decrypted, and the offset behind them."""
+        """Return bytes that have their length in front, decrypted, and the offset behind them."""
         head = self.read(position, U32.size)
         size = U32.unpack(head)[0] if len(head) == U32.size else 0
         start = position + U32.size
         if len(head) < U32.size or start + size > self.size:
             raise RecordError("the record is cut off")
         if size > MAX_HEADER:
-            raise RecordError(f"the record would have {size} bytes")
+            raise RecordError(f"the record's length, {size} bytes, is too large")
         return self.plain(self.read(start, size)), start + size
 
     def _version(self) -> tuple[int, int]:
-        """The version, and the offset behind the first line, which says it."""
+        """Return the version from the first line, and the offset behind that line."""
         if self.size == 0:
-            raise NotABagError(self.path, "the file is empty; nothing was recorded into it")
+            raise NotABagError(self.path, "the file is empty: nothing was recorded")
         line = self.read(0, 64)
         first = FIRST_LINE.match(line)
         if first is not None:
@@ -316,10 +318,10 @@ class BagFile:
                 raise BagError(
                     self.path, f"the bag header cannot be read ({error}); nothing can be saved", begin
                 ) from None
-        return {}, begin  # behind a damaged header there may be chunks, and 1.2 without an index has none
+        return {}, begin  # chunks may follow a damaged header, and version 1.2 without an index has no header
 
     def _behind_padding(self, begin: int, end: int) -> int:
-        """`end`, where the first record is; if the padding's length is damaged `begin`, so that it is searched for."""
+        """Return `end`, where the first record is; or `begin`, for a search, if the padding's length is damaged."""
         try:
             self.record(end)
         except RecordError:
@@ -329,12 +331,12 @@ class BagFile:
 
 _KINDS = {
     b"SQLite format 3": "it is an SQLite database: a ROS 2 bag",
-    b"\x89MCAP": "it is an MCAP file, of which bag import makes a bag",
+    b"\x89MCAP": "it is an MCAP file; `pyros1 bag import` converts it to a bag",
     b"\x1f\x8b": "it is compressed with gzip; unpack it first",
     b"BZh": "it is compressed with bzip2; unpack it first",
     b"PK\x03\x04": "it is a zip archive; unpack it first",
     b"\xfd7zXZ": "it is compressed with xz; unpack it first",
-    b"version https://git-lfs": "it is a pointer of Git LFS; `git lfs pull` gets the file itself",
+    b"version https://git-lfs": "it is a Git LFS pointer; `git lfs pull` fetches the file itself",
 }
 
 
@@ -343,5 +345,5 @@ def _looks_like(line: bytes) -> str:
         if line.startswith(magic):
             return f": {what}"
     if not line.strip(b"\0"):
-        return ": it begins with zeros; its blocks were never written, or the disk lost them"
+        return ": it begins with zeros; its content was never written to the disk, or was lost"
     return ""

@@ -1,4 +1,4 @@
-"""The index of a bag: the connections and chunks that its end names, and the messages that stand behind each chunk."""
+"""The index of a bag: connections and chunks in the end section, and the index records after each chunk."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from pyros1.bag.format.scanner import Damage
 ENTRY = struct.Struct("<III")
 """Seconds, nanoseconds and offset in the content of a message."""
 
-_NOT_CLOSED = "the bag was not closed, so that it has no index; `pyros1 bag reindex` makes one"
+_NOT_CLOSED = "the bag was not closed, so it has no index; `pyros1 bag reindex` makes one"
 
 
 def read_index(file: BagFile) -> tuple[dict[int, Connection], list[Chunk]]:
     """Return the connections by id, and the chunks in the order of the index.
 
     Raises:
-        UnindexedError: the bag has none, or it is damaged.
+        UnindexedError: the bag has no index, or the index is damaged.
     """
     if file.index_pos == 0:
         raise UnindexedError(file.path, _NOT_CLOSED)
@@ -39,14 +39,14 @@ def read_index(file: BagFile) -> tuple[dict[int, Connection], list[Chunk]]:
     position = file.index_pos
     try:
         if position >= file.size and u32(file.header, "conn_count") + u32(file.header, "chunk_count"):
-            raise RecordError(f"the file has {file.size} bytes, and its index should be at {position}")
+            raise RecordError(f"the file has {file.size} bytes, but its index should be at byte {position}")
         for connection, position in file.end_connections():  # noqa: B007 - the last one counts
             connections[connection.id] = connection
         for _ in range(u32(file.header, "chunk_count")):
             chunk, position = _read_chunk_info(file, position)
             chunks.append(chunk)
         if len({chunk.pos for chunk in chunks}) < len(chunks):
-            raise RecordError("it names a chunk twice")
+            raise RecordError("it lists a chunk twice")
     except RecordError as error:
         what = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
         raise UnindexedError(file.path, f"{what} ({error}); `pyros1 bag reindex` makes a new index") from None
@@ -54,19 +54,21 @@ def read_index(file: BagFile) -> tuple[dict[int, Connection], list[Chunk]]:
 
 
 def check_old(file: BagFile, damages: Iterable[Damage]) -> None:
-    """Raise UnindexedError if a 1.2 bag, in which such damages were found, is not whole."""
+    """Raise UnindexedError if a bag of version 1.2 is not complete, judging by the damages that were found in it."""
     if file.header and file.index_pos == 0:
         raise UnindexedError(file.path, _NOT_CLOSED)
     if file.index_pos > file.size:
-        raise UnindexedError(file.path, "the file is cut off; `pyros1 bag reindex` saves what can be read")
+        raise UnindexedError(file.path, "the file is cut off; `pyros1 bag reindex` saves all that can be read")
     for damage in damages:
-        raise UnindexedError(file.path, f"{damage.reason}; `pyros1 bag reindex` saves what can be read", damage.offset)
+        raise UnindexedError(
+            file.path, f"{damage.reason}; `pyros1 bag reindex` saves all that can be read", damage.offset
+        )
 
 
 def entry_places(file: BagFile, chunk: Chunk, header: ChunkHeader) -> list[tuple[int, int, int]] | None:
-    """Return where the entries of the index records behind a chunk are: connection, offset in the file, bytes.
+    """Return (connection, offset in the file, bytes) of the entries in the index records after a chunk.
 
-    None if they are not what chunk info and content can have.
+    Return None if they do not fit the chunk info or the content.
     """
     position = header.data + header.stored
     places: list[tuple[int, int, int]] = []
@@ -88,10 +90,10 @@ def entry_places(file: BagFile, chunk: Chunk, header: ChunkHeader) -> list[tuple
 
 
 def _read_chunk_info(file: BagFile, position: int) -> tuple[Chunk, int]:
-    """The chunk that a record names, and the offset behind the record."""
+    """Return the chunk in a chunk info record, and the offset behind the record."""
     fields, begin, length = file.record(position)
     if op_of(fields) != OP_CHUNK_INFO:
-        raise RecordError("another record was expected")
+        raise RecordError("this is another kind of record than expected")
     data = file.read(begin, length)
     if len(data) != length:
         raise RecordError("the record is cut off")
@@ -100,5 +102,5 @@ def _read_chunk_info(file: BagFile, position: int) -> tuple[Chunk, int]:
         raise RecordError("the chunk info is malformed")
     start, end = time_of(fields, "start_time"), time_of(fields, "end_time")
     if count and start > end:
-        raise RecordError("a chunk would end before it begins")
+        raise RecordError("the end time of a chunk is before its start time")
     return Chunk(u64(fields, "chunk_pos"), start, end, Counts(data)), begin + length

@@ -1,4 +1,4 @@
-"""Messages of a bag in the order of time. What is in memory is the index of the chunks, and the chunks being read."""
+"""Reader of a bag's messages in order of time. Memory holds the index of the chunks, and the chunks being read."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from pyros1.bag.format.scanner import Damage, Scanner
 from pyros1.bag.format.version_1_2 import OldConnections, read_old
 
 MAX_OPEN = 256 << 20
-"""Most bytes of chunks that are kept at a time for chunks that overlap in time."""
+"""Most bytes of chunks that are in memory at a time, for chunks that overlap in time."""
 
 
 class RawMessage(NamedTuple):
-    """A message as it is stored.
+    """A stored message.
 
     Attributes:
-        connection: its publisher's.
+        connection: the publisher's connection.
         time: receive time in nanoseconds.
         data: its bytes.
     """
@@ -44,26 +44,27 @@ class RawMessage(NamedTuple):
 
 
 class BagReader:
-    """An open bag.
+    """A bag open for reading.
 
     Args:
         path: the file.
-        unindexed: also read bags without a good index: the file is scanned first, as those of version 1.2 always are.
+        unindexed: whether to read bags without a valid index, too: they are scanned first, as those of version 1.2
+            always are.
         progress: called with the offset in bytes while the file is scanned.
-        chunk_limit: largest content of a chunk that is read, in bytes. None takes that of the environment variable
-            ``PYROS1_BAG_CHUNK_LIMIT``, which is in MiB; without it, 256 MiB. What that costs: `pyros1.bag.limits`.
+        chunk_limit: largest content of a chunk that is read, in bytes. None means the value of the environment variable
+            ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB. For the memory needed, see `pyros1.bag.limits`.
 
     Attributes:
-        connections: by id.
-        chunks: in the order of the index.
+        connections: connections by id.
+        chunks: chunks in the order of the index.
         damages: places that could not be read, if the file was scanned.
         scanned: whether the file was scanned.
 
     Raises:
-        NotABagError: the file is something else.
+        NotABagError: the file is not a bag.
         UnindexedError: the bag has no index, and `unindexed` is False.
-        EncryptedError: it is encrypted, and its key is not to be had.
-        OSError: it cannot be opened.
+        EncryptedError: the bag is encrypted, and its key is not available.
+        OSError: the file cannot be opened.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class BagReader:
         self.damages: list[Damage] = []
         self.scanned = False
         self._old: OldConnections | None = None
-        self._positions: list[int] = []  # of the chunks that the index names, sorted
+        self._positions: list[int] = []  # of the chunks in the index, sorted
         try:
             self.file.unlock()
             if self.file.version == 102:
@@ -101,7 +102,7 @@ class BagReader:
 
     @property
     def path(self) -> str:
-        """The file."""
+        """Path of the file."""
         return self.file.path
 
     @property
@@ -115,10 +116,10 @@ class BagReader:
         return max((chunk.end for chunk in self.chunks if chunk.counts), default=0)
 
     def count(self, connections: Collection[int] | None = None) -> int:
-        """Return how many messages there are.
+        """Return the number of messages.
 
         Args:
-            connections: ids of those that count; None means all.
+            connections: ids of the connections to count; None means all.
         """
         counts = (item for chunk in self.chunks for item in chunk.counts.items())
         return sum(number for conn, number in counts if connections is None or conn in connections)
@@ -131,10 +132,10 @@ class BagReader:
     def messages(
         self, connections: Collection[int] | None = None, start: int | None = None, end: int | None = None
     ) -> Iterator[RawMessage]:
-        """Yield messages by time; of the same time, in the file's order.
+        """Yield messages in order of time; with the same time, in the file's order.
 
         Args:
-            connections: ids of those wanted; None means all.
+            connections: ids of the wanted connections; None means all.
             start: only messages of this time or later, in nanoseconds.
             end: only messages of this time or earlier.
 
@@ -185,12 +186,12 @@ class BagReader:
                 contents.drop(chunk)
             del content, found  # a large message is alone in its chunk: while it is used, the chunk is not in memory
             yield message
-            del message  # nor is it, while the next one is read
+            del message  # nor is the message, while the next one is read
 
     def times(self) -> Iterator[tuple[int, int]]:
-        """Yield connection id and time, in nanoseconds, of every message, in no certain order.
+        """Yield (connection id, time in nanoseconds) of every message, in no particular order.
 
-        Where there is an index only that is read, which takes no decompressing.
+        Chunks with an index are not decompressed: only the index is read.
 
         Raises:
             BagError: a chunk cannot be read.
@@ -206,23 +207,23 @@ class BagReader:
                     yield conn, secs * NS + nsecs
 
     def headers(self) -> Iterator[ChunkHeader]:
-        """Yield the headers of all chunks; of many in a moment, since the system is told before what will be read.
+        """Yield the headers of all chunks, quickly even for many: the system is told in advance what will be read.
 
         Raises:
-            BagError: one cannot be read.
+            BagError: a header cannot be read.
         """
         self.file.expect(chunk.pos for chunk in self.chunks)
         return map(self.header, self.chunks)
 
     def content_size(self) -> int:
-        """Return the bytes of all that is in the bag, before compression."""
+        """Return the size of the bag's content in bytes, before compression."""
         return sum(header.size for header in self.headers())
 
     def header(self, chunk: Chunk) -> ChunkHeader:
-        """Return a chunk's header; of messages outside of chunks, one that fits.
+        """Return a chunk's header; for messages outside of chunks, a suitable one.
 
         Raises:
-            BagError: it cannot be read.
+            BagError: the chunk cannot be read.
         """
         if chunk.loose:
             return ChunkHeader("none", chunk.loose, chunk.pos, chunk.loose)
@@ -235,7 +236,7 @@ class BagReader:
         """Return a chunk's content, and its messages in the file's order.
 
         Raises:
-            BagError: it cannot be read.
+            BagError: the chunk cannot be read.
         """
         header = self.header(chunk)
         file = self.file
@@ -274,10 +275,10 @@ class BagReader:
         self.close()
 
     def _check_end(self, chunk: Chunk, header: ChunkHeader) -> None:
-        """Raise RecordError if a chunk covers the next one: of many of these each would hold most of the file."""
+        """Raise RecordError if a chunk overlaps the next one: many such chunks could each hold most of the file."""
         following = bisect_right(self._positions, chunk.pos)
         if following < len(self._positions) and header.data + header.stored > self._positions[following]:
-            raise RecordError(f"the chunk runs into the one at byte {self._positions[following]}")
+            raise RecordError(f"the chunk overlaps the one at byte {self._positions[following]}")
 
     def _loose(self, stored: bytes) -> Messages:
         if self._old is not None:
@@ -285,7 +286,7 @@ class BagReader:
         return read_content(stored, partial=True)[0]
 
     def _damaged(self, chunk: Chunk, reason: str) -> BagError:
-        return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves what can be read", chunk.pos)
+        return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves all that can be read", chunk.pos)
 
     def _scan(self, progress: Callable[[int], object] | None) -> None:
         self.chunks, self.connections, self._positions = [], {}, []
@@ -301,11 +302,11 @@ class BagReader:
 
 
 class _Contents:
-    """The contents of the chunks being read. If too many overlap in time, the longest unused are read again.
+    """The contents of the chunks being read. If too many overlap in time, the least recently used are read again later.
 
     Args:
         reader: reads them.
-        wanted: chooses and sorts the messages of one.
+        wanted: chooses and sorts the messages of a chunk.
     """
 
     def __init__(self, reader: BagReader, wanted: Callable[[Messages], Messages]) -> None:

@@ -4,7 +4,7 @@ A record is a header of named fields and data, each with its length in front::
 
     u32 header length, repeated (u32 field length, name=value), u32 data length, data
 
-Lengths come from a file that may be damaged, so each is checked against what is there before it is used.
+Lengths come from a file that may be damaged, so each is checked against the available bytes before it is used.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import NamedTuple
 MAGIC_20 = b"#ROSBAG V2.0\n"
 
 FIRST_LINE = re.compile(rb"#ROS[^\n]{0,32}? V(\d)\.(\d)\r?\n")
-"""The first line of every version; recorders before 2.0 wrote another word into it."""
+"""The first line, in all versions; recorders before 2.0 wrote another word in it."""
 
 OP_DEFINITION = 0x01
 OP_MESSAGE = 0x02
@@ -29,26 +29,26 @@ OP_CHUNK_INFO = 0x06
 OP_CONNECTION = 0x07
 
 BAG_HEADER_SIZE = 4096
-"""Bytes of the bag header's fields and padding together; tools rewrite it in place, so all must agree."""
+"""Size in bytes of the bag header's fields and padding together; tools rewrite it in place, so all must agree."""
 
 MAX_HEADER = 1 << 24
-"""Longest record header believed, in bytes; a 1.2 message definition can be in one."""
+"""Longest record header that is accepted, in bytes; in version 1.2 it may hold a message definition."""
 
 RECORD_OVERHEAD = 46
-"""Bytes that a message's record takes besides the message."""
+"""Number of bytes of a message's record without the message."""
 
 MESSAGE_BEGINS = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
-"""What is before and behind the connection in the headers of messages that we write."""
+"""Bytes before and after the connection in the headers of messages that pyros1 writes."""
 
 MAX_CONNECTIONS = 1 << 16
-"""Most connections believed. A record of one may take a thousand times as much in memory as in a compressed chunk."""
+"""Most connections that are accepted. Each may take a thousand times as much memory as space in a compressed chunk."""
 
 _MAX_FIELDS = 4096
-"""Most fields of a header. Small ones take twenty times as much in memory."""
+"""Most fields of a header that are accepted. Small ones take twenty times their size in memory."""
 
 NS = 1_000_000_000
 MAX_TIME = (1 << 32) * NS - 1
-"""Latest time a record can hold, in nanoseconds."""
+"""Latest time that a record can hold, in nanoseconds."""
 
 Fields = dict[str, bytes]
 
@@ -58,22 +58,22 @@ _PAIR = struct.Struct("<II")
 
 
 class RecordError(ValueError):
-    """The bytes are not a record; the text says why."""
+    """The bytes are not a valid record; the text says why."""
 
 
 class LimitError(RecordError):
-    """The record is larger than what is read; the text says how to raise that limit."""
+    """The record is larger than the limit; the text says how to raise it."""
 
 
 class Message(NamedTuple):
-    """Where a message is.
+    """Place of a message.
 
     Attributes:
         conn: id of its connection.
         time: receive time in nanoseconds.
-        offset: of its record in the chunk.
-        start: of its bytes in the chunk.
-        end: of its bytes in the chunk.
+        offset: offset of its record in the chunk.
+        start: offset of its first byte in the chunk.
+        end: offset behind its last byte in the chunk.
     """
 
     conn: int
@@ -85,20 +85,20 @@ class Message(NamedTuple):
 
 @dataclass(frozen=True)
 class Connection:
-    """One publisher's messages on one topic.
+    """A connection: one publisher on one topic.
 
     Attributes:
         id: number in the bag.
-        topic: name as recorded, without any change.
-        header: connection header as recorded, every field.
+        topic: name, exactly as recorded.
+        header: all fields of the connection header, as recorded.
     """
 
     id: int
     topic: str
-    header: Mapping[str, bytes] = field(repr=False)  # its definition would fill the screen
+    header: Mapping[str, bytes] = field(repr=False)  # the definition would fill the screen
 
     def text(self, name: str, default: str = "") -> str:
-        """Return a field of the header as text; bytes that are not UTF-8 survive as surrogate escapes."""
+        """Return a field of the header as text; bytes that are not UTF-8 become surrogate escapes."""
         value = self.header.get(name)
         return default if value is None else value.decode("utf-8", "surrogateescape")
 
@@ -119,7 +119,7 @@ class Connection:
 
     @property
     def callerid(self) -> str:
-        """The publisher's name; empty if not recorded."""
+        """Name of the publisher; empty if not recorded."""
         return self.text("callerid")
 
     @property
@@ -138,7 +138,7 @@ def parse_fields(data: bytes) -> Fields:
     position, end = 0, len(data)
     while position < end:
         if end - position < 4:
-            raise RecordError("stray bytes behind the header's fields")
+            raise RecordError("stray bytes after the header's fields")
         (size,) = U32.unpack_from(data, position)
         position += 4
         if len(fields) >= _MAX_FIELDS:
@@ -167,7 +167,7 @@ def op_of(fields: Mapping[str, bytes]) -> int:
     """Return a record's op code.
 
     Raises:
-        RecordError: it has none.
+        RecordError: it has no op code.
     """
     op = fields.get("op", b"")
     if len(op) != 1:
@@ -176,21 +176,21 @@ def op_of(fields: Mapping[str, bytes]) -> int:
 
 
 def u32(fields: Mapping[str, bytes], name: str) -> int:
-    """Return a field that is a u32.
+    """Return a field as a u32.
 
     Raises:
-        RecordError: there is none.
+        RecordError: the field is missing, or has another size.
     """
     return _number(fields, name, U32)
 
 
 def u64(fields: Mapping[str, bytes], name: str) -> int:
-    """Return a field that is a u64; raises as :func:`u32`."""
+    """Return a field as a u64; raises as :func:`u32`."""
     return _number(fields, name, U64)
 
 
 def time_of(fields: Mapping[str, bytes], name: str = "time") -> int:
-    """Return a field that is a time, in nanoseconds; raises as :func:`u32`."""
+    """Return a field as a time in nanoseconds; raises as :func:`u32`."""
     value = fields.get(name, b"")
     if len(value) != 8:
         raise RecordError(f"the record has no field {name} of 8 bytes")
@@ -217,7 +217,7 @@ def make_bag_header(
     """Return the bag header's record; index_pos 0 means that the bag is not closed.
 
     Args:
-        more: further fields, those of an encrypted bag.
+        more: more fields, for an encrypted bag.
 
     Raises:
         RecordError: they are too long.
@@ -239,7 +239,7 @@ def make_connection(connection: Connection, encrypt: Callable[[bytes], bytes] | 
     """Return a connection's record.
 
     Args:
-        encrypt: encrypts its header and its data: so they are in the end section of encrypted bags.
+        encrypt: encrypts its header and its data, as in the end section of encrypted bags.
     """
     head = {
         "op": bytes([OP_CONNECTION]),
@@ -261,15 +261,15 @@ def parse_connection(fields: Fields, data: bytes) -> Connection:
 
 
 def message_head(conn: int) -> bytes:
-    """Return what a message's record begins with, up to its time."""
+    """Return the beginning of a message's record, up to its time."""
     return U32.pack(38) + MESSAGE_BEGINS[0] + U32.pack(conn) + MESSAGE_BEGINS[1]
 
 
 def split_record(data: bytes, position: int) -> tuple[Fields, int, int]:
-    """Return the record at a position: its fields, and where its data begin and end.
+    """Return the record at a position: its fields, and the start and end of its data.
 
     Raises:
-        RecordError: it is not whole.
+        RecordError: the record is not complete.
     """
     end = len(data)
     if end - position < 8:

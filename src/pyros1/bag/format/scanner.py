@@ -1,6 +1,6 @@
-"""Reads a bag from its beginning to its end without its index, and trusts no length in it.
+"""Scanner, which reads a bag from beginning to end without its index, and does not trust any length in it.
 
-This finds every whole message of bags that were not closed, are cut off or spoilt. Memory holds one chunk at a time.
+It finds all complete messages of bags that were not closed, are cut off or damaged. Memory holds one chunk at a time.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from pyros1.bag.format.records import (
 from pyros1.bag.format.version_1_2 import LONGEST_BEGIN, OldConnections, read_old, record_begins
 
 _LOOSE_SIZE = 1 << 20
-"""Messages outside of chunks are read so many bytes at a time."""
+"""Number of bytes of messages outside of chunks that are read at a time."""
 
 _SEARCH = 1 << 20
-"""Bytes that are searched at a time, and at first: the next record may be near."""
+"""Number of bytes that are searched at a time, and at first, since the next record may be near."""
 _FIRST_SEARCH = 1 << 12
 
 _WORK = 64
-"""How often, on the average, the file's bytes are read: records that lie may each want the whole rest."""
+"""Most times, on average, that the file's bytes are read: wrong lengths might each ask for the whole rest."""
 LEAST_WORK = 64 << 20
 
 _FAR = 1 << 16
-"""Bytes of a record that is no chunk; behind longer ones another record must follow."""
+"""Size in bytes up to which a record other than a chunk is trusted; after a longer one, another record must follow."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Damage:
     """A place in the file that cannot be read.
 
     Attributes:
-        offset: in bytes.
+        offset: offset in bytes.
         reason: what is wrong there.
     """
 
@@ -58,13 +58,13 @@ class Damage:
 
 @dataclass(frozen=True)
 class Found:
-    """A chunk that the scanner read.
+    """A chunk that the scanner has read.
 
     Attributes:
-        chunk: where it is, and what is in it.
+        chunk: its place, times and counts.
         header: its header; None for messages outside of chunks.
         content: its content, uncompressed.
-        messages: its whole messages, in their order.
+        messages: its complete messages, in order.
         defined: the connections in it, by id.
     """
 
@@ -83,12 +83,12 @@ class Scanner:
         progress: called with the offset in bytes, now and then.
 
     Attributes:
-        connections: those found so far, by id.
+        connections: connections found so far, by id.
         damages: places that could not be read.
-        old: which connection the messages of a 1.2 bag belong to.
+        old: the connections of a bag of version 1.2.
 
     Raises:
-        EncryptedError: the bag is encrypted, and its key is not to be had.
+        EncryptedError: the bag is encrypted, and its key is not available.
     """
 
     def __init__(self, file: BagFile, progress: Callable[[int], object] | None = None) -> None:
@@ -107,7 +107,9 @@ class Scanner:
         position = self._file.begin
         while position < self._file.size:
             if self._exhausted():
-                self.damages.append(Damage(position, "so much is damaged that the rest of the file was not searched"))
+                self.damages.append(
+                    Damage(position, "there is too much damage, so the rest of the file was not searched")
+                )
                 return
             if self._progress is not None:
                 self._progress(position)
@@ -116,14 +118,14 @@ class Scanner:
                 for connection in found.defined.values():
                     self._define(connection)
                 yield found
-            del found  # not two chunks in memory
+            del found  # so that only one chunk is in memory
             position = following
 
     def _exhausted(self) -> bool:
         return self._file.taken > self._most
 
     def _next(self, position: int) -> tuple[Found | None, int]:
-        """Read what is at a place; returns the messages there, and where to go on."""
+        """Read a record at an offset; return the messages there, and the offset at which to continue."""
         file = self._file
         try:
             if file.cipher is not None and self._in_end_section(position):
@@ -148,12 +150,12 @@ class Scanner:
         return None, data + length
 
     def _credible(self, data: int, length: int) -> None:
-        """Raise RecordError if a record that is no chunk has a length that lies: it must not skip whole chunks."""
+        """Raise RecordError if a record other than a chunk has a wrong length, since it must not skip whole chunks."""
         if length > _FAR and data + length < self._file.size:
             self._file.record(data + length)
 
     def _end_section(self) -> int:
-        """Read the connections of an encrypted bag, which have another form; return the offset behind the section."""
+        """Read the end section of an encrypted bag, which has another form; return the offset behind it."""
         for connection, _ in self._file.end_connections():
             self._define(connection)
         return self._file.size
@@ -162,7 +164,7 @@ class Scanner:
         if connection.id in self.connections or len(self.connections) >= MAX_CONNECTIONS:
             return
         self._definitions += sum(map(len, connection.header.values()))
-        if self._definitions <= self._file.limit:  # small chunks may hold many large ones
+        if self._definitions <= self._file.limit:  # small chunks may hold many large connections
             self.connections[connection.id] = connection
 
     def _in_end_section(self, position: int) -> bool:
@@ -170,7 +172,7 @@ class Scanner:
 
     @staticmethod
     def _index_length(fields: Fields, length: int) -> int:
-        """Length of an index's data; recorders of 2010 wrote a wrong one (their count is right)."""
+        """Return the length of an index record's data; recorders of 2010 wrote a wrong one (their count is right)."""
         if fields.get("ver") == b"\1\0\0\0" and len(fields.get("count", b"")) == 4:
             return 12 * u32(fields, "count")
         return length
@@ -204,7 +206,7 @@ class Scanner:
         return Found(chunk, header, content, messages, defined), following
 
     def _unfinished(self, position: int, header: ChunkHeader) -> tuple[Found | None, int]:
-        """A chunk that the recorder had open: its header still says that it is empty."""
+        """Return a chunk that the recorder had not finished: its header still says that it is empty."""
         self.damages.append(Damage(position, "the last chunk was not finished"))
         if header.compression == "none":
             return None, header.data  # its messages follow as if they were outside of chunks
@@ -215,7 +217,7 @@ class Scanner:
         return Found(chunk, header, content, messages, defined), self._search(header.data)
 
     def _save(self, header: ChunkHeader, stored: bytes, size: int) -> tuple[bytes, Messages, dict[int, Connection]]:
-        """What can be read of a damaged chunk."""
+        """Return the readable part of a damaged chunk."""
         file = self._file
         try:
             content = decompress(header.compression, file.plain(stored, partial=True), size, file.limit, partial=True)
@@ -224,7 +226,7 @@ class Scanner:
         return content, *read_content(content, partial=True)
 
     def _sane_end(self, position: int, end: int, *, cut: bool) -> int:
-        """Where to go on behind a damaged chunk: at its end if a record is there, else at the next chunk."""
+        """Return where to continue after a damaged chunk: at its end if a record is there, else at the next chunk."""
         if not cut:
             try:
                 self._file.record(end)
@@ -235,16 +237,16 @@ class Scanner:
         return self._search(position + 1)
 
     def _loose(self, position: int) -> tuple[Found | None, int]:
-        """Messages that no chunk holds: those of a chunk that was not finished, and all of a 1.2 bag."""
+        """Return messages outside of chunks: those of an unfinished chunk, or of a bag of version 1.2."""
         file = self._file
         _, data, length = file.record(position)
         if data + length > file.size:
-            return None, self._damaged(position, "the message is cut off, or its length is spoilt")
+            return None, self._damaged(position, "the message is cut off, or its length is damaged")
         check_size(length, file.limit)
         self._credible(data, length)
         content = file.read(position, max(self._loose_size, data + length - position))
         messages, defined, used = self._split_loose(content)
-        # A piece is as large as those before were full of messages.
+        # The size of a piece depends on how full of messages the earlier ones were.
         self._loose_size = _LOOSE_SIZE if 2 * used > len(content) else max(_FIRST_SEARCH, self._loose_size // 4)
         if not used:
             return None, self._damaged(position, "the message is cut off")
@@ -265,9 +267,9 @@ class Scanner:
         return self._search(position + 1)
 
     def _search(self, position: int) -> int:
-        """Offset of the next chunk behind a damage; if there is none, that of the index or the file's end.
+        """Return the offset of the next chunk after a damaged place, or else that of the index or the file's end.
 
-        In a 1.2 bag, of the next message or definition.
+        In a bag of version 1.2: the offset of the next message or definition.
         """
         if self._file.version == 102:
             return self._search_old(position)
@@ -280,7 +282,7 @@ class Scanner:
             block = self._file.read(position, size)
             at = block.find(word)
             while at >= 0:
-                for before in (16, 8, 17 + 8):  # the field comes second, first, or behind the size
+                for before in (16, 8, 17 + 8):  # the field is the second, the first, or after the size
                     start = position + at - before
                     if start >= least and (self._exhausted() or self._is_chunk(start)):
                         return start
@@ -319,7 +321,7 @@ class Scanner:
 
 
 def _loose_end(content: bytes) -> int:
-    """Bytes of the whole messages and connections at the beginning of `content`."""
+    """Return the number of bytes of complete messages and connections at the beginning of `content`."""
     position = 0
     try:
         while position < len(content):

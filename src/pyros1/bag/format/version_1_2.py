@@ -1,8 +1,9 @@
-"""Version 1.2 of bag files (http://wiki.ros.org/Bags/Format/1.2): messages without chunks, each with the names of its
-topic and type. Read only.
+"""Reads bags of version 1.2 (http://wiki.ros.org/Bags/Format/1.2).
 
-Recorders that knew an index wrote a file header first and the index last; older ones wrote neither. The index is not
-needed: messages and definitions stand one after the other, so one pass over the file finds them all.
+They have messages without chunks, each with the names of its topic and type.
+
+Newer recorders wrote a file header at the beginning and an index at the end; older ones wrote neither. The index is not
+needed, since one pass over the file finds all messages and definitions.
 """
 
 from __future__ import annotations
@@ -27,17 +28,17 @@ from pyros1.bag.format.records import (
 _Key = tuple[bytes, bytes, bytes, bytes, bytes]
 
 _BEGINS = re.compile(rb"...\0...\0(?:callerid|def|latching|md5|nsec|op|sec|topic|type)=", re.DOTALL)
-"""What a record of a message or definition begins with: two lengths below 16 MiB and a field's name."""
+"""Pattern of the beginning of a message or definition record: two lengths below 16 MiB and the name of a field."""
 
 LONGEST_BEGIN = 17
-"""Bytes of the longest of these."""
+"""Most bytes that the pattern matches."""
 
 
 class OldConnections:
-    """Gives the connections of a 1.2 bag numbers.
+    """Numbers for the connections of a bag of version 1.2.
 
     Args:
-        connections: where they are kept, by number.
+        connections: the dict in which they are kept, by number.
     """
 
     def __init__(self, connections: dict[int, Connection]) -> None:
@@ -49,7 +50,7 @@ class OldConnections:
         """Take a definition record."""
         definition = fields.get("def", b"")
         if len(self._definitions) >= MAX_CONNECTIONS:
-            raise RecordError(f"there are more than {MAX_CONNECTIONS} definitions")
+            raise RecordError(f"the bag has more than {MAX_CONNECTIONS} definitions")
         kind = fields.get("type", b"")
         self._definitions[kind, fields.get("md5", b"")] = definition
         self._definitions.setdefault((kind, b""), definition)
@@ -62,7 +63,7 @@ class OldConnections:
         found = self._numbers.get(key)
         if found is None:
             if len(self._numbers) >= MAX_CONNECTIONS:
-                raise RecordError(f"there are more than {MAX_CONNECTIONS} connections")
+                raise RecordError(f"the bag has more than {MAX_CONNECTIONS} connections")
             found = self._numbers[key] = len(self._numbers)
             known = self._definitions
             definition = known.get((kind, md5)) or known.get((kind, b""), b"")
@@ -74,9 +75,9 @@ class OldConnections:
 
 
 def read_old(content: bytes, connections: OldConnections) -> tuple[Messages, int]:
-    """Return the whole messages at the beginning of `content`, and the offset behind the last record.
+    """Return the complete messages at the beginning of `content`, and the offset behind the last record.
 
-    Definitions are taken in. Ends at the first record of another kind.
+    Definitions are stored. Reading ends at the first record of another kind.
     """
     messages = Messages()
     position = 0
@@ -98,7 +99,7 @@ def read_old(content: bytes, connections: OldConnections) -> tuple[Messages, int
 
 
 def record_begins(data: bytes, position: int) -> Iterator[int]:
-    """Yield the places from `position` on where a record may begin, to go on behind a damage."""
+    """Yield the positions from `position` on at which a record may begin, to continue after a damaged place."""
     found = _BEGINS.search(data, position)
     while found is not None:
         yield found.start()

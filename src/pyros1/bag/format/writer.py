@@ -1,4 +1,4 @@
-"""Writes bags: sorted indexes, connection headers as they came, every chunk on its way to the disk when it is full."""
+"""Writer of bags, with sorted indexes and unchanged connection headers; each chunk is written when it is full."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ from pyros1.bag.format.records import (
 )
 
 CHUNK_THRESHOLD = 768 * 1024
-"""Bytes, uncompressed, beyond which a chunk is closed."""
+"""Size in bytes, uncompressed, above which a chunk is closed."""
 
 EMPTY_SIZE = len(MAGIC_20) + 8 + BAG_HEADER_SIZE
-"""Bytes of a bag into which nothing was written."""
+"""Size in bytes of a bag without messages."""
 
 _TIME_AND_SIZE = struct.Struct("<III")
 _ENTRY = struct.Struct("<III")
 _COUNT = struct.Struct("<II")
 
 _LARGE = 256 * 1024
-"""A message of so many bytes ends its chunk, if that is not compressed."""
+"""Size in bytes of a message that ends its chunk, if that is not compressed."""
 
 Entries = dict[int, bytes | bytearray]
-"""Connection id -> the data of its index record: time and offset in the content of each message, sorted by time.
+"""Connection id -> data of its index record: time and offset in the content of each message, sorted by time.
 
-Stock's readers search in it.
+Stock's readers do a binary search in it.
 """
 
 
 @dataclass(frozen=True)
 class _Info:
-    """A chunk that was written. Its counts are packed: a recording of hundreds of topics has many, for long."""
+    """A chunk that was written. Its counts are packed, since a recording of hundreds of topics keeps many of them."""
 
     pos: int
     start: int
@@ -68,21 +68,21 @@ class _Info:
 class BagWriter:
     """A new bag.
 
-    Until it is closed it has no index; all chunks that were written can be brought back by reindexing. If a write
-    fails, for example on a full disk, what is not whole is cut off again, so that the bag can still be closed.
+    Until it is closed it has no index; reindexing can recover all chunks that were written. If a write fails,
+    for example on a full disk, the incomplete part is cut off again, so that the bag can still be closed.
 
     Args:
         path: the file; replaced if it exists.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
-        cipher: encrypts it; None for a plain bag.
+        cipher: encrypts the bag; None for a plain bag.
 
     Attributes:
-        connections: those added, by id.
+        connections: the added connections, by id.
         messages: number of messages written.
 
     Raises:
-        OSError: the file cannot be made.
+        OSError: the file cannot be created.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class BagWriter:
         cipher: Cipher | None = None,
     ) -> None:
         if compression not in COMPRESSIONS:
-            raise ValueError(f"the compression {compression!r} is unknown; there are {', '.join(COMPRESSIONS)}")
+            raise ValueError(f"unknown compression {compression!r}: use one of {', '.join(COMPRESSIONS)}")
         self.path = os.fspath(path)
         self.compression = compression
         self.chunk_threshold = chunk_threshold
@@ -110,12 +110,12 @@ class BagWriter:
 
     @property
     def size(self) -> int:
-        """Bytes in the file and in the open chunk."""
+        """Number of bytes in the file and in the open chunk."""
         return self._size + len(self._content)
 
     @property
     def pending(self) -> bool:
-        """Whether there is something in the open chunk, which a crash would lose."""
+        """Whether the open chunk, which a crash would lose, holds anything."""
         return bool(self._content)
 
     def add_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None = None) -> int:
@@ -124,8 +124,8 @@ class BagWriter:
         Args:
             topic: name of its topic.
             header: connection header, all fields; needs ``type``, ``md5sum`` and ``message_definition``. The topic
-                is added if it is not there.
-            conn: its id, which no other one has; None takes the next.
+                is added if it is missing.
+            conn: its id, which must be unique; None: the next one.
 
         Returns:
             Its id.
@@ -134,10 +134,10 @@ class BagWriter:
         return self.put_connection(topic, fields, conn, inside=True)
 
     def put_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None, *, inside: bool) -> int:
-        """Add a connection, with its header exactly as it is.
+        """Add a connection, with its header unchanged.
 
         Args:
-            inside: whether to write it into the open chunk as well; False if it is in a copied one.
+            inside: whether to write it into the open chunk, too; False if it is in a copied chunk.
         """
         number = len(self.connections) if conn is None else conn
         connection = Connection(number, topic, header)
@@ -156,11 +156,11 @@ class BagWriter:
             data: its bytes.
 
         Raises:
-            BagError: the time does not fit into a bag.
-            OSError: the disk is full, ...
+            BagError: the time cannot be stored in a bag.
+            OSError: the file cannot be written.
         """
         if not 0 <= time <= MAX_TIME:
-            raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags hold 0 to 2^32 s")
+            raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags can hold 0 to 2^32 s")
         content = self._content
         if len(content) + len(data) > MAX_CHUNK and content:
             self.flush()
@@ -177,13 +177,13 @@ class BagWriter:
             content += data
 
     def flush(self) -> None:
-        """Close the open chunk and hand it to the system: from now on a crash of this process does not lose it."""
+        """Close the open chunk and hand it to the system, so that a crash of this process does not lose it."""
         if self._content:
             content, self._content = self._content, bytearray()
             self._put_content([content])
 
     def _put_content(self, parts: Sequence[Buffer]) -> None:
-        """Write a chunk of the messages in the index, which is emptied; its content is in parts, and not copied."""
+        """Write a chunk with the messages of the index, then empty that; the content is in parts, and not copied."""
         entries = self._take_entries()
         size = sum(map(len, parts))
         stored = compress(self.compression, parts)
@@ -200,18 +200,18 @@ class BagWriter:
         }
 
     def copy_chunk(self, compression: str, size: int, stored: bytes, messages: Messages) -> None:
-        """Write a chunk that is ready.
+        """Write a complete chunk.
 
         Args:
-            compression: of its content.
-            size: of its content in bytes, uncompressed.
-            stored: its bytes, encrypted if the bag is.
-            messages: in it.
+            compression: compression of its content.
+            size: size of its content in bytes, uncompressed.
+            stored: its stored bytes, encrypted if the bag is.
+            messages: the messages in it.
         """
         self._put_chunk(compression, size, [stored], _entries(messages))
 
     def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
-        """Write a chunk whose stored bytes are in parts, which may be large: they are not copied."""
+        """Write a chunk whose stored bytes are in parts, which may be large and are not copied."""
         pos = self._size
         fields = {"op": bytes([OP_CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
         record = make_record(fields)[: -U32.size] + U32.pack(sum(map(len, parts)))
@@ -233,7 +233,7 @@ class BagWriter:
         """Write the rest and the index, and close the file. A second call does nothing.
 
         Raises:
-            OSError: that failed; the file is closed all the same, and can be reindexed.
+            OSError: the file cannot be written; it is closed anyway, and can be reindexed.
         """
         if self._file.closed:
             return
@@ -281,7 +281,7 @@ class BagWriter:
 
 
 def entry_count(entries: bytes | bytearray) -> int:
-    """Return how many messages the data of an index record name."""
+    """Return the number of messages in the data of an index record."""
     return len(entries) // _ENTRY.size
 
 
@@ -291,7 +291,7 @@ def _time(entries: bytes | bytearray, position: int) -> int:
 
 
 def _entries(messages: Messages) -> Entries:
-    """Return the index of a chunk's messages, of which there may be very many."""
+    """Return the index entries of a chunk's messages, of which there may be very many."""
     entries: dict[int, bytearray] = {}
     ordered = messages.by_time()
     pack = _ENTRY.pack

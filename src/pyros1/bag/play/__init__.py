@@ -1,1 +1,1 @@
-"""Playing bags."""
+"""Plays bags."""

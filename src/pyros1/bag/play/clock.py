@@ -1,4 +1,4 @@
-"""The time of a bag that is played, against the time on the wall. Pure."""
+"""Bag time while a bag is played, as a function of wall time. Pure."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ NS = 1_000_000_000
 
 
 class Timeline:
-    """Bag time flows `rate` times as fast as wall time, unless it is held.
+    """Bag time, which runs `rate` times as fast as wall time unless it is held.
 
     Args:
-        rate: factor.
+        rate: factor of the speed.
 
     Attributes:
         held: whether bag time stands still.
@@ -17,16 +17,16 @@ class Timeline:
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
-        self._bag = 0  # the bag time at self._wall, from where on it flows
+        self._bag = 0  # the bag time at self._wall, from which it runs
         self._wall = 0.0
         self.held = False
 
     def set(self, bag: int, wall: float) -> None:
-        """Say that it is now a bag time.
+        """Set the bag time.
 
         Args:
-            bag: in nanoseconds.
-            wall: now, in seconds.
+            bag: bag time in nanoseconds.
+            wall: present wall time in seconds.
         """
         self._bag, self._wall = bag, wall
 
@@ -37,11 +37,11 @@ class Timeline:
         return self._bag + round((wall - self._wall) * self._rate * NS)
 
     def wall_at(self, bag: int) -> float:
-        """Return the wall time, in seconds, at which it will be a bag time, if nothing holds it."""
+        """Return the wall time, in seconds, of a bag time, unless that is held."""
         return self._wall + (bag - self._bag) / (self._rate * NS)
 
     def hold(self, wall: float, held: bool) -> None:
-        """Hold bag time, or let it go on from where it was held."""
+        """Hold bag time, or let it continue."""
         if held != self.held:
             bag = self.bag_at(wall)
             self.held = held
@@ -49,10 +49,10 @@ class Timeline:
 
 
 class Ticker:
-    """Ticks in wall time: of /clock, of a line on the terminal.
+    """Ticks in wall time, for /clock or a line on the terminal.
 
     Args:
-        period: in seconds.
+        period: period in seconds.
     """
 
     def __init__(self, period: float) -> None:
@@ -61,7 +61,7 @@ class Ticker:
         """Wall time of the next tick."""
 
     def tick(self, now: float) -> None:
-        """Take note of a tick. Ticks that were missed are left out; the others stay in step."""
+        """Take note of a tick. Missed ticks are skipped; the others keep the rhythm."""
         self.due += self._period
         if self.due <= now:
             self.due = now + self._period

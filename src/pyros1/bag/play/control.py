@@ -1,4 +1,4 @@
-"""What a user may do to a bag that is played: pause, step, end it; from any thread, and from signal handlers."""
+"""Control of a bag that is played: pause, step, end; from any thread, and from signal handlers."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from collections.abc import Callable
 
 
 class Control:
-    """Wishes of the user.
+    """Commands of the user.
 
     Args:
-        paused: begin so.
+        paused: whether to begin paused.
 
     Attributes:
-        paused: whether to play nothing.
-        steps: messages to play though it is paused.
+        paused: whether playing is paused.
+        steps: number of messages to play while paused.
         pause_on_topics: whether to pause before messages of certain topics.
-        ended: whether to end.
+        ended: whether playing is to end.
     """
 
     def __init__(self, paused: bool = False) -> None:
@@ -35,23 +35,23 @@ class Control:
         self._on_key: Callable[[], object] = lambda: None
 
     def watch(self, descriptor: int, on_key: Callable[[], object]) -> None:
-        """Call a function, from `wait`, when something can be read.
+        """Call a function, from `wait`, when a descriptor can be read.
 
         Args:
-            descriptor: where; -1 for nowhere.
-            on_key: reads it.
+            descriptor: the descriptor; -1 for none.
+            on_key: the function, which reads from it.
         """
         self._keys, self._on_key = descriptor, on_key
 
     def set_paused(self, paused: bool) -> bool:
-        """Pause, or go on; return False if that is so already."""
+        """Pause or continue; return False if that is already the state."""
         with self._lock:
             changed, self.paused = self.paused != paused, paused
         self.ring()
         return changed
 
     def toggle(self) -> None:
-        """Pause, or go on."""
+        """Pause if playing, else continue."""
         self.set_paused(not self.paused)
 
     def step(self) -> None:
@@ -61,20 +61,20 @@ class Control:
             self.ring()
 
     def end(self) -> None:
-        """End soon. Takes no lock."""
+        """End playing soon. Takes no lock."""
         self.ended = True
         self.ring()
 
     def ring(self) -> None:
-        """End a wait."""
-        with contextlib.suppress(OSError):  # it has been rung often enough, or all is over
+        """End a `wait`."""
+        with contextlib.suppress(OSError):  # it has been rung often enough, or is closed
             os.write(self._bell, b"!")
 
     def wait(self, seconds: float) -> None:
-        """Wait; any change ends it early, and so does an hour.
+        """Wait at most an hour; any change ends the wait early.
 
         Args:
-            seconds: 0 or less only looks for keys.
+            seconds: time to wait; with 0 or less, only keys are read.
         """
         watched = [self._wake] if self._keys < 0 else [self._wake, self._keys]
         ready, _, _ = select.select(watched, [], [], min(max(0.0, seconds), 3600.0))
@@ -84,8 +84,8 @@ class Control:
             self._on_key()
 
     def close(self) -> None:
-        """Let go of the system's resources."""
+        """Close the descriptors."""
         wake, bell = self._wake, self._bell
-        self._wake = self._bell = -1  # who rings later must not write into another file
+        self._wake = self._bell = -1  # later calls of `ring` must not write into another file
         os.close(wake)
         os.close(bell)

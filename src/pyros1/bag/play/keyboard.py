@@ -1,4 +1,4 @@
-"""Keys that control a bag's playing (B35)."""
+"""Keys that control how a bag is played (B35)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pyros1.bag.play.control import Control
 
 
 class Keyboard:
-    """Reads single keys from the terminal, if there is one. A context manager that puts the terminal back.
+    """Reads single keys from the terminal, if there is one. A context manager that restores the terminal.
 
-    A job that was stopped and goes on takes up the terminal again, or leaves it alone if it goes on in the background.
+    A stopped job that is continued sets up the terminal again, unless it is continued in the background.
 
     Args:
-        control: what the keys change: space pauses, ``s`` steps, ``t`` toggles pausing on topics.
+        control: the control that the keys change: space pauses, ``s`` steps, ``t`` toggles pausing on topics.
 
     Attributes:
         there: whether there is a terminal.
@@ -59,12 +59,12 @@ class Keyboard:
                     termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._former)
 
     def _take_up(self) -> None:
-        """Read keys, if this is the foreground: a job in the background that touches the terminal is stopped."""
+        """Read keys, if this is a foreground job: a background job that uses the terminal is stopped."""
         import termios  # noqa: PLC0415
         import tty  # noqa: PLC0415
 
         self._control.watch(-1, lambda: None)
-        with contextlib.suppress(OSError, termios.error):  # the terminal has gone
+        with contextlib.suppress(OSError, termios.error):  # the terminal has been closed
             if _in_foreground(self._descriptor):
                 tty.setcbreak(self._descriptor)
                 self._control.watch(self._descriptor, self._read)
@@ -74,7 +74,7 @@ class Keyboard:
             keys = os.read(self._descriptor, 100)
         except OSError:
             keys = b""
-        if not keys:  # the terminal has gone
+        if not keys:  # the terminal has been closed
             self._control.watch(-1, lambda: None)
         for key in keys.decode("latin-1"):
             if key == " ":

@@ -1,6 +1,6 @@
-"""Plays bags: publishes their messages, as stored, at the pace at which they were recorded.
+"""Player of bags: it publishes their messages, as stored, at the pace of the recording.
 
-One thread does it all: it sleeps until the next message or tick of /clock is due, or the user wants something.
+One thread does everything: it sleeps until the next message or tick of /clock is due, or a command of the user comes.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ _STATUS_TIME = 0.1
 _PATIENCE = 0.05
 _GIVE_UP = 5.0
 _OWN_TYPES = ("rosgraph_msgs/Log", "rosgraph_msgs/Clock")
-"""Types of the topics that a node publishes itself; its publisher takes messages that are still encoded as others."""
+"""Types of topics that the node itself publishes; their publishers accept encoded messages, too."""
 
 
 @dataclass(frozen=True)
 class PlayOptions:
-    """How to play.
+    """Options for playing.
 
     Attributes:
-        prefix: put in front of every topic.
-        immediate: do not wait between messages.
-        queue_size: of the publishers.
-        clock_rate: ticks of /clock per second of wall time; 0 publishes none.
+        prefix: prefix of all topics.
+        immediate: whether to play without waits between messages.
+        queue_size: queue size of the publishers.
+        clock_rate: messages on /clock per second of wall time; 0: none.
         rate: factor of the speed.
-        start: seconds to leave out at the beginning.
-        duration: seconds to play; None plays all.
-        skip_empty: longest gap, in seconds of the bag, that is waited for; None waits for all.
-        loop: begin again at the end.
-        pause_topics: pause before messages of these topics.
+        start: seconds to skip at the beginning.
+        duration: seconds to play; None: all.
+        skip_empty: longest gap in seconds of bag time; longer ones are skipped; None: no limit.
+        loop: whether to begin again at the end.
+        pause_topics: topics before whose messages to pause.
         max_delay: seconds by which `Player.rate_stamp` may lag behind before playing waits.
     """
 
@@ -62,13 +62,13 @@ class PlayOptions:
 
 @dataclass(frozen=True)
 class Status:
-    """How playing goes.
+    """Progress of playing.
 
     Attributes:
         state: RUNNING, PAUSED or DELAYED.
-        time: of the bag, in seconds since the epoch.
-        passed: seconds of the bag since its beginning.
-        length: of the bag in seconds.
+        time: bag time, in seconds since the epoch.
+        passed: seconds of bag time since the beginning.
+        length: length of the bag in seconds.
     """
 
     state: str
@@ -81,11 +81,11 @@ class Player:
     """Plays bags.
 
     Args:
-        node: publishes.
-        bags: what to play.
-        options: how.
-        control: the user's wishes.
-        on_status: called ten times a second; None saves the effort.
+        node: the node that publishes.
+        bags: the bags to play.
+        options: how to play.
+        control: commands of the user.
+        on_status: called ten times a second, or None.
 
     Attributes:
         rate_stamp: the newest stamp on the topic that controls the pace, in nanoseconds; None without such a topic.
@@ -147,12 +147,12 @@ class Player:
         self._send[number, connection.id] = send
 
     def wait_for_subscribers(self) -> None:
-        """Wait until every topic has a subscriber, or the user ends it."""
+        """Wait until every topic has a subscriber, or the user ends the wait."""
         while not self._control.ended and not all(one.num_connections for one in self._publishers.values()):
             self._control.wait(_PATIENCE)
 
     def now(self) -> int:
-        """Return the time of the bag, in nanoseconds."""
+        """Return the bag time in nanoseconds."""
         return self._timeline.bag_at(perf_counter())
 
     def follow(self, stamp: int) -> None:
@@ -161,14 +161,14 @@ class Player:
         self._control.ring()
 
     def dropped(self) -> int:
-        """Return how many messages connected subscribers have lost because they were too slow."""
+        """Return the number of messages that connected subscribers have lost because they were too slow."""
         return sum({one.name: one.dropped for one in self._publishers.values()}.values())
 
     def wait_until_taken(self) -> bool:
-        """Wait for slow subscribers to take what they still have to get; one that takes nothing for 5 s is given up.
+        """Wait until slow subscribers have taken all their messages; one that takes nothing for 5 s is given up.
 
         Returns:
-            Whether they have it all; False also if the user ends the wait.
+            Whether they have all messages; False also if the user ends the wait.
         """
         left, until = inf, perf_counter() + _GIVE_UP
         while True:
@@ -182,13 +182,13 @@ class Player:
     # Playing ----------------------------------------------------------------------------------------------------------
 
     def read_ahead(self) -> None:
-        """Begin to read, so that nothing has to be waited for when playing begins. `run` does it if it was not done.
+        """Begin to read, so that playing can begin without a wait. `run` does it if it was not done.
 
         Raises:
             BagError: a chunk of a bag cannot be read.
             OSError: a file cannot be read.
         """
-        if self._options.start > 0:  # first, for only one thread may read a file
+        if self._options.start > 0:  # first, since only one thread may read a file
             self._latched = self._bags.latched_before(self._begin + int(self._options.start * NS))
         self._ahead = ReadAhead(self._messages())
 
@@ -198,10 +198,10 @@ class Player:
         return self._bags.messages(start, MAX_TIME if duration is None else start + int(duration * NS))
 
     def run(self) -> int:
-        """Play, to the end or until the user wants no more.
+        """Play to the end, or until the user ends it.
 
         Returns:
-            How many messages were played.
+            The number of messages that were played.
 
         Raises:
             BagError: a chunk of a bag cannot be read.
@@ -224,7 +224,7 @@ class Player:
         return played
 
     def _play(self) -> int:
-        """Play once; returns the number of messages."""
+        """Play once; return the number of messages."""
         count, control = 0, self._control
         self._last = None
         ahead, self._ahead = self._ahead, None
@@ -248,7 +248,7 @@ class Player:
             send(AnyMsg(one.message.data))
 
     def _await(self, one: Played) -> bool:
-        """Wait until a message is due; return False if the user ends it before."""
+        """Wait until a message is due; return False if the user ends the wait."""
         control, timeline, options, time = self._control, self._timeline, self._options, one.message.time
         now = perf_counter()
         if self._last is None:
@@ -287,7 +287,7 @@ class Player:
         return self.rate_stamp is not None and time - self.rate_stamp > self._options.max_delay * NS
 
     def _step(self, time: int, now: float) -> bool:
-        """Go to a message's time at once; return False if the user wants no more."""
+        """Go to a message's time at once; return False if the user has ended playing."""
         self._jump(time, now)
         if now >= self._status.due:
             self._control.wait(0)
@@ -295,20 +295,20 @@ class Player:
         return not self._control.ended
 
     def _jump(self, time: int, now: float) -> None:
-        """Say that it is now a time of the bag: the clock says so before the message comes."""
+        """Set the bag time, and publish it on /clock before the message."""
         self._timeline.set(time, now)
         self._publish_clock(time)
         if now >= self._tick.due:
             self._tick.tick(now)
 
     def _show(self, time: int, now: float) -> None:
-        """Publish /clock and report, as far as they are due."""
+        """Publish /clock and the status, if they are due."""
         if now >= self._tick.due:
             self._tick.tick(now)
             self._publish_clock(time)
         if now >= self._status.due:
             self._status.tick(now)
-            self._control.wait(0)  # keys, when messages come so fast that nothing else is waited for
+            self._control.wait(0)  # keys, if messages come too fast for other waits
             if self._on_status is not None:
                 state = "PAUSED" if self._control.paused else "DELAYED" if self._timeline.held else "RUNNING"
                 self._on_status(Status(state, time / NS, (time - self._begin) / NS, self._length / NS))

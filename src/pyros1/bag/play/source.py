@@ -1,4 +1,4 @@
-"""The messages of several bags, merged by time, read ahead on a thread of their own."""
+"""The messages of several bags, merged by time and read ahead in a separate thread."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from pyros1.bag.format.records import Connection
 from pyros1.bag.play.static import keeps_static
 
 AHEAD = 32 << 20
-"""Bytes that are read ahead at most, and one batch."""
+"""Most bytes that are read ahead, without the last batch."""
 _BATCH = 1 << 20
 _BATCH_MESSAGES = 500
 _OVERHEAD = 1500
-"""What a message takes beside its bytes, and more: not too many are read ahead, as the garbage collector visits all."""
+"""Bytes that a message counts in addition to its own: more than it takes, as the garbage collector visits all
+messages.
+"""
 _STATIC_CHUNKS = 20
-"""Chunks that are read, from the beginning of a bag, for static transforms."""
+"""Number of chunks at the beginning of a bag that are read for static transforms."""
 
 
 class Played(NamedTuple):
@@ -40,10 +42,10 @@ class Bags:
 
     Args:
         paths: the files.
-        topics: play only these; None plays all.
+        topics: the topics to play; None: all.
 
     Raises:
-        BagError: one of them is no bag, has no index, ...
+        BagError: one of them is not a bag, or has no index.
         OSError: one of them cannot be read.
     """
 
@@ -77,7 +79,7 @@ class Bags:
                     yield number, connection
 
     def messages(self, start: int, end: int) -> Iterator[Played]:
-        """Yield messages by time; of the same time, those of the first bag first.
+        """Yield messages in order of time; with the same time, those of the first bag first.
 
         Args:
             start: earliest time in nanoseconds.
@@ -93,13 +95,13 @@ class Bags:
 
     def _of_bag(self, number: int, start: int, end: int) -> Iterator[Played]:
         messages = self.readers[number].messages(self._chosen[number], start, end)
-        return map(Played, repeat(number), messages)  # which keeps none while the next one is read
+        return map(Played, repeat(number), messages)  # which keeps no message while the next one is read
 
     def latched_before(self, time: int) -> list[Played]:
-        """Return what subscribers that come at a time would get, by time: the last message of each latched connection.
+        """Return the last message of each latched connection before a time, in order of time, for new subscribers.
 
-        Of static transforms also those at the beginning of the bag: Python programs, and filters of other tools, store
-        several publishers as one connection.
+        Static transforms at the beginning of the bag are included, since Python programs, and filters of other tools,
+        store several publishers as one connection.
         """
         found: list[Played] = []
         for number, reader in enumerate(self.readers):
@@ -125,7 +127,7 @@ class Bags:
 
 
 def _first_ones(reader: BagReader, wanted: set[int], time: int) -> Iterator[RawMessage]:
-    """Yield the wanted connections' messages before a time, out of the first chunks that have some."""
+    """Yield the wanted connections' messages before a time, from the first chunks that hold some."""
     chunks = [chunk for chunk in reader.chunks if chunk.start < time and not wanted.isdisjoint(chunk.counts)]
     for chunk in sorted(chunks, key=lambda chunk: chunk.start)[:_STATIC_CHUNKS]:
         content, messages = reader.content(chunk)
@@ -136,7 +138,7 @@ def _first_ones(reader: BagReader, wanted: set[int], time: int) -> Iterator[RawM
 
 
 def _last_before(reader: BagReader, wanted: set[int], time: int) -> Iterator[RawMessage]:
-    """Yield the last message before a time of each wanted connection. Reads only chunks that may hold one."""
+    """Yield the last message before a time of each wanted connection. Only chunks that may hold one are read."""
     best: dict[int, RawMessage] = {}
     chunks = sorted((chunk for chunk in reader.chunks if chunk.start < time), key=lambda chunk: chunk.end, reverse=True)
     for chunk in chunks:
@@ -173,7 +175,7 @@ class ReadAhead:
         self._thread.start()
 
     def take(self, timeout: float) -> list[Played] | None:
-        """Return the next messages; an empty list if there are none yet, None at the end.
+        """Return the next messages; an empty list if none are ready, None at the end.
 
         Args:
             timeout: seconds to wait for them.
@@ -209,7 +211,7 @@ class ReadAhead:
         for played in self._messages:
             batch.append(played)
             size += len(played.message.data) + _OVERHEAD
-            del played  # so that a large one is not in memory while the next one is read
+            del played  # so that a large message is not in memory while the next one is read
             if size >= _BATCH or len(batch) >= most:
                 if not self._hand_over(size, batch):
                     return

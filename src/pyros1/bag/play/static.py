@@ -1,4 +1,4 @@
-"""Static transforms of bags: each publisher latched its own, and the player speaks for all of them. Pure."""
+"""Static transforms of bags: each publisher latched its own, and the player publishes all of them. Pure."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ TYPE = "tf2_msgs/TFMessage"
 
 
 def keeps_static(connection: Connection) -> bool:
-    """Return whether a connection's messages are static transforms, which whoever comes later must get.
+    """Return whether a connection's messages are static transforms, which later subscribers must get.
 
-    Whether it latched does not matter: bags that Python programs wrote do not say so.
+    It need not be latched: bags written by Python programs do not record that.
     """
     return (
         connection.topic.rpartition("/")[2] == "tf_static"
@@ -25,7 +25,7 @@ def keeps_static(connection: Connection) -> bool:
 
 
 class StaticTransforms:
-    """Publishes static transforms, each time with all that came before; of a child frame the last one.
+    """Publishes static transforms, always with all earlier ones; of each child frame the last one.
 
     Args:
         send: publishes a message.
@@ -37,7 +37,7 @@ class StaticTransforms:
         self._known: dict[str, Any] = {}
 
     def publish(self, message: AnyMsg) -> None:
-        """Publish a message and what came before; a message that cannot be decoded goes out as it is."""
+        """Publish a message with all earlier transforms; one that cannot be decoded is published unchanged."""
         try:
             came = self._class._decode(message._buff, 0, len(message._buff)).transforms
             known = self._known | {transform.child_frame_id: transform for transform in came}

@@ -1,1 +1,1 @@
-"""Recording topics into bags."""
+"""Records topics into bags."""

@@ -1,6 +1,6 @@
-"""A bag that is being recorded: called ``.active`` until it is closed, safe on the disk every second.
+"""A bag that is being recorded: named ``.active`` until it is closed, and written to the disk every second.
 
-What a crash of this process can lose is what came in the last second; a power cut, a little more.
+A crash of this process can lose the messages of the last second; a power cut a little more.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ _K = TypeVar("_K")
 
 SUFFIX = ".active"
 FLUSH_TIME = 0.9
-"""Seconds after which a chunk is closed that is not full yet."""
+"""Seconds after which a chunk is closed even if it is not full."""
 
 _TAKEN = "another recording is writing this file"
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def claim(path: str) -> str:
-    """Make sure that nobody else records into a file, and keep what a recording that was killed has left there.
+    """Make sure that no other recording writes into a file, and keep what a killed recording has left there.
 
     Args:
-        path: with the suffix ``.active``.
+        path: path with the suffix ``.active``.
 
     Returns:
-        The new name of what was left; empty if there was nothing.
+        The new name of the file that was left; empty if there was none.
 
     Raises:
-        BagError: somebody records into it.
-        OSError: it cannot be renamed.
+        BagError: another recording writes into it.
+        OSError: the file cannot be renamed.
     """
     try:
         with open(path, "rb") as file:
@@ -59,7 +59,7 @@ def claim(path: str) -> str:
 
 
 def _lock(file: IO[bytes] | FileIO) -> None:
-    """Lock a file until it is closed; raises BlockingIOError if another process has."""
+    """Lock a file until it is closed; raise BlockingIOError if another process has locked it."""
     try:
         import fcntl  # noqa: PLC0415 - not on Windows
 
@@ -74,7 +74,7 @@ class RecordWriter(BagWriter):
     """A writer that can close its bag on a full disk. It locks the file, for `claim`.
 
     Attributes:
-        lost: connection id -> messages that were given up because the disk was full.
+        lost: connection id -> number of messages that were lost because the disk was full.
     """
 
     def __init__(self, path: str, compression: str, chunk_threshold: int) -> None:
@@ -87,7 +87,7 @@ class RecordWriter(BagWriter):
         self.lost: Counter[int] = Counter()
 
     def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
-        """Write a chunk; what does not fit any more is counted as lost."""
+        """Write a chunk; if it does not fit on the disk, count its messages as lost."""
         try:
             super()._put_chunk(compression, size, parts, entries)
         except OSError:
@@ -95,11 +95,11 @@ class RecordWriter(BagWriter):
             raise
 
     def descriptor(self) -> int:
-        """Return a descriptor of the file that stays valid when the bag is closed; to be closed by the caller."""
+        """Return a descriptor of the file that stays valid after the bag is closed; the caller must close it."""
         return os.dup(self._file.fileno())
 
     def _write_end(self) -> None:
-        """Write the index; if there is no room for it, the last chunks have to go."""
+        """Write the index; if there is no room for it, remove the last chunks."""
         while True:
             try:
                 super()._write_end()
@@ -119,22 +119,22 @@ class RecordFile(Generic[_K]):
     """An open recording.
 
     Args:
-        path: the file's name when it is finished.
+        path: final name of the file.
         compression: ``none``, ``bz2`` or ``lz4``.
-        chunk_threshold: bytes beyond which a chunk is closed.
+        chunk_threshold: size in bytes above which a chunk is closed.
 
     Attributes:
-        rescued: the new name of what a recording that was killed had left under this name; mostly empty.
+        rescued: the new name of a file that a killed recording had left under this name; mostly empty.
 
     Raises:
-        BagError: somebody else records into it.
-        OSError: the file cannot be made.
+        BagError: another recording writes into it.
+        OSError: the file cannot be created.
     """
 
     def __init__(self, path: str, compression: str, chunk_threshold: int) -> None:
         self.path = path
         if os.path.isdir(path):
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)  # now, not when all is recorded
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)  # now, not after the recording
         self.rescued = claim(path + SUFFIX)
         self._writer = RecordWriter(path + SUFFIX, compression, chunk_threshold)
         self._keys: dict[int, _K] = {}
@@ -144,27 +144,27 @@ class RecordFile(Generic[_K]):
 
     @property
     def size(self) -> int:
-        """Bytes written, and in the open chunk."""
+        """Number of bytes written, and in the open chunk."""
         return self._writer.size
 
     @property
     def messages(self) -> int:
-        """Messages in the file."""
+        """Number of messages in the file."""
         return self._writer.messages
 
     def write(self, key: _K, topic: str, header: Mapping[str, str], stamp: int, data: bytes) -> None:
         """Write a message.
 
         Args:
-            key: of its connection.
+            key: key of its connection.
             topic: its topic, for the first message of a connection.
-            header: its publisher's connection header, likewise.
+            header: its publisher's connection header, for the same.
             stamp: receive time in nanoseconds.
             data: its bytes.
 
         Raises:
-            BagError: the time does not fit into a bag.
-            OSError: the disk is full, ...
+            BagError: the time cannot be stored in a bag.
+            OSError: the file cannot be written.
         """
         conn = self._conns.get(key)
         if conn is None:
@@ -176,10 +176,10 @@ class RecordFile(Generic[_K]):
         self._writer.write(conn, stamp, data)
 
     def tick(self) -> None:
-        """To be called often: brings to the disk what is due.
+        """Write to the disk what is due; call this often.
 
         Raises:
-            OSError: the disk is full, ...
+            OSError: the file cannot be written.
         """
         now = time.monotonic()
         if now >= self._flush_at:
@@ -190,20 +190,20 @@ class RecordFile(Generic[_K]):
 
     @property
     def lost(self) -> dict[_K, int]:
-        """Connection key -> messages that were lost because the disk was full."""
+        """Connection key -> number of messages that were lost because the disk was full."""
         return {self._keys[conn]: count for conn, count in self._writer.lost.items()}
 
     def close(self) -> None:
         """Write the index and give the file its name.
 
         Raises:
-            OSError: that failed; the file keeps the suffix ``.active`` and can be reindexed.
+            OSError: the file cannot be written; it keeps the suffix ``.active`` and can be reindexed.
         """
         self._disk.close()
         try:
             self._writer.close()
         except OSError as error:
-            # A full disk took the last chunk; the bag is whole all the same, unless not even its index fits.
+            # A full disk cost the last chunk; the bag is still complete, unless not even its index fits.
             if error.errno not in _FULL or not self._closed_well():
                 raise
         os.replace(self.path + SUFFIX, self.path)
@@ -219,7 +219,7 @@ class RecordFile(Generic[_K]):
 
 
 class _DiskSync:
-    """Brings a file to the disk itself, on a thread of its own: on some disks that takes seconds."""
+    """Syncs a file to the disk in a separate thread, as this takes seconds on some disks."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
@@ -229,7 +229,7 @@ class _DiskSync:
         self._thread.start()
 
     def request(self) -> None:
-        """Begin now, unless it is under way."""
+        """Begin to sync now, unless that is under way."""
         self._wanted.set()
 
     def close(self) -> None:

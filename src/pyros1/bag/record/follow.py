@@ -1,4 +1,4 @@
-"""What recording and keeping snapshots have in common: topics come up, and in the end a signal comes."""
+"""Shared by recordings and snapshots: they follow new topics until a signal ends them."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _VALID_TIME = 2.0
 
 
 class Ending:
-    """The end of the command: a signal, the node's, or one of its own. Taken over from the node's signal handlers.
+    """The end of the command: by a signal, with the node, or by itself. Replaces the node's signal handlers.
 
     Args:
-        node: whose end it is too.
+        node: the node with which it ends.
     """
 
     def __init__(self, node: Node) -> None:
@@ -29,16 +29,16 @@ class Ending:
         node.on_shutdown(self.come)
 
     def come(self) -> None:
-        """It has come."""
+        """Cause the end."""
         self._ends.put(None)
 
     def wait(self, seconds: float) -> bool:
-        """Wait for it; return whether it has come."""
+        """Wait for the end; return whether it has come."""
         try:
             self._ends.get(timeout=seconds)
         except Empty:
             return False
-        self.come()  # for whoever asks next
+        self.come()  # for later calls
         return True
 
 
@@ -49,14 +49,14 @@ def follow(
     show: Callable[[], object],
     finished: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Subscribe to topics as they come up, until the end.
+    """Subscribe to topics as they appear, until the end.
 
     Args:
-        search: finds them.
+        search: finds the topics.
         ending: the end.
         subscribe: called with each new topic.
         show: called about once a second.
-        finished: tells whether nothing is left to do; asked often.
+        finished: returns whether nothing is left to do; called often.
     """
     look_at = 0.0
     while not finished():
@@ -67,7 +67,7 @@ def follow(
                 for name in search.new_topics():
                     subscribe(name)
             except NodeShutdownError:
-                return  # somebody has told the node to end
+                return  # the node was told to shut down
             show()
         if ending.wait(_STEP):
             return

@@ -1,4 +1,4 @@
-"""What a recording is made of: its options, topics, their publishers."""
+"""Data of a recording: options, topics, and their publishers."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from pyros1.node import Node
 
 @dataclass(frozen=True)
 class RecordOptions:
-    """How to record.
+    """Options for recording.
 
     Attributes:
-        names: of the files.
-        split: begin a new file at a limit; else the recording ends there.
-        max_size: limit of a file in bytes; 0 for none.
-        max_duration: limit of a file in seconds; 0 for none.
-        max_splits: files that are kept, the oldest are removed; 0 for all.
-        buffer_size: bytes that may wait for the disk; 0 for no limit.
-        chunk_size: bytes of a chunk.
+        names: names of the files.
+        split: whether to begin a new file at a limit; else the recording ends there.
+        max_size: largest size of a file in bytes; 0: no limit.
+        max_duration: longest duration of a file in seconds; 0: no limit.
+        max_splits: number of files to keep; the oldest are removed; 0: all.
+        buffer_size: most bytes that may wait for the disk; 0: no limit.
+        chunk_size: size of a chunk in bytes.
         compression: ``none``, ``bz2`` or ``lz4``.
-        limit: messages of each topic; 0 for all.
-        repeat_latched: begin each further file with the latched messages.
+        limit: number of messages of each topic; 0: no limit.
+        repeat_latched: whether to begin each further file with the latched messages.
         min_space: bytes that must stay free on the disk.
     """
 
@@ -48,11 +48,11 @@ class Topic:
 
     Attributes:
         name: full name.
-        messages: received so far.
-        bytes: of these.
-        dropped: of these, not written because the buffer or the disk was full.
-        beyond: of these, not written because they came after the end.
-        subscriber: receives them.
+        messages: number of messages received so far.
+        bytes: their size in bytes.
+        dropped: number of those not written because the buffer or the disk was full.
+        beyond: number of those not written because they came after the end.
+        subscriber: the subscriber that receives them.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Topic:
 
     @property
     def written(self) -> int:
-        """Messages that are in the files, or will be."""
+        """Number of messages that are in the files, or will be."""
         return self.messages - self.dropped - self.beyond
 
 
@@ -75,7 +75,7 @@ class Source:
     Attributes:
         topic: the topic.
         header: its connection header as received.
-        latched: its last message, if it latches.
+        latched: its last message, if it is latched.
     """
 
     topic: Topic
@@ -85,7 +85,7 @@ class Source:
 
 
 class Sources:
-    """The publishers of one topic. The same header, after a reconnection, is the same publisher."""
+    """The publishers of one topic. After a reconnection, a publisher is recognised by its header."""
 
     def __init__(self, topic: Topic) -> None:
         self._topic = topic
@@ -93,7 +93,7 @@ class Sources:
         self._by_content: dict[frozenset[tuple[str, str]], Source] = {}
 
     def of(self, header: dict[str, str]) -> Source:
-        """Return the publisher with a header."""
+        """Return the publisher with a connection header."""
         found = self._by_object.get(id(header))
         if found is not None:
             return found[1]
@@ -108,7 +108,7 @@ class Sources:
 
 
 def clock_of(node: Node) -> Callable[[], int]:
-    """Return what tells a node's time in nanoseconds."""
+    """Return a function that returns a node's time in nanoseconds."""
     if node.params.get("/use_sim_time", False) is True:
         return lambda: node.now().to_nsec()
     return time.time_ns

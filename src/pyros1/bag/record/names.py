@@ -1,4 +1,4 @@
-"""How recordings are called, and which topics are recorded. Pure."""
+"""Names of recordings, and the choice of topics to record. Pure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class FileNames:
     """The names of a recording's files (B17).
 
     Attributes:
-        prefix: what they begin with; may have a folder, and the suffix ``.bag``.
+        prefix: the beginning of the names; may contain a folder, and the suffix ``.bag``.
         dated: whether the date follows.
         numbered: whether a number follows, counted from 0.
     """
@@ -28,8 +28,8 @@ class FileNames:
         """Return a file's name.
 
         Args:
-            number: of the file.
-            moment: when it is begun, in seconds since the epoch.
+            number: number of the file.
+            moment: time at which it begins, in seconds since the epoch.
         """
         parts = [self.prefix.removesuffix(".bag")] if self.prefix else []
         if self.dated:
@@ -41,17 +41,17 @@ class FileNames:
 
 @dataclass
 class Selection:
-    """Which topics are recorded (B15).
+    """Choice of the topics to record (B15).
 
     Attributes:
         topics: full names, or regular expressions.
-        regex: whether they are expressions; these must match the whole name.
-        everything: record all.
-        exclude: expression of those not to record, if found by `everything`, `regex` or `node`.
-        node: record what this node subscribes to.
+        regex: whether they are expressions, which must match the whole name.
+        everything: whether to record all topics.
+        exclude: expression for topics to leave out of those found by `everything`, `regex` or `node`.
+        node: name of a node whose subscribed topics to record.
 
     Raises:
-        Error: an expression is none.
+        Error: an expression is not valid.
     """
 
     topics: Sequence[str] = ()
@@ -70,18 +70,18 @@ class Selection:
 
     @property
     def polling(self) -> bool:
-        """Whether the master has to be asked again and again."""
+        """Whether the master must be asked repeatedly."""
         return self.everything or self.regex or bool(self.node)
 
     def named(self) -> list[str]:
-        """Return the topics to record whether or not anybody publishes them."""
+        """Return the topics to record even if they have no publisher."""
         return [] if self.regex else list(self.topics)
 
     def wants(self, topic: str, of_node: Collection[str] = ()) -> bool:
-        """Tell whether to record a topic that was found.
+        """Return whether to record a topic that was found.
 
         Args:
-            of_node: what `node` subscribes to.
+            of_node: the topics that `node` subscribes to.
         """
         if self._exclude is not None and self._exclude.fullmatch(topic):
             return False

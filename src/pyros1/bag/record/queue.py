@@ -1,4 +1,4 @@
-"""What waits between the threads that receive and the one that writes; bounded, the oldest goes first."""
+"""Queue between the threads that receive and the one that writes; bounded, with the oldest messages dropped first."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from typing import Generic, TypeVar
 _S = TypeVar("_S")
 
 OVERHEAD = 250
-"""Bytes of memory that a waiting message takes besides its own."""
+"""Bytes of memory that a waiting message takes in addition to its own size."""
 _BATCH = 4 << 20
-"""Bytes that are taken out at a time: so much more than the limit is in memory."""
+"""Number of bytes that are taken out at a time; they are in memory in addition to the limit."""
 _WAKE = 1 << 20
-"""Bytes that wake the writer before its time."""
+"""Number of bytes that wake the writer early."""
 
 
 class RecordQueue(Generic[_S]):
-    """Messages that came and are not written yet.
+    """Messages that were received and not written yet.
 
     Args:
-        limit: bytes of memory; 0 for no limit.
-        on_drop: called with the source of each message that is dropped, in the thread that brought a newer one.
+        limit: most bytes of memory; 0: no limit.
+        on_drop: called with the source of each dropped message, in the thread that puts a newer one.
     """
 
     def __init__(self, limit: int, on_drop: Callable[[_S], object]) -> None:
@@ -39,8 +39,8 @@ class RecordQueue(Generic[_S]):
         """Add a message; return False if the queue is closed.
 
         Args:
-            source: where it came from.
-            time: in nanoseconds.
+            source: the source of the message.
+            time: receive time in nanoseconds.
             data: its bytes.
         """
         with self._lock:
@@ -64,7 +64,7 @@ class RecordQueue(Generic[_S]):
         """Take out some of the oldest messages.
 
         Args:
-            timeout: seconds to let messages gather, unless there are many already.
+            timeout: seconds for messages to gather, unless there are many already.
         """
         if self._bytes <= self._wake_at:
             self._wake.wait(timeout)
@@ -81,7 +81,7 @@ class RecordQueue(Generic[_S]):
         return taken
 
     def close(self) -> list[tuple[_S, int, bytes]]:
-        """Take no more, and return all that waits."""
+        """Accept no more messages, and return all that wait."""
         with self._lock:
             self._closed = True
             taken = list(self._entries)

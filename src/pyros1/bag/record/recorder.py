@@ -1,6 +1,6 @@
-"""Records topics into bags: raw frames with their publishers' connection headers, never decoded.
+"""Recorder of topics into bags: raw frames with their publishers' connection headers, never decoded.
 
-The node's threads receive, stamp and queue; one thread writes. Nothing else happens per message.
+The node's threads receive, stamp and queue the messages; one thread writes them.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ _WARN_TIME = 5.0
 
 @dataclass
 class Events:
-    """What a recorder tells; all are called in its writing thread.
+    """Callbacks of a recorder; all are called in its writing thread.
 
     Attributes:
-        opened: with the name of a file.
-        closing: with the name of a file.
-        warning: with a text.
-        ended: when the recording has ended by itself: at a limit, or because of an error.
+        opened: called with the name of a file.
+        closing: called with the name of a file.
+        warning: called with a text.
+        ended: called when the recording has ended by itself: at a limit, or because of an error.
     """
 
     opened: Callable[[str], object] = lambda path: None
@@ -46,12 +46,12 @@ class Events:
 
 @dataclass
 class Report:
-    """What was recorded.
+    """Result of a recording.
 
     Attributes:
-        files: names of those that were finished, in order.
-        messages: in these.
-        bytes: of these.
+        files: names of the finished files, in order.
+        messages: number of messages in these.
+        bytes: size of these.
     """
 
     files: list[str] = field(default_factory=list)
@@ -63,17 +63,17 @@ class Recorder:
     """A recording. Also a context manager that ends it.
 
     Args:
-        node: subscribes.
+        node: the node that subscribes.
         options: how to record.
-        events: whom to tell what.
+        events: the callbacks.
 
     Attributes:
-        topics: those recorded, by name.
-        report: what is in finished files.
-        error: what has ended the recording.
+        topics: the recorded topics, by name.
+        report: the content of the finished files.
+        error: the error that has ended the recording, or None.
 
     Raises:
-        OSError: the first file cannot be made.
+        OSError: the first file cannot be created.
         BagError: the disk has too little space.
     """
 
@@ -105,7 +105,7 @@ class Recorder:
     # Topics -----------------------------------------------------------------------------------------------------------
 
     def subscribe(self, name: str, *, transports: Sequence[str] = ("tcp",)) -> None:
-        """Record a topic from now on; ``transports`` as `Node.subscribe` has it."""
+        """Begin to record a topic; ``transports`` as for `Node.subscribe`."""
         topic = self.topics[name] = Topic(name)
         topic.subscriber = self._node.subscribe(name, AnyMsg, self._taker(topic), transports=transports)
 
@@ -127,7 +127,7 @@ class Recorder:
         return take
 
     def leave_finished(self) -> bool:
-        """Unsubscribe from topics that have reached the limit; tell whether all have."""
+        """Unsubscribe from topics that have reached the limit; return whether all have."""
         limit = self._options.limit
         if not limit or not self._some_done:
             return False
@@ -139,10 +139,10 @@ class Recorder:
 
     def _dropped(self, source: Source) -> None:
         source.topic.dropped += 1
-        self._overrun = True  # the writing thread says so: this one has messages to receive
+        self._overrun = True  # the writing thread reports it: this one has messages to receive
 
     def _warn(self, text: str) -> None:
-        """Warn of something that may happen with every message, but not so often."""
+        """Report a warning that every message may cause, but less often."""
         now, kind = time.monotonic(), text[:20]
         if now - self._warned.get(kind, -_WARN_TIME) >= _WARN_TIME:
             self._warned[kind] = now
@@ -150,14 +150,14 @@ class Recorder:
 
     @property
     def size(self) -> int:
-        """Bytes of all files so far."""
+        """Size of all files so far, in bytes."""
         file = self._file
         return self.report.bytes + (file.size if file is not None else 0)
 
     # Ending -----------------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """End: write what was received, and close the file."""
+        """End the recording: write all received messages, and close the file."""
         self._ending.set()
         self._queue.wake()
         self._thread.join()
@@ -233,7 +233,7 @@ class Recorder:
         assert file is not None
         due = bool(options.max_size and file.size > options.max_size)
         duration = int(options.max_duration * _NS)
-        self._began = min(self._began, stamp)  # simulated time may begin anew
+        self._began = min(self._began, stamp)  # simulated time may start again
         if duration and stamp - self._began > duration:
             due = True
             self._began += (stamp - self._began - 1) // duration * duration
@@ -258,8 +258,8 @@ class Recorder:
         file = RecordFile[Source](path, options.compression, options.chunk_size)
         if file.rescued:
             self._events.warning(
-                f"{path}.active of a recording that was not closed is now {file.rescued}; "
-                "`pyros1 bag reindex` makes a bag of it"
+                f"{path}.active of a recording that was not closed was renamed to {file.rescued}; "
+                "`pyros1 bag reindex` can repair it"
             )
         self._events.opened(path)
         return file

@@ -1,4 +1,4 @@
-"""Keeps the last messages of topics in memory, and writes them to a bag when somebody asks for it."""
+"""Keeps the last messages of topics in memory, and writes them to a bag on request."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ Entry = tuple[int, Source, bytes]
 
 
 class Ring:
-    """The last messages of one topic; those of latching publishers never go entirely.
+    """The last messages of one topic; of each latching publisher at least one is kept.
 
     Args:
-        duration: nanoseconds that are kept; 0 for all.
-        size: bytes of memory that are kept; 0 for all.
+        duration: nanoseconds to keep; 0: no limit.
+        size: bytes of memory to keep; 0: no limit.
     """
 
     def __init__(self, duration: int, size: int) -> None:
@@ -56,9 +56,9 @@ class Ring:
             self.bytes -= len(data) + OVERHEAD
 
     def kept(self, now: int) -> tuple[list[Entry], list[Entry]]:
-        """Return what is there at a time: the latched messages that are older than the rest, and the rest."""
+        """Return the messages at a time: latched messages that are older than the rest, and the rest."""
         with self._lock:
-            if self._entries and now < self._entries[-1][0]:  # simulated time has begun anew
+            if self._entries and now < self._entries[-1][0]:  # simulated time has started again
                 now = self._entries[-1][0]
             self._trim(now)
             rest = list(self._entries)
@@ -66,7 +66,7 @@ class Ring:
             return [entry for entry in self._latched.values() if id(entry) not in present], rest
 
     def clear(self) -> None:
-        """Forget all but the latched messages."""
+        """Remove all messages except latched ones."""
         with self._lock:
             self._entries.clear()
             self.bytes = 0
@@ -77,14 +77,14 @@ class Snapshots:
 
     Args:
         node: subscribes.
-        options: how to write; the limits in it do not matter.
-        duration: seconds that are kept of each topic; 0 for all.
-        size: bytes of memory for each topic; 0 for no limit.
-        warn: called with texts.
+        options: how to write; its limits are ignored.
+        duration: seconds to keep of each topic; 0: no limit.
+        size: bytes of memory for each topic; 0: no limit.
+        warn: called with the text of a warning.
 
     Attributes:
-        topics: those kept, by name.
-        enabled: whether messages are taken in.
+        topics: the topics, by name.
+        enabled: whether messages are kept.
     """
 
     def __init__(
@@ -105,11 +105,11 @@ class Snapshots:
 
     @property
     def bytes(self) -> int:
-        """Memory that the messages take."""
+        """Bytes of memory that the messages take."""
         return sum(ring.bytes for ring in list(self._rings.values()))
 
     def subscribe(self, name: str) -> None:
-        """Keep a topic's messages from now on."""
+        """Begin to keep a topic's messages."""
         topic = self.topics[name] = Topic(name)
         ring = self._rings[name] = Ring(self._duration, self._size)
         of, now = Sources(topic).of, self._now
@@ -123,21 +123,21 @@ class Snapshots:
         topic.subscriber = self._node.subscribe(name, AnyMsg, take)
 
     def enable(self, enabled: bool) -> None:
-        """Take messages in, or let them pass. What was kept before a pause is forgotten at its end."""
+        """Keep messages, or pause. Messages from before a pause are removed at its end."""
         if enabled and not self.enabled:
             for ring in list(self._rings.values()):
                 ring.clear()
         self.enabled = enabled
 
     def write(self) -> tuple[str, int]:
-        """Write what is there. What is kept stays there for the next time.
+        """Write the messages to a bag. They are also kept for the next one.
 
         Returns:
-            The file's name and the number of messages in it. Nothing kept: an empty name, and no file.
+            The file's name and the number of messages in it; without messages an empty name, and no file is written.
 
         Raises:
-            BagError: the disk has too little room.
-            OSError: it cannot be written.
+            BagError: the disk has too little space.
+            OSError: the file cannot be written.
         """
         with self._writing:
             now = self._now()
@@ -150,7 +150,7 @@ class Snapshots:
             if not (older or entries):
                 return "", 0
             entries.sort(key=itemgetter(0))
-            # Those from long ago are valid at the beginning: a bag that began with them would be mostly empty.
+            # Old ones get the time of the beginning: a bag that began with them would be mostly empty.
             begin = entries[0][0] if entries else now
             self._space.check()
             options = self._options
@@ -168,7 +168,7 @@ class Snapshots:
 
 
 def _unused(path: str) -> str:
-    """Return a name that is not taken: a snapshot of the same second, or name, must not cost the one before."""
+    """Return an unused name: a snapshot of the same second or name must not replace an earlier one."""
     found, number = path, 1
     while os.path.lexists(found):
         found, number = f"{path.removesuffix('.bag')}_{number}.bag", number + 1

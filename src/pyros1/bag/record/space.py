@@ -14,11 +14,11 @@ _WARN_FACTOR = 5
 
 
 class SpaceGuard:
-    """Looks how much room a disk has, about once a second.
+    """Checks the free space of a disk about once a second.
 
     Args:
-        folder: on the disk.
-        least: bytes that must stay free.
+        folder: a folder on the disk.
+        least: number of bytes that must stay free.
         warn: called with a text while less than five times as much is free.
     """
 
@@ -29,10 +29,10 @@ class SpaceGuard:
         self._look_at = self._warn_at = 0.0
 
     def check(self) -> None:
-        """Look, if it is time.
+        """Check the free space, if a second has passed.
 
         Raises:
-            BagError: there is too little room.
+            BagError: there is too little space.
         """
         now = time.monotonic()
         if now < self._look_at or not hasattr(os, "statvfs"):
@@ -41,10 +41,13 @@ class SpaceGuard:
         try:
             disk = os.statvfs(self._folder)
         except OSError:
-            return  # the write will say what is wrong
+            return  # the write will report the error
         free, least = disk.f_bavail * disk.f_frsize, self._least
         if free < least:
-            raise BagError(self._folder, f"less than {_gigabytes(least)} free on the disk: see --min-space")
+            raise BagError(
+                self._folder,
+                f"less than {_gigabytes(least)} of space is free on the disk: free some, or see --min-space",
+            )
         if free < _WARN_FACTOR * least and now >= self._warn_at:
             self._warn_at = now + _WARN_TIME
             self._warn(f"Less than {_gigabytes(_WARN_FACTOR * least)} of space free on the disk.")

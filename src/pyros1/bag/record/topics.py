@@ -1,4 +1,4 @@
-"""Finds the topics to record, as they come up."""
+"""Finds the topics to record, as they appear."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pyros1.node import Node
 
 
 class TopicSearch:
-    """Asks the master what there is.
+    """Search of the master for topics to record.
 
     Args:
-        node: the recorder's.
+        node: the recorder's node.
         selection: what to record.
     """
 
@@ -30,7 +30,7 @@ class TopicSearch:
         """Return the topics to record that were not returned before."""
         found, self._waiting = self._waiting, []
         if self._selection.polling:
-            with contextlib.suppress(Error):  # the master is away; it may come back
+            with contextlib.suppress(Error):  # the master does not answer; it may come back
                 found += self._published()
         new = [name for name in dict.fromkeys(found) if name not in self._known]
         self._known.update(new)

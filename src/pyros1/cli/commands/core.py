@@ -11,7 +11,7 @@ from pyros1.cli.records import Command, Flag, Option, Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run until a signal; the exit code is 1 when it could not start."""
+    """Run until a signal arrives. Return 1 if it could not start."""
     if args:
         raise UsageError(f"{invocation.program} does not take arguments")
 
@@ -58,7 +58,7 @@ COMMAND = Command(
             metavar="NUM_WORKERS",
             dest="num_workers",
             type="int",
-            help="accepted; no workers needed",
+            help="accepted for compatibility; no effect",
         ),
         Option(
             "-t",
@@ -66,9 +66,15 @@ COMMAND = Command(
             metavar="TIMEOUT",
             dest="timeout",
             type="float",
-            help="seconds that nodes have to answer",
+            help="seconds the master waits for the answer of a node",
         ),
-        Option("--master-logger-level", metavar="LEVEL", dest="level", default="", help="least level in master.log"),
+        Option(
+            "--master-logger-level",
+            metavar="LEVEL",
+            dest="level",
+            default="",
+            help="lowest level written to master.log",
+        ),
         Option(
             "--sigint-timeout",
             metavar="SECONDS",
@@ -81,12 +87,12 @@ COMMAND = Command(
             metavar="SECONDS",
             dest="sigterm_timeout",
             type="float",
-            help="and from there to SIGKILL",
+            help="seconds from SIGTERM to SIGKILL",
         ),
         examples=[
             ("", "listen on the port of ROS_MASTER_URI, or 11311"),
             ("-p 11312", "listen on another port"),
-            ("--sigint-timeout 1", "give what ignores Ctrl-C one second"),
+            ("--sigint-timeout 1", "wait one second for processes that ignore Ctrl-C"),
         ],
         stock_examples=True,
         parse=parse_without_specials,

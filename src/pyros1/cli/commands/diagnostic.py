@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyros1.msgs import Message
 
 LEVELS = ["ok", "warn", "error", "stale"]
-"""Names of the levels; the position is the number."""
+"""Names of the levels, each at the index of its number."""
 _NUMBERED = ", ".join(f"{number} {name}" for number, name in enumerate(LEVELS))
 _SHOWN = [" OK  ", "WARN ", "ERROR", "STALE"]
 _COLOURS = ["\x1b[92m", "\x1b[93m", "\x1b[91m", "\x1b[94m"]
@@ -30,7 +30,7 @@ _TYPE = "diagnostic_msgs/DiagnosticArray"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print what is not well."""
+    """Print the diagnostics that are not OK."""
     try:
         pattern = re.compile(options.filter)
     except re.error as error:
@@ -72,17 +72,17 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
         options.level = int(word)
     else:
         hint = did_you_mean(word, LEVELS)
-        parser.error(f"argument -l/--level: there is no level {options.level!r}{hint}; there are {_NUMBERED}")
+        parser.error(f"argument -l/--level: unknown level {options.level!r}{hint}; levels: {_NUMBERED}")
     return options, []
 
 
 COMMAND = Command(
     "diagnostic",
-    "show what the robot's parts say of their state",
+    "show the diagnostics of the robot's components",
     Verb(
         "",
         "",
-        Flag("-f", "--follow", help="go on printing what comes"),
+        Flag("-f", "--follow", help="keep printing new messages"),
         Option(
             "-l",
             "--level",
@@ -91,16 +91,16 @@ COMMAND = Command(
             help=f"lowest level to print: {_NUMBERED} (default: 1)",
         ),
         Option("--topic", default="/diagnostics_agg", help="topic to read (default: %(default)s)"),
-        Option("--filter", default=".*", metavar="REGEX", help="only of names in which this occurs"),
-        Flag("--nocolor", help="output without color, also on a terminal"),
-        Flag("-d", "--detail", help="print time, hardware and all values, too"),
+        Option("--filter", default=".*", metavar="REGEX", help="only names that match this regular expression"),
+        Flag("--nocolor", help="no color, even on a terminal"),
+        Flag("-d", "--detail", help="also print time, hardware and all values"),
         Flag("--json", help="print a line of JSON", own=True),
-        description="Print what the robot's parts say of their state.",
+        description="Print the diagnostics of the robot's components.",
         examples=[
-            ("", "what is not well"),
+            ("", "warnings and errors"),
             ("-l ok -d", "everything, with all values"),
-            ("-f --filter battery", "the battery, as it changes"),
-            ("--topic /diagnostics", "where no aggregator runs"),
+            ("-f --filter battery", "follow the state of the battery"),
+            ("--topic /diagnostics", "if no aggregator is running"),
         ],
         parse=_parse,
         run=run,
@@ -115,7 +115,7 @@ def _say_if_unpublished(invocation: Invocation, topic: str) -> None:
     if topic in types:
         return
     others = [name for name, kind in types.items() if kind == _TYPE]
-    hint = f"; there is {', '.join(others)}" if others else did_you_mean(topic, types)
+    hint = f"; these are published: {', '.join(others)}" if others else did_you_mean(topic, types)
     print(f"WARNING: topic [{topic}] does not appear to be published yet{hint}", file=sys.stderr, flush=True)
 
 
@@ -133,13 +133,13 @@ def _moment(message: Any) -> datetime:
 
 
 def selected(statuses: Sequence[Any], lowest: int = 1, pattern: re.Pattern[str] | None = None) -> list[Any]:
-    """Return the statuses to show, the worst first.
+    """Return the statuses to show, worst first.
 
     Args:
-        statuses: diagnostic_msgs/DiagnosticStatus of one message. Those that only sum up others, whose names go on
-            behind theirs with a slash, are left out.
-        lowest: level below which nothing is shown.
-        pattern: what must occur in their names.
+        statuses: diagnostic_msgs/DiagnosticStatus of one message. A status whose name, followed by a slash, begins
+            another one's name only sums up others and is left out.
+        lowest: the lowest level to show.
+        pattern: a regular expression that must match somewhere in the name.
     """
     parents = {status.name.rpartition("/")[0] for status in statuses}
     chosen = [
@@ -151,13 +151,13 @@ def selected(statuses: Sequence[Any], lowest: int = 1, pattern: re.Pattern[str] 
 
 
 def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False, colour: bool = False) -> Iterator[str]:
-    """Yield the lines about statuses.
+    """Yield the lines that show statuses.
 
     Args:
-        message: the diagnostic_msgs/DiagnosticArray that they are from.
-        statuses: what `selected` returned.
-        detail: with time, hardware and values.
-        colour: with escape sequences.
+        message: the diagnostic_msgs/DiagnosticArray that contains them.
+        statuses: the result of `selected`.
+        detail: also show time, hardware and values.
+        colour: use escape sequences.
     """
     for status in statuses:
         known = 0 <= status.level < len(LEVELS)
@@ -172,7 +172,7 @@ def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False,
 
 
 def as_json(message: Any, statuses: Sequence[Any]) -> dict[str, Any]:
-    """Return statuses for programs: time in seconds, and of each its level, name, text, hardware and values."""
+    """Return statuses for JSON: the time in seconds, and each status with level, name, text, hardware and values."""
     return {
         "stamp": message.header.stamp.secs + message.header.stamp.nsecs / 1e9,
         "status": [

@@ -26,7 +26,7 @@ _PERIOD = 1.0
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the graph, again and again, or once in another form."""
+    """Print the graph every second, or once in another form."""
     if args in (["-h"], ["--help"]):
         print(_usage(invocation))
         return 0
@@ -48,8 +48,8 @@ _VERB = Verb(
     "",
     Flag("--once", help="print once", own=True),
     Flag("--json", help="print one line of JSON", own=True),
-    Flag("--dot", help="print the graph in Graphviz's language", own=True),
-    Option("--svg", metavar="FILE", help="draw the graph, where Graphviz is installed", own=True),
+    Flag("--dot", help="print the graph in the dot language of Graphviz", own=True),
+    Option("--svg", metavar="FILE", help="draw the graph to a file; needs Graphviz", own=True),
     examples=[
         ("--once", "nodes, their connections and services"),
         ("--svg graph.svg", "a picture of them"),
@@ -69,7 +69,7 @@ def _usage(invocation: Invocation) -> str:
     rows = {" ".join([*each.names, *each.settings.get("metavar", "").split()]): each.help for each in _VERB.options}
     listed = "".join(f"\t{option:10}  {about}\n" for option, about in rows.items())
     return (
-        f"{text}\nPrints nodes, their connections and services, each second until it is interrupted.\n\n"
+        f"{text}\nPrints nodes, their connections and services every second, until interrupted.\n\n"
         f"Options:\n{listed}{_VERB.examples_text(program, as_stock=False)}"
     )
 
@@ -91,14 +91,14 @@ def _print(invocation: Invocation, how: str = "", file: str = "") -> None:
 
 
 class Picture:
-    """The system at one moment.
+    """The state of the system at one moment.
 
     Args:
-        graph: asked for everything at once.
+        graph: questions to the system. All are asked in the constructor.
 
     Attributes:
         nodes, services: names, sorted.
-        edges: connections, as the nodes tell of them.
+        edges: connections that the nodes report.
         silent: nodes that did not answer.
     """
 
@@ -116,7 +116,7 @@ class Picture:
         )
 
     def text(self) -> str:
-        """The listing of the stock tool."""
+        """Return the listing of the stock tool."""
         lines = ["", "", "Nodes:"]
         for node in self.nodes:
             inbound = {edge.publisher for edge in self.edges if edge.subscriber == node}
@@ -125,12 +125,12 @@ class Picture:
         return "\n".join([*lines, "Services:", *(f"  {name}" for name in self.services)])
 
     def as_json(self) -> dict[str, Any]:
-        """The same for programs."""
+        """Return the same for JSON."""
         edges = [edge._asdict() for edge in self.edges]
         return {"nodes": self.nodes, "edges": edges, "services": self.services, "silent": self.silent}
 
     def dot(self) -> str:
-        """The same in Graphviz's language: nodes are ellipses, arrows bear their topic; who is silent is dashed."""
+        """Return the same in the dot language: edges have topics as labels, silent nodes are dashed."""
         lines = ["digraph system {", "  rankdir=LR;"]
         for node in self.nodes:
             lines.append(f"  {json.dumps(node)}{' [style=dashed]' if node in self.silent else ''};")
@@ -158,7 +158,7 @@ def _connections(graph: Graph, uri: str) -> list[Connection]:
 def _draw(dot: str, file: str) -> None:
     program = shutil.which("dot")
     if program is None:
-        raise CommandError("drawing needs Graphviz's program dot; --dot prints what it would draw")
+        raise CommandError("drawing needs Graphviz (its program dot); --dot prints the graph as text")
     done = subprocess.run([program, "-Tsvg", "-o", file], input=dot.encode(), capture_output=True, check=False)
     if done.returncode:
         raise CommandError(f"dot cannot draw {file}: {done.stderr.decode(errors='replace').strip()}")

@@ -1,4 +1,4 @@
-"""``pyros1 master``: the master alone, without rosout, as stock's rosmaster (L20); people want ``pyros1 core``."""
+"""``pyros1 master``: the master alone, without rosout, like rosmaster (L20). Most users want ``pyros1 core``."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_without_specials
 from pyros1.cli.records import Command, Flag, Option, Verb
+from pyros1.cli.shared.integers import PORT_RANGE
 from pyros1.errors import Error
 
 _BANNER = """ACHTUNG WARNING ACHTUNG WARNING ACHTUNG
-The master alone has no rosout: start it with pyros1 core (roscore), or say --core if that is meant.
+This starts the master without rosout. Use pyros1 core (roscore) instead, or add --core if this is intended.
 """
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run until a signal, or a client of the master's API, ends it; the exit code is 1 when it could not start."""
+    """Run until a signal or a client of the master's API ends it. Return 1 if it could not start."""
     if args:
         raise UsageError(f"unrecognized args: {' '.join(args)}")
 
@@ -29,13 +30,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment, master_uri, parse_uri  # noqa: PLC0415
 
+    if options.port not in PORT_RANGE:
+        raise UsageError(f"the port must be from 1 to 65535, not {options.port}")
     if options.level not in LOG_LEVELS:
-        raise UsageError(f"the level must be one of {', '.join(LOG_LEVELS)}, not {options.level!r}")
+        raise UsageError(f"the log level must be one of {', '.join(LOG_LEVELS)}, not {options.level!r}")
     if not options.core:
         print(_BANNER, flush=True)
     special = invocation.special
-    ended: SimpleQueue[str] = SimpleQueue()  # a signal handler may put into it
-    restore = catch(lambda *_: ended.put("signal"))  # before it answers: who sees that may end it
+    ended: SimpleQueue[str] = SimpleQueue()  # safe in signal handlers
+    restore = catch(lambda *_: ended.put("signal"))  # before it answers, since clients may then end it at once
     try:
         port = options.port or parse_uri(master_uri(os.environ, special))[1]
         address = host_from_environment(os.environ, special)
@@ -70,21 +73,27 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        Flag("--core", help="do not ask whether roscore was meant"),
+        Flag("--core", help="do not print the warning to use roscore"),
         Option("-p", "--port", metavar="PORT", dest="port", type="int", default=0, help="override port"),
-        Option("-w", "--numworkers", metavar="NUM_WORKERS", type="int", help="accepted; no workers needed"),
+        Option("-w", "--numworkers", metavar="NUM_WORKERS", type="int", help="accepted for compatibility; no effect"),
         Option(
             "-t",
             "--timeout",
             metavar="TIMEOUT",
             dest="timeout",
             type="float",
-            help="seconds that nodes have to answer",
+            help="seconds to wait for the answer of a node",
         ),
-        Option("--master-logger-level", metavar="LEVEL", dest="level", default="info", help="least level in the log"),
+        Option(
+            "--master-logger-level",
+            metavar="LEVEL",
+            dest="level",
+            default="info",
+            help="lowest level written to the log",
+        ),
         examples=[
             ("--core", "listen on the port of ROS_MASTER_URI, or 11311"),
-            ("--core -p 11312 __log:=/tmp/master.log", "on another port, with its log there"),
+            ("--core -p 11312 __log:=/tmp/master.log", "on another port, with its log in /tmp"),
         ],
         stock_examples=True,
         parse=parse_without_specials,

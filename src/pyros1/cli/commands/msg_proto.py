@@ -1,6 +1,6 @@
 """``pyros1 msg-proto msg|srv TYPE``: rosmsg-proto, a template to fill in for ``topic pub`` and ``service call`` (L89).
 
-Shells complete with it. Short collections are written over several lines, long ones and what follows them with
+Shells use it for completion. Short collections are written on several lines, long ones and all that follow them in
 brackets.
 """
 
@@ -19,7 +19,7 @@ from pyros1.msgs.base import nested_classes
 from pyros1.values.writing import dump
 
 LONG = 4
-"""Most entries of a collection that is not long."""
+"""Largest number of entries of a short collection."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -30,7 +30,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             print(text, file=sys.stderr)
 
     if len(args) < 2:
-        say("Insufficient arguments: say msg or srv, and a type")
+        say("Insufficient arguments: give msg or srv, and a type")
         return EX_USAGE
     if args[0] not in ("msg", "srv"):
         say(f"Invalid type: {args[0]!r} is neither msg nor srv")
@@ -72,10 +72,10 @@ COMMAND = Command(
         Argument("msg|srv", "definition_kind"),
         Argument("TYPE", "definition"),
         usage="msg|srv [options] TYPE",
-        description="Prints a template of a message or a service request, to fill in; shells complete with it.",
+        description="Prints a template of a message or service request to fill in. Shells use it for completion.",
         examples=[
-            ("msg geometry_msgs/Twist", "a message, in quotation marks"),
-            ("srv -H std_srvs/SetBool", "a request, without them"),
+            ("msg geometry_msgs/Twist", "a message, in quotes"),
+            ("srv -H std_srvs/SetBool", "a service request, without quotes"),
         ],
         run=run,
     ),
@@ -96,14 +96,15 @@ def template(
 
     Args:
         mode: ``msg`` or ``srv``.
-        name: of the type.
-        flow_style: 1 all with brackets; 0 nothing; None: brackets for the innermost collections from the first field
-            with a long collection on, or for all fields if there are many or one of them is a long array.
-        empty_arrays: arrays of no fixed length have no element.
+        name: name of the type.
+        flow_style: 1 puts everything in brackets, 0 nothing. None uses brackets for the innermost collections,
+            starting at the first field with a long collection, or for all fields if there are many or one is a long
+            array.
+        empty_arrays: arrays of variable length have no element.
         excluded: fields to leave out.
 
     Raises:
-        Error: there is no such type.
+        Error: the type is unknown.
     """
     fields = _prototype(_load(mode, name)(), empty_arrays)
     return _render({field: value for field, value in fields.items() if field not in excluded}, flow_style)
@@ -119,7 +120,7 @@ def _load(mode: str, name: str) -> Any:
 
 
 def _prototype(message: Message, empty_arrays: bool) -> dict[str, Any]:
-    """The message as dictionaries, each array of no fixed length with one element."""
+    """Return the message as dictionaries, with one element in each array of variable length."""
     result: dict[str, Any] = {}
     for name, slot_type in zip(message.__slots__, message._slot_types, strict=True):
         result[name] = _field(getattr(message, name), slot_type, nested_classes(type(message)), empty_arrays)
@@ -168,7 +169,7 @@ def _parts(value: Any) -> list[Any]:
 
 
 def _choose(value: Any, brackets: set[int], found: bool) -> bool:
-    """Choose what gets brackets; tell whether a long collection has been found."""
+    """Choose which collections get brackets. Return whether a long collection was found."""
     parts = _parts(value)
     if found or len(parts) > LONG or any(isinstance(part, list) and len(part) > LONG for part in parts):
         _add_leaves(value, brackets)

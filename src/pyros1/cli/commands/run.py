@@ -18,7 +18,7 @@ from pyros1.suggest import argument_hint, did_you_mean
 
 
 class _Options:
-    """The words of the command line, sorted; ``usage`` asks for the usage text instead."""
+    """The parsed command line. ``usage`` asks for the usage text instead."""
 
     def __init__(self, argv: list[str]) -> None:
         words = list(argv)
@@ -43,8 +43,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Let the program replace this process (L22-L24).
 
     Returns:
-        Only if nothing was run: 0 after the usage text, 1 for a name ending in a slash, 2 for an unknown package,
-        3 if there is no such executable.
+        Only if nothing was run: 0 after the usage text, 1 for a name ending with a slash, 2 for an unknown package,
+        3 for an unknown executable.
     """
     if options.usage:
         _print_usage(invocation)
@@ -73,7 +73,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     for word in arguments:
         hint = argument_hint(word)
         if hint:
-            print(f"[rosrun] {hint}, if that is what you mean; it is passed on as it is", file=sys.stderr)
+            print(f"[rosrun] {hint}; the argument is passed to the program unchanged", file=sys.stderr)
     return _execute([*options.prefix, *executable_words(executable), *arguments], executable)
 
 
@@ -111,7 +111,7 @@ def _suggest(word: str, known: list[str]) -> None:
 
 
 def _select(found: list[Path]) -> Path | None:
-    """Let the user choose; without a terminal take the first, which is the one in lib."""
+    """Let the user choose. Without a terminal return the first, which is the one in lib."""
     if not sys.stdin.isatty():
         return found[0]
     print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")
@@ -141,8 +141,8 @@ def _print_usage(invocation: Invocation) -> None:
 _VERB = Verb(
     "",
     "",
-    Option("-p", "--prefix", metavar="cmd", help="words before the program's, for example of a debugger"),
-    Flag("-d", "--debug", help="print where it was looked for"),
+    Option("-p", "--prefix", metavar="cmd", help="command that runs the program, for example a debugger"),
+    Flag("-d", "--debug", help="print the executables that were found"),
     Argument("PACKAGE", "package"),
     Argument("EXECUTABLE", "executable"),
     Argument("ARGS", "file", many=True, optional=True),

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run tests; the exit code is 0 when all is well, 1 when one could not be run, 2 when one has found a failure."""
+    """Run tests. Return 0 if all passed, 1 if a test could not be run, 2 if a test failed."""
     if options.clear and not options.reuse_master:
         print("The --clear option is only valid with --reuse-master", file=sys.stderr)
         return 1
@@ -120,7 +120,7 @@ def _run(run: TestRun, path: Path, text: bool) -> int:
 
 
 def _print_run(case: Case) -> None:
-    """Print whether a test ran."""
+    """Print the result of a test."""
     kind = "FAILURE" if case.failures else "ERROR" if case.errors else ""
     print(f"[Testcase: {case.name}] ... {f'{kind}!' if kind else 'ok'}")
     for _, text in [*case.failures, *case.errors]:
@@ -133,12 +133,16 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        Flag("-t", "--text", help="tests write to the screen, not to XML files"),
-        Option("--pkgdir", dest="pkg_dir", metavar="PKG_DIR", help="folder of the package, if not found from the file"),
-        Option("--package", metavar="PACKAGE", help="name of the package, if not found from the file"),
-        Option("--results-filename", metavar="RESULTS_FILENAME", help="name of the results, if not that of the file"),
+        Flag("-t", "--text", help="tests write to the screen instead of XML files"),
+        Option(
+            "--pkgdir", dest="pkg_dir", metavar="PKG_DIR", help="folder of the package (default: found from the file)"
+        ),
+        Option("--package", metavar="PACKAGE", help="name of the package (default: found from the file)"),
+        Option(
+            "--results-filename", metavar="RESULTS_FILENAME", help="name of the results (default: the name of the file)"
+        ),
         Option("--results-base-dir", metavar="RESULTS_BASE_DIR", help="folder of the results of all packages"),
-        Flag("-r", "--reuse-master", help="use the ROS master that runs instead of one per test"),
+        Flag("-r", "--reuse-master", help="use the running ROS master instead of a new one per test"),
         Flag("-c", "--clear", help="with --reuse-master: delete all its parameters before each test"),
         Argument("package", "package|launch_file", optional=True),
         Argument("<filename>", "package_launch_file|launch_arg"),

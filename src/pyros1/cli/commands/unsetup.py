@@ -1,4 +1,4 @@
-"""``pyros1 unsetup``: takes back what ``setup`` did."""
+"""``pyros1 unsetup``: undoes ``setup``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.cli.shared.shells import SHELL, chosen_shell, how_to_use, parse_shel
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print what takes the setup back."""
+    """Print the shell code that undoes the setup."""
     shell = chosen_shell(invocation, options)
     if shell is not None:
         print(shell.undo())
@@ -18,12 +18,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 COMMAND = Command(
     "unsetup",
-    "take back what setup did to this shell",
+    "undo setup in this shell",
     Verb(
         "",
         "",
         SHELL,
-        description="Takes back what `pyros1 setup` did to this shell.",
+        description="Prints shell code that undoes `pyros1 setup` in this shell.",
         examples=how_to_use("unsetup"),
         parse=parse_shell,
         run=run,

@@ -23,7 +23,7 @@ _VERSION = re.compile(r"<version[^>]*>\s*([^<\s]+)\s*</version>")
 _UNVERSIONED = "<unversioned>"
 
 
-_SKIP_NEWLINE = Flag("-s", "--skip-newline", help="print no line end")
+_SKIP_NEWLINE = Flag("-s", "--skip-newline", help="do not print a line end")
 _WHAT = (
     Argument("package", "package", optional=True, help="name of a package, for example roscpp"),
     Flag("-d", "--distro", help="print the name of the ROS distribution"),
@@ -32,7 +32,7 @@ _WHAT = (
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print versions; the exit code is 1 when there is no such package."""
+    """Print versions. Return 1 for an unknown package."""
     index = PackageIndex(os.environ)
     if options.all:
         versions = {name: package_version(folder) for name, folder in sorted(index.paths().items())}
@@ -51,7 +51,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             print(f"Cannot locate [{options.package}]")  # where the stock tool prints it, too
             hint = did_you_mean(options.package, index.paths())
             if hint:
-                print(f"{invocation.program}: there is no package {options.package}{hint}", file=sys.stderr)
+                print(f"{invocation.program}: unknown package {options.package}{hint}", file=sys.stderr)
             return 1
     if options.json:
         print_json(lines[0])
@@ -62,10 +62,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def package_version(folder: Path) -> str:
-    """Return the version that a package's ``package.xml`` states, ``<unversioned>`` without one.
+    """Return the version in a package's ``package.xml``, ``<unversioned>`` if it has none.
 
     Args:
-        folder: the package's.
+        folder: the package's folder.
     """
     try:
         text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
@@ -76,13 +76,13 @@ def package_version(folder: Path) -> str:
 
 
 def distribution(environ: Mapping[str, str]) -> str:
-    """Return the name of the ROS distribution: ``ROS_DISTRO``, else that of the stock installation that is found.
+    """Return the name of the ROS distribution: ``ROS_DISTRO``, or that of the stock installation, if any.
 
     Args:
         environ: environment variables.
 
     Returns:
-        For example ``noetic``; ``Debian`` for Debian's own packages, as their rosversion says; ``<unknown>``.
+        For example ``noetic``; ``Debian`` for Debian's packages, as their rosversion prints; or ``<unknown>``.
     """
     if environ.get("ROS_DISTRO"):
         return environ["ROS_DISTRO"]

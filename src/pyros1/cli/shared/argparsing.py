@@ -1,6 +1,6 @@
-"""Parses words with argparse, as a verb's record says: for commands whose stock tool does so, since help looks alike.
+"""Parses words with argparse, for commands whose stock tool does so, so that help looks the same.
 
-What `records.Option` takes for optparse is what argparse takes, too.
+The settings of `records.Option` are valid for optparse and argparse.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option, Verb
 
 _COUNTS = {(False, False): None, (False, True): "?", (True, False): "+", (True, True): "*"}
-"""Whether an argument may be repeated, and left out -> ``nargs``."""
+"""(may be repeated, may be left out) -> ``nargs``."""
 
 
 def make_parser(invocation: Invocation, verb: Verb) -> ArgumentParser:
-    """Return a parser of a verb that knows none of its options and arguments yet."""
+    """Return a parser for a verb, still without options and arguments."""
     return ArgumentParser(
         prog=f"{invocation.program} {verb.name}".rstrip(),
         description=verb.description or None,
@@ -30,8 +30,8 @@ def add_parts(parser: Any, invocation: Invocation, *parts: Option | Argument) ->
 
     Args:
         parser: the parser, or a group of it.
-        invocation: says how the command was called: under the stock tool's name help leaves out what that lacks.
-        parts: of the record.
+        invocation: how the command was called: under the stock tool's name help shows only that tool's options.
+        parts: options and arguments of the record.
     """
     for part in parts:
         if isinstance(part, Option):

@@ -1,4 +1,4 @@
-"""Curves drawn with braille characters, two by four dots each, for terminals. Pure: text comes out."""
+"""Curves drawn with braille characters of two by four dots, for terminals. Pure: it returns text."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 
 Curve = Sequence[tuple[float, float]]
-"""Points (time in s, value), in the order of time."""
+"""Points (time in s, value) in the order of time."""
 
 COLOURS = (36, 33, 35, 32, 34, 31)
-"""Of the curves, in turn: ANSI foreground colours."""
+"""ANSI foreground colours of the curves, used in turn."""
 
 _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 _AXIS = 11  # columns left of the chart
@@ -29,20 +29,20 @@ class Canvas:
         self._colours = [[-1] * columns for _ in range(rows)]
 
     def dot(self, x: int, y: int, colour: int) -> None:
-        """Set a dot; x counts from the left, y from the bottom; what is outside is left out."""
+        """Set a dot. x counts from the left, y from the bottom. Dots outside are ignored."""
         if 0 <= x < self.width and 0 <= y < self.height:
             row, part = divmod(self.height - 1 - y, 4)
             self._cells[row][x // 2] |= _DOTS[part][x % 2]
             self._colours[row][x // 2] = colour
 
     def line(self, x0: int, y0: int, x1: int, y1: int, colour: int) -> None:
-        """Draw a straight line."""
+        """Draw a straight line between two dots."""
         steps = max(abs(x1 - x0), abs(y1 - y0), 1)
         for step in range(steps + 1):
             self.dot(round(x0 + (x1 - x0) * step / steps), round(y0 + (y1 - y0) * step / steps), colour)
 
     def rows(self, coloured: bool) -> list[str]:
-        """The rows as text, from the top."""
+        """Return the rows as text, top row first."""
         return [self._row(row, coloured) for row in range(len(self._cells))]
 
     def _row(self, row: int, coloured: bool) -> str:
@@ -57,7 +57,7 @@ class Canvas:
 
 
 def nice_range(low: float, high: float) -> tuple[float, float]:
-    """Return round limits around a range of values, never of no extent."""
+    """Return round limits around a range of values. The limits always differ."""
     if not low < high:
         extent = abs(low) * 0.1 or 1.0
         low, high = low - extent, high + extent
@@ -71,7 +71,7 @@ def draw(curves: Sequence[tuple[str, Curve]], now: float, period: float, size: t
     Args:
         curves: (label, points) of each.
         now: time of the right edge in s.
-        size: columns and rows of the whole chart, its axis and legend included.
+        size: columns and rows of the whole chart, including axis and legend.
         coloured: whether to write ANSI colours.
     """
     columns, rows = max(10, size[0] - _AXIS - 1), max(4, size[1] - 2 - len(curves))

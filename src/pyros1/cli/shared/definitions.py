@@ -18,11 +18,11 @@ JSON_LIST = Flag("--json", help="print a JSON list", own=True)
 
 
 class Kind:
-    """Messages or services: what ``msg`` and ``srv`` differ in.
+    """Messages or services: the differences between ``msg`` and ``srv``.
 
     Attributes:
-        extension: of definition files, ``msg`` or ``srv``.
-        word: in texts.
+        extension: extension of definition files, ``msg`` or ``srv``.
+        word: the word in texts.
         completes: the kind of their names in `pyros1.cli.complete_values`.
     """
 
@@ -47,14 +47,14 @@ SERVICES = Kind("srv", "service", "service_type")
 
 @cache
 def library() -> Library:
-    """Return all definitions; a command reads its environment once."""
+    """Return all definitions. A command reads its environment once."""
     from pyros1.finding.library import Library  # noqa: PLC0415 - help does without
 
     return Library(os.environ)
 
 
 def find(kind: Kind, name: str) -> tuple[list[str], bool]:
-    """Return the full names that a name may mean, and whether it came without a package."""
+    """Return the full names that a name may mean, and whether it had no package."""
     if "/" in name:
         return [name], False
     everything = library()
@@ -66,13 +66,13 @@ def find(kind: Kind, name: str) -> tuple[list[str], bool]:
 
 
 def near(kind: Kind, name: str) -> str:
-    """Return a hint at the type that a name was meant to be."""
+    """Return a hint at the type that may have been meant."""
     full_names = [full for package in library().packages() for full in kind.names(library(), package)]
     return did_you_mean(name, full_names if "/" in name else {full.partition("/")[2] for full in full_names})
 
 
 def type_argument(kind: Kind, args: list[str]) -> str:
-    """Return the name of the type that the arguments, or else standard input, give."""
+    """Return the name of the type from the arguments, or else from standard input."""
     if len(args) > 1:
         raise UsageError(f"you may only specify one {kind.word} type")
     name = args[0] if args else from_stdin()
@@ -88,9 +88,9 @@ def type_argument(kind: Kind, args: list[str]) -> str:
 
 
 def from_stdin() -> str:
-    """Return what was not given as an argument: it is read from standard input, so that it can come through a pipe."""
+    """Return a missing argument from standard input, so that it can come through a pipe."""
     if sys.stdin.isatty():
-        fail("no name was given: write it behind the command, or send it through a pipe", EX_USAGE)
+        fail("no name was given: add it to the command line, or send it through a pipe", EX_USAGE)
     for line in sys.stdin:
         if line.strip():
             return line.strip()

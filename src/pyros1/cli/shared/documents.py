@@ -1,4 +1,4 @@
-"""YAML documents, or lines of JSON, from a stream that may be endless, such as a pipe."""
+"""YAML documents, or lines of JSON, from a stream that may never end, such as a pipe."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from pyros1.errors import Error
 from pyros1.values import load_yaml
 
 MAX_DOCUMENT = 64 << 20
-"""Most characters of one document."""
+"""Largest number of characters of one document."""
 
 
 class DocumentTooLongError(Error):
-    """A stream goes on without a separator."""
+    """A document is too long."""
 
 
 def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
-    """Yield each document when the ``---`` line behind it, or the end, was read; empty ones are left out.
+    """Yield each document as soon as the ``---`` line after it, or the end, has been read. Skip empty documents.
 
-    A line that is a JSON object is a document of its own: what ``topic echo --json`` prints can be read here.
+    A line with a JSON object is a separate document, so the output of ``topic echo --json`` can be read here.
 
     Args:
         lines: a text file, or anything that yields lines.
@@ -45,13 +45,13 @@ def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
         size += len(line)
         if size > MAX_DOCUMENT:
             raise DocumentTooLongError(
-                f"{where or 'the input'} holds a document of more than {MAX_DOCUMENT} characters"
+                f"{where or 'the input'} contains a document of more than {MAX_DOCUMENT} characters"
             )
     yield from _document(part, where)
 
 
 class Record(dict[str, Any]):
-    """A document that was a line of JSON."""
+    """Return a document from a line of JSON."""
 
 
 def _json_line(line: str) -> Record | None:

@@ -1,4 +1,4 @@
-"""Expressions of messages, such as users give to ``--filter``: Python, but nothing that could harm.
+"""Expressions on messages, for options such as ``--filter``: a safe part of Python.
 
 The language is that of `pyros1.expressions`.
 """
@@ -18,14 +18,14 @@ from pyros1.timing import TVal
 __all__ = ["FUNCTIONS", "MAX_ITEMS", "TIME_METHODS", "Expression", "ExpressionError"]
 
 MAX_ITEMS = 1_000_000
-"""Greatest size of a value: the text of a message, for one, may be long."""
+"""Largest size of a value: for example, the text of a message may be long."""
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     **functions(MAX_ITEMS),
     **{name: MATH[name] for name in ("sqrt", "sin", "cos", "atan2", "hypot", "isnan", "isinf")},
 }
 """Functions that every expression may call, besides hasattr and getattr."""
 TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "is_zero"})
-"""What expressions may use of times and durations."""
+"""Members of times and durations that expressions may use."""
 _LOOKS = frozenset({"getattr", "hasattr"})
 
 
@@ -36,7 +36,7 @@ class Expression:
         text: for example ``m.data > 3 and any('x' in name for name in m.names)``.
 
     Raises:
-        ExpressionError: it is malformed or uses what is not allowed.
+        ExpressionError: the expression is malformed or uses something that is not allowed.
     """
 
     def __init__(self, text: str) -> None:
@@ -50,10 +50,10 @@ class Expression:
         """Return the expression's value.
 
         Args:
-            names: what the names in it stand for.
+            names: the values of the names in it.
 
         Raises:
-            ExpressionError: a name or field does not exist, types do not fit, ...
+            ExpressionError: the evaluation failed, for example because a field does not exist or types do not fit.
         """
         try:
             return self._filter.evaluate(names)
@@ -62,26 +62,26 @@ class Expression:
 
 
 class MessageLanguage(Interpreter):
-    """What expressions of messages have in common, here and in topic_tools; see `Interpreter`."""
+    """The common part of expressions on messages, here and in topic_tools; see `Interpreter`."""
 
     max_items = MAX_ITEMS
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
-        """Return what a name stands for; see `Interpreter`."""
+        """Return the value of a name; see `Interpreter`."""
         if name in names:
             return names[name]
         if name in _LOOKS:
             return self._has if name == "hasattr" else self._get
         if name in FUNCTIONS:
             return FUNCTIONS[name]
-        raise ExpressionError(f"there is no name {name!r}; there are: {self.known(names)}")
+        raise ExpressionError(f"unknown name {name!r}; known names: {self.known(names)}")
 
     def known(self, names: Mapping[str, Any]) -> str:
-        """Return what is there, for an error's text."""
+        """Return the known names, for an error's text."""
         return ", ".join(sorted(names))
 
     def attribute(self, owner: Any, name: str) -> Any:
-        """Return a field of a message, or what is of use of times, texts and other plain values; see `Interpreter`."""
+        """Return a field of a message, or a useful member of times, strings and other values; see `Interpreter`."""
         if isinstance(owner, Message):
             allowed = name in owner.__slots__ or name.isupper()
         else:
@@ -91,12 +91,12 @@ class MessageLanguage(Interpreter):
         return super().attribute(owner, name)
 
     def _has(self, owner: Any, name: str) -> bool:
-        """hasattr(), of what expressions can see."""
+        """Return hasattr() for what expressions can access."""
         missing = object()
         return self._get(owner, name, missing) is not missing
 
     def _get(self, owner: Any, name: str, *default: Any) -> Any:
-        """getattr(), of what expressions can see."""
+        """Return getattr() for what expressions can access."""
         if not isinstance(name, str) or name.startswith("_") or len(default) > 1:
             raise ExpressionError(f"{name!r} is not accessible")
         try:
@@ -112,12 +112,12 @@ class _Filter(MessageLanguage):
         super().check(node)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not is_function(node.func.id):
             known = ", ".join(sorted({*FUNCTIONS, *_LOOKS}))
-            raise ExpressionError(f"there is no function {node.func.id}; there are: {known}")
+            raise ExpressionError(f"unknown function {node.func.id}; known functions: {known}")
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         return math.pi if name == "pi" and name not in names else super().name(name, names)
 
 
 def is_function(name: str) -> bool:
-    """Whether every expression may call a function of that name."""
+    """Return whether every expression may call a function of this name."""
     return name in FUNCTIONS or name in _LOOKS

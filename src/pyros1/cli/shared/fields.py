@@ -1,4 +1,4 @@
-"""Field paths behind a topic's name: ``/pose/header/stamp``, ``/arr[2]``, ``/arr[1:5:2]/x`` (L60). Pure."""
+"""Field paths after a topic's name: ``/pose/header/stamp``, ``/arr[2]``, ``/arr[1:5:2]/x`` (L60). Pure."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TIME_PARTS = ("secs", "nsecs")
 
 
 class FieldPathError(Error):
-    """A field path is malformed, or leads to no field of the type."""
+    """A field path is malformed, or does not lead to a field of the type."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +28,14 @@ class _Step:
 
 
 class FieldPath:
-    """A way into a message.
+    """A path to a field of a message.
 
     Args:
-        text: what stands behind the topic: empty, or ``/field[...]/field...``. An index picks an element, a slice maps
-            the rest of the path over the elements.
+        text: the text after the topic: empty, or ``/field[...]/field...``. An index selects an element, a slice applies
+            the rest of the path to each element.
 
     Raises:
-        FieldPathError: it is malformed.
+        FieldPathError: the text is malformed.
     """
 
     def __init__(self, text: str) -> None:
@@ -43,10 +43,10 @@ class FieldPath:
         self._steps = [_parse_step(part) for part in text.strip("/").split("/")] if text.strip("/") else []
 
     def get(self, message: Any) -> tuple[Any, str | None]:
-        """Return the value that the path leads to, and its type; None for the type if the path is empty.
+        """Return the value at the path and its type. The type is None if the path is empty.
 
         Raises:
-            FieldPathError: an index is out of range, or there is no such field.
+            FieldPathError: an index is out of range, or a field does not exist.
         """
         try:
             return _walk(message, None, self._steps)
@@ -61,7 +61,7 @@ class FieldPath:
         """Return the type of the field, for example ``geometry_msgs/Pose[]``.
 
         Raises:
-            FieldPathError: there is no such field.
+            FieldPathError: a field does not exist.
         """
         current, mapped = message_class._type, False
         owner: type[Message] | None = message_class

@@ -1,6 +1,6 @@
-"""The forms in which ``topic echo`` and ``bag export`` show messages: text, JSON, rows of values (L61, L62).
+"""The forms in which ``topic echo`` and ``bag export`` write messages: text, JSON, rows of values (L61, L62).
 
-A message may be large, and its text several times as large: it is written in pieces.
+A message may be large, and its text several times larger, so the text is written in pieces.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from pyros1.shown import json_text, lines
 from pyros1.timing import Time, TVal
 
 Show = Callable[[Message, Any, "str | None", Write], object]
-"""Writes a message's text: takes the message, the value to show, its type as `FieldPath.get` returns it, and where to
-write."""
+"""Writes a message's text. Takes the message, the value to write, its type from `FieldPath.get`, and a function that
+writes."""
 
 _CLEAR = "\033[2J\033[;H"
 _NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
@@ -28,7 +28,7 @@ _NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
 
 
 class Text:
-    """Messages as YAML-like text, with ``---`` behind each (L61)."""
+    """Messages as YAML-like text, each followed by ``---`` (L61)."""
 
     def __init__(self, options: Any, now: Callable[[], Time]) -> None:
         self._prefix = _CLEAR if options.clear else ""
@@ -54,7 +54,7 @@ def _plain() -> Callable[[str], str]:
 
 
 def _coloured() -> Callable[[str], str]:
-    """What is done with the pieces of a message, which may end within lines."""
+    """Return a function that changes the pieces of a message, which may end within lines."""
     at_start = True
 
     def change(text: str) -> str:
@@ -84,12 +84,12 @@ class Json:
 
 
 class Plot:
-    """Messages as rows of comma-separated values, under a row of names (L62)."""
+    """Messages as rows of comma-separated values, after a row of names (L62)."""
 
     def __init__(self, options: Any, now: Callable[[], Time]) -> None:
         self._now = now
         self._offset = bool(options.offset)
-        self._recorded = bool(options.bag)  # then the time of recording counts
+        self._recorded = bool(options.bag)  # then the time of recording is used
         self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
         self._header_done = False
 

@@ -1,4 +1,4 @@
-"""What ``launch``, ``core`` and ``test`` share: the run of a plan, and how an error in one is told."""
+"""What ``launch``, ``core`` and ``test`` share: running a plan, and printing its errors."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pyros1.cli.shared.integers import PORT_RANGE
 from pyros1.errors import Error, LaunchError
 
 if TYPE_CHECKING:
@@ -16,15 +17,15 @@ if TYPE_CHECKING:
 
 
 def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
-    """Run a plan until it is over.
+    """Run a plan until it ends.
 
     Args:
         plan: what to launch.
-        values: of the options of ``launch``.
-        resources: for the executables.
-        title: of the terminal.
+        values: values of the options of ``launch``.
+        resources: finds executables.
+        title: title of the terminal.
     """
-    # Everything below is needed only when something is really launched.
+    # All this is needed only for a launch.
     from pyros1.launch.running.check import check_machines, is_remote  # noqa: PLC0415
     from pyros1.launch.running.console import Console  # noqa: PLC0415
     from pyros1.launch.running.core import LOG_LEVELS  # noqa: PLC0415
@@ -39,9 +40,9 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
         plan = replace(plan, nodes=[node for node in plan.nodes if not is_remote(plan, node)])
     level = values.master_logger_level.lower() or "info"
     if level not in LOG_LEVELS:
-        print(f"WARNING: --master-logger-level: there is no level {level!r}", file=sys.stderr)
+        print(f"WARNING: --master-logger-level: unknown level {level!r}", file=sys.stderr)
         level = "info"
-    # As stock: whoever says both gets log files.
+    # As stock: with both options, the output goes to log files.
     screen = False if values.force_log else True if values.force_screen else None
     options = Options(
         core=values.core,
@@ -76,6 +77,8 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
 
 
 def _check_numbers(values: Any) -> None:
+    if values.port is not None and values.port not in PORT_RANGE:
+        raise LaunchError(f"the port must be from 1 to 65535, not {values.port}")
     for name in ("sigint_timeout", "sigterm_timeout", "timeout"):
         seconds = getattr(values, name)
         if seconds is not None and not seconds > 0:
@@ -90,6 +93,6 @@ def _write_pid(path: Path) -> None:
 
 
 def print_exception(error: Error) -> None:
-    """Print why nothing was launched, in the words that scripts look for."""
+    """Print why nothing was launched, in the form that scripts look for."""
     red, off = ("\033[31m", "\033[0m") if sys.stderr.isatty() else ("", "")
     print(f"{red}RLException: {error}{off}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Options that verbs of several commands have."""
+"""Options shared by verbs of several commands."""
 
 from __future__ import annotations
 
@@ -28,4 +28,4 @@ CHUNK_LIMIT_OPTION = Option(
     own=True,
     help=f"read chunks of bags up to MB mebibytes (default {CHUNK_LIMIT >> 20}, or ${LIMIT_VARIABLE})",
 )
-"""For all that reads bags."""
+"""Option of all verbs that read bags."""

@@ -1,4 +1,4 @@
-"""Writes text in pieces: a large one is never in memory as a whole."""
+"""Writes text in pieces, so that a large text is never completely in memory."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from types import TracebackType
 Write = Callable[[str], object]
 
 _SIZE = 1 << 16
-"""Characters that are written at a time."""
+"""Number of characters to write at a time."""
 
 
 class Pieces:
-    """Gathers small pieces, cuts large ones, and writes them: in a ``with`` statement, whose end writes the rest.
+    """Collects small pieces, splits large ones, and writes them. Use it in a ``with`` statement, which writes the rest.
 
     Args:
-        write: takes a text.
-        change: what is done with each before it is written, which may depend on characters that stand together in
-            lines, and on line ends.
+        write: writes a text.
+        change: changes each text before it is written. It may depend on neighbouring characters in lines, and on
+            line ends.
     """
 
     def __init__(self, write: Write, change: Callable[[str], str] | None = None) -> None:
@@ -27,7 +27,7 @@ class Pieces:
         self._size = 0
 
     def add(self, text: str) -> None:
-        """Take a text."""
+        """Add a text."""
         if len(text) > _SIZE:
             for start in range(0, len(text), _SIZE):
                 self.add(text[start : start + _SIZE])
@@ -39,7 +39,7 @@ class Pieces:
 
     def _flush(self, *, last: bool = False) -> None:
         text = "".join(self._parts)
-        keep = "\r" if not last and text.endswith("\r") else ""  # a line end may follow, and belong to it
+        keep = "\r" if not last and text.endswith("\r") else ""  # a line end that belongs to it may follow
         self._parts, self._size = [keep], len(keep)
         text = text[: len(text) - len(keep)]
         if text:

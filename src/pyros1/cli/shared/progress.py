@@ -1,4 +1,4 @@
-"""A line that shows how far long work is; on terminals only."""
+"""A line that shows the progress of long work, on terminals only."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ _PERIOD = 0.2
 
 
 class Progress:
-    """Shows how much of some bytes is done, and how long the rest may take.
+    """Shows what part of some bytes is done, and how long the rest may take.
 
     Args:
-        name: what is worked on.
-        total: bytes in all.
+        name: the name to show.
+        total: total number of bytes.
         quiet: show nothing.
     """
 
@@ -26,7 +26,7 @@ class Progress:
         self._drawn = False
 
     def __call__(self, done: int) -> None:
-        """Tell how many bytes are done."""
+        """Show how many bytes are done."""
         if not self._shown:
             return
         now = time.monotonic()

@@ -1,8 +1,8 @@
-"""What ``setup`` and ``unsetup`` share: which shell calls, and the texts for bash, zsh, fish and plain sh to read.
+"""What ``setup`` and ``unsetup`` share: the calling shell, and the code for bash, zsh, fish and plain sh.
 
-Each keeps what it covers (functions and completions of the same names) and brings it back; plain sh cannot show a
-function's text, so there what was covered is lost. Nothing that starts a program may be a function: a shell runs a
-function in the background as a copy of itself, and ``kill $!`` would end that copy and not the program.
+The code saves functions and completions of the same names and restores them. Plain sh cannot print a function's text,
+so there they are lost. Commands that start programs must not be functions: a shell runs a function in the background
+as a copy of itself, and ``kill $!`` would end that copy instead of the program.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pyros1.cli.shared.argparsing import add_parts, make_parser
 
 @dataclass(frozen=True)
 class Names:
-    """What to complete: programs, and with them the functions."""
+    """Return the names to complete: programs and functions."""
 
     programs: list[str]
 
@@ -37,9 +37,9 @@ class Shell:
     """A shell's texts.
 
     Attributes:
-        text: with ``@bin``, ``@names`` and ``@functions`` to be put in.
-        take_back: undoes, if there is something to undo.
-        how: how a user has the shell read a text, with the command in braces.
+        text: the setup, with placeholders ``@bin``, ``@names`` and ``@functions``.
+        take_back: undoes the setup, if there is one.
+        how: what users type to make the shell read a command's output, with braces for the command.
     """
 
     text: str
@@ -47,11 +47,11 @@ class Shell:
     how: str
 
     def setup(self, folder: str, names: Names) -> str:
-        """Return what sets the shell up.
+        """Return the code that sets the shell up.
 
         Args:
-            folder: of the programs.
-            names: to be completed.
+            folder: folder of the programs.
+            names: names to complete.
         """
         functions = " ".join(SHELL_FUNCTIONS)
         undo = self.take_back.replace("@@otherwise", "true")
@@ -59,7 +59,7 @@ class Shell:
         return _AtTemplate(self.text).substitute(values).lstrip()
 
     def undo(self) -> str:
-        """Return what undoes the setup, or says that there is none."""
+        """Return the code that undoes the setup, or prints that there is none."""
         return self.take_back.replace("@@otherwise", "echo 'pyros1: this shell was not set up' >&2")
 
 
@@ -69,7 +69,7 @@ class _AtTemplate(Template):
 
 _BASH = Shell(
     r"""
-# pyros1 for bash; `source <(pyros1 unsetup)` takes it back.
+# pyros1 for bash; `source <(pyros1 unsetup)` undoes it.
 @@undo
 _pyros1_bin=@@bin
 _pyros1_names='@@names'
@@ -120,7 +120,7 @@ hash -r
 
 _ZSH = Shell(
     r"""
-# pyros1 for zsh; `source <(pyros1 unsetup)` takes it back.
+# pyros1 for zsh; `source <(pyros1 unsetup)` undoes it.
 @@undo
 typeset -g _pyros1_bin=@@bin
 typeset -ga _pyros1_names=(@@names)
@@ -172,7 +172,7 @@ rehash
 
 _FISH = Shell(
     r"""
-# pyros1 for fish; `pyros1 unsetup | source` takes it back.
+# pyros1 for fish; `pyros1 unsetup | source` undoes it.
 @@undo
 set -g _pyros1_bin @@bin
 set -g _pyros1_names @@names
@@ -237,7 +237,7 @@ end
 
 _SH = Shell(
     r"""
-# pyros1 for sh; `eval "$(pyros1 unsetup)"` takes it back.
+# pyros1 for sh; `eval "$(pyros1 unsetup)"` undoes it.
 @@undo
 _pyros1_bin=@@bin
 case ":$PATH:" in
@@ -265,13 +265,13 @@ hash -r
 SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH, "sh": _SH}
 """Shell -> its texts."""
 PLAIN = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
-"""Names of processes that are shells like sh."""
+"""Process names of shells that read the code for sh."""
 
-SHELL = Option("--shell", choices=sorted(SHELLS), help="default: the shell that calls")
+SHELL = Option("--shell", choices=sorted(SHELLS), help="default: the calling shell")
 
 
 def how_to_use(command: str) -> list[tuple[str, str]]:
-    """Return the examples of a command's record: how each shell reads what it prints."""
+    """Return the examples of a command's record: how each shell reads its output."""
     return [(shell.how.format(f"pyros1 {command}"), name) for name, shell in SHELLS.items()]
 
 
@@ -289,19 +289,19 @@ def parse_shell(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def chosen_shell(invocation: Invocation, options: Any) -> Shell | None:
-    """Return the shell that is to read what is printed; None, and how to have it read, if that goes to a terminal."""
+    """Return the shell that reads the output. If the output is a terminal, print how to use it and return None."""
     name = options.shell or detect_shell(os.environ)
     if not sys.stdout.isatty():
         return SHELLS[name]
     how = SHELLS[name].how.format(invocation.program)
-    print(f"This text is for the shell to read. For {name} type:\n\n  {how}\n")
+    print(f"The output is for the shell to read. In {name}, type:\n\n  {how}\n")
     return None
 
 
 def detect_shell(environ: Mapping[str, str]) -> str:
-    """Return the shell that called: of the processes above this one the first that is a shell we know.
+    """Return the calling shell: the first known shell among the parent processes.
 
-    A shell that only runs a script named pyros1 with our own arguments did not ask.
+    A shell that only runs a script named pyros1 with our own arguments does not count.
     """
     pid = os.getppid()
     for _ in range(4):

@@ -1,4 +1,4 @@
-"""The figures of ``topic hz``, ``bw`` and ``delay``, and the lines that show them (L64-L66). Pure: times come in."""
+"""The statistics of ``topic hz``, ``bw`` and ``delay``, and their output (L64-L66). Pure: times are arguments."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 HZ_WINDOW = 50_000
-"""Most messages in the window of ``hz`` and ``delay`` unless told."""
+"""Default window of ``hz`` and ``delay``, in messages."""
 
 BW_WINDOW = 100
-"""Messages in the window of ``bw`` unless told, or as many as came within `BW_SECONDS`, if these are more."""
+"""Default window of ``bw``, in messages; or all messages of the last `BW_SECONDS`, if these are more."""
 
 BW_SECONDS = 1.0
 
 
 class Summary(NamedTuple):
-    """Figures of a window."""
+    """The statistics of a window."""
 
     mean: float
     least: float
@@ -47,7 +47,7 @@ class RateMeter:
         self._fresh = False
 
     def arrived(self, now: float) -> None:
-        """Count a message; ``now`` in seconds. Time that jumps back starts the measurement anew."""
+        """Count a message at the time ``now`` in seconds. A time that jumps back restarts the measurement."""
         last, self._last = self._last, now
         if last is None:
             return
@@ -58,8 +58,10 @@ class RateMeter:
         self._fresh = True
 
     def figures(self) -> tuple[float, Summary, int] | None:
-        """Rate in Hz, figures of the intervals, messages in the window; None if nothing came since the last call."""
-        intervals = list(self._intervals)  # the callback goes on meanwhile
+        """Return the rate in Hz, the intervals' statistics, and the number of messages in the window.
+
+        None if no message came since the last call."""
+        intervals = list(self._intervals)  # the callback may add to it meanwhile
         if not self._fresh or not intervals:
             return None
         self._fresh = False
@@ -69,7 +71,7 @@ class RateMeter:
 
 
 def rate_lines(rate: float, summary: Summary, window: int) -> str:
-    """What ``hz`` prints for one topic."""
+    """Return what ``hz`` prints for one topic."""
     return (
         f"average rate: {rate:.3f}\n\tmin: {summary.least:.3f}s max: {summary.most:.3f}s "
         f"std dev: {summary.deviation:.5f}s window: {window}"
@@ -77,7 +79,7 @@ def rate_lines(rate: float, summary: Summary, window: int) -> str:
 
 
 def rate_table(figures: Mapping[str, tuple[float, Summary, int]]) -> str:
-    """What ``hz`` prints for several topics."""
+    """Return what ``hz`` prints for several topics."""
     header = ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
     rows = [
         [topic, *(_four_digits(x) for x in (rate, summary.least, summary.most, summary.deviation)), str(window)]
@@ -98,8 +100,8 @@ class BandwidthMeter:
     """The bandwidth of one topic.
 
     Args:
-        window: most messages that count; -1 or less: those of the last second, but at least `BW_WINDOW`. A hundred of
-            a quick topic may have come in a single burst.
+        window: size in messages; -1 or less means those of the last second, but at least `BW_WINDOW`: of a fast topic,
+            this number may come in a single burst.
     """
 
     def __init__(self, window: int = -1) -> None:
@@ -107,14 +109,14 @@ class BandwidthMeter:
         self._entries: deque[tuple[float, int]] = deque(maxlen=HZ_WINDOW if window < 0 else max(1, window))
 
     def arrived(self, now: float, size: int) -> None:
-        """Count a message of ``size`` bytes; ``now`` in seconds."""
+        """Count a message of ``size`` bytes at the time ``now`` in seconds."""
         entries = self._entries
         entries.append((now, size))
         while self._least and len(entries) > self._least and entries[0][0] < now - BW_SECONDS:
             entries.popleft()
 
     def lines(self, now: float) -> str | None:
-        """What ``bw`` prints; None without two messages."""
+        """Return what ``bw`` prints, None before there are two messages."""
         entries = list(self._entries)
         if len(entries) < 2 or now <= entries[0][0]:
             return None
@@ -146,12 +148,12 @@ class DelayMeter:
         self._fresh = False
 
     def arrived(self, delay: float) -> None:
-        """Count a message that is ``delay`` seconds old."""
+        """Count a message that arrives ``delay`` seconds old."""
         self._delays.append(delay)
         self._fresh = True
 
     def lines(self) -> str | None:
-        """What ``delay`` prints; None if nothing came since the last call."""
+        """Return what ``delay`` prints, None if no message came since the last call."""
         delays = list(self._delays)
         if not self._fresh:
             return None

@@ -1,4 +1,4 @@
-"""Subscribing to whatever a topic carries, for echo, hz, bw and delay: the type comes from the publisher's header."""
+"""Subscribing to topics of any type, for echo, hz, bw and delay. The type comes from the publisher's header."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _LOOK_AGAIN = 0.2
 
 
 def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str] | None:
-    """Split ``name`` into topic and field path, as soon as the topic is known; says once that it is not (L61).
+    """Split ``name`` into topic and field path as soon as the topic is known. Warn once if it is not (L61).
 
     Returns:
-        (topic, field path), or None if the node was told to end before.
+        (topic, field path), or None if the node ended before.
     """
     graph = invocation.graph
     found = graph.find_topic(name)
@@ -28,12 +28,12 @@ def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str] 
     while found is None:
         if not node.ok():
             return None
-        # Which part of the name is the topic and which a field, only the master can tell.
+        # Only the master knows which part of the name is the topic and which is a field.
         invocation.pause(_LOOK_AGAIN)
         try:
             found = graph.find_topic(name)
         except MasterError:
-            continue  # it may come back
+            continue  # the master may come back
     return found[0], found[2]
 
 
@@ -49,10 +49,10 @@ class Decoder:
         self._cache = DefinitionCache()
 
     def message_class(self, raw: AnyMsg) -> type[Message]:
-        """The class of a raw message.
+        """Return the class of a raw message.
 
         Raises:
-            DefinitionError, UnknownTypeError: the publisher sent no usable definition, and there is none here.
+            DefinitionError, UnknownTypeError: the publisher sent no usable definition, and none is installed here.
         """
         header = raw._connection_header or {}
         type_name, md5sum = header.get("type", ""), header.get("md5sum", "")
@@ -65,7 +65,7 @@ class Decoder:
             return cls
 
     def decode(self, raw: AnyMsg) -> Message:
-        """The message.
+        """Return the decoded message.
 
         Raises:
             MessageError: see `message_class`, or the bytes are not such a message.

@@ -1,1 +1,1 @@
-"""Launch files to a plan. Pure, but for `world` and `xacro_tool`."""
+"""From launch files to a plan. Pure, except `world` and `xacro_tool`."""

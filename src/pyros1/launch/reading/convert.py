@@ -1,4 +1,4 @@
-"""Texts of launch files to typed values: parameters and booleans (X41, X55, X74).
+"""Conversion of texts in launch files to typed values: parameters and booleans (X41, X55, X74).
 
 The types are those of https://wiki.ros.org/roslaunch/XML/param.
 """
@@ -11,17 +11,17 @@ from pyros1.errors import LaunchError
 
 
 def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each type
-    """Convert a parameter's text.
+    """Convert a parameter's text to a value.
 
     Args:
-        text: the text, substitutions done.
-        kind: in small letters; ``auto``, ``str``, ``string``, ``int``, ``double``, ``bool``, ``boolean`` or ``yaml``.
+        text: the text after substitution.
+        kind: in lower case: ``auto``, ``str``, ``string``, ``int``, ``double``, ``bool``, ``boolean`` or ``yaml``.
 
     Returns:
         The value.
 
     Raises:
-        LaunchError: the text is no such value, or there is no such type.
+        LaunchError: the text does not have this type, or the type is unknown.
     """
     if kind in ("str", "string"):
         return text
@@ -55,24 +55,24 @@ def _automatic(text: str, stripped: str) -> Any:
     try:
         if "." in stripped:
             return float(stripped)
-        if "_" not in stripped:  # 1_000 is a number to Python, but was never one to roslaunch
+        if "_" not in stripped:  # 1_000 is a number in Python, but not in roslaunch
             return int(stripped)
     except ValueError:
         pass
-    if text.lower() in ("true", "false"):  # not stripped: what a command or a file says ends in a newline
+    if text.lower() in ("true", "false"):  # not stripped: the output of a command or a file ends with a newline
         return text.lower() == "true"
     return text
 
 
 def convert_bool(text: str, attribute: str) -> bool:
-    """Read an attribute that must be true or false.
+    """Return the value of an attribute that must be true or false.
 
     Args:
-        text: its value, substitutions done.
-        attribute: its name, for the message.
+        text: its text after substitution.
+        attribute: its name, for the error.
 
     Raises:
-        LaunchError: it is neither.
+        LaunchError: the text is neither true nor false.
     """
     lowered = text.lower()
     if lowered not in ("true", "false"):
@@ -81,10 +81,10 @@ def convert_bool(text: str, attribute: str) -> bool:
 
 
 def convert_condition(text: str) -> bool:
-    """Read the value of ``if`` or ``unless``: true, 1, false or 0 in any case.
+    """Return the value of ``if`` or ``unless``: true, 1, false or 0, in upper or lower case.
 
     Raises:
-        LaunchError: it is none of them.
+        LaunchError: the text is something else.
     """
     lowered = text.lower().strip()
     if lowered in ("true", "1"):

@@ -1,4 +1,4 @@
-"""Which packages launch files need, and which of those their own package does not declare (L174, L175)."""
+"""Which packages launch files need, and which of these their package does not declare (L174, L175)."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class FileNeeds:
     """What one launch file needs.
 
     Attributes:
-        file: its path as it was written.
-        package: the package that it belongs to, None if it is in none.
-        nodes: ``(package, executable)`` of its nodes and tests, in order, each once.
-        packages: the packages of those and of other packages' files that it includes, in order, each once.
+        file: its path as written.
+        package: the package that contains it, None if it is outside packages.
+        nodes: ``(package, executable)`` of its nodes and tests, in order, without duplicates.
+        packages: the packages of these and of included files of other packages, in order, without duplicates.
     """
 
     file: str
@@ -31,7 +31,7 @@ class FileNeeds:
 
 
 def file_needs(plan: Plan) -> list[FileNeeds]:
-    """Return what each file of a plan needs, in the order in which the files were read."""
+    """Return the needs of each file of a plan, in the order in which the files were read."""
     needs = {file: FileNeeds(file, owner(file)) for file in plan.files}
     for node in sorted([*plan.nodes, *plan.tests], key=lambda node: node.line):
         if node.file in needs:
@@ -50,17 +50,17 @@ def _append(items: list, item: object) -> None:  # type: ignore[type-arg]
 
 
 def owner(file: str) -> str | None:
-    """Return the package that a file belongs to, None if it is in none."""
+    """Return the package that contains a file, None if it is outside packages."""
     folder, name = package_of(Path(file))
     return name if _manifest(folder) is not None else None
 
 
 def undeclared(needs: Iterable[FileNeeds], *, test_depends: bool = False) -> dict[str, list[str]]:
-    """Return, for each package, the packages that its files need and its ``package.xml`` does not name.
+    """Return for each package the packages that its files need but its ``package.xml`` does not declare.
 
     Args:
-        needs: what the files need.
-        test_depends: whether what is needed for tests only counts as named, too.
+        needs: the needs of the files.
+        test_depends: whether ``<test_depend>`` counts as a declaration.
 
     Raises:
         LaunchError: a package.xml cannot be read.
@@ -76,11 +76,11 @@ def undeclared(needs: Iterable[FileNeeds], *, test_depends: bool = False) -> dic
 
 
 def declared_depends(folder: Path, *, test_depends: bool = False) -> list[str]:
-    """Return the packages that a package's ``package.xml`` or ``manifest.xml`` says it needs when it runs.
+    """Return the runtime dependencies in a package's ``package.xml`` or ``manifest.xml``.
 
     Args:
-        folder: of the package.
-        test_depends: add those that its tests need.
+        folder: the package's folder.
+        test_depends: also return those in ``<test_depend>``.
 
     Raises:
         LaunchError: the file cannot be read.

@@ -1,7 +1,7 @@
-"""A launch file's XML as a tree that remembers where everything stood.
+"""A launch file's XML as a tree with line numbers.
 
-Nothing is fetched from anywhere (defusedxml); entities are short texts, so that little cannot become much. The only
-thing checked here is that the text is XML with one ``<launch>`` at its root.
+Nothing is fetched from outside the file (defusedxml). Entities are limited to short texts, so that a small file cannot
+become a large document. This module only checks that the text is XML with one ``<launch>`` tag.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pyros1.errors import LaunchError
 _MAX_DEPTH = 200
 _MAX_ENTITIES = 100
 _MAX_ENTITY = 256
-"""Most characters of an entity. A file can grow by no more than about 80 times."""
+"""Largest number of characters of an entity. It limits the growth of a file to about 80 times."""
 
 
 @dataclass(slots=True)
@@ -28,11 +28,11 @@ class Element:
 
     Attributes:
         tag: its name.
-        attributes: as written, in order; nothing substituted.
-        file: path of the file, or a name for a text without one.
-        line: 1-based line of the opening tag.
-        children: tags inside, in order.
-        text: all character data directly inside, joined.
+        attributes: the attributes as written, in order, without substitution.
+        file: path of the file, or a name for a text that is not from a file.
+        line: line of the opening tag, from 1.
+        children: the tags in it, in order.
+        text: all character data directly in it, joined.
     """
 
     tag: str
@@ -48,7 +48,7 @@ class Element:
         return f"{self.file}:{self.line}"
 
     def error(self, message: str) -> LaunchError:
-        """Return an error that names this tag's file and line."""
+        """Return an error with this tag's file and line."""
         return LaunchError(message, self.file, self.line)
 
 
@@ -96,17 +96,17 @@ class _TreeBuilder:
     def _entity(self, name: str, is_parameter: bool, value: str | None, *_ids: str | None) -> None:
         self._entities += 1
         if is_parameter or value is None:
-            reason = "only entities for plain texts are possible"
+            reason = "only entities of plain text are allowed"
         elif "&" in value or "<" in value or len(value) > _MAX_ENTITY:
-            reason = f"an entity is a plain text of at most {_MAX_ENTITY} characters"
+            reason = f"only plain text of at most {_MAX_ENTITY} characters is allowed"
         elif self._entities > _MAX_ENTITIES:
-            reason = f"there are more than {_MAX_ENTITIES} entities"
+            reason = f"the file has more than {_MAX_ENTITIES} entities"
         else:
             return
-        self._refuse(f"the entity {name!r} is refused: {reason}")
+        self._refuse(f"the entity {name!r} is not allowed: {reason}")
 
     def _unparsed(self, name: str, *_ids: str | None) -> None:
-        self._refuse(f"the entity {name!r} is refused: only entities for plain texts are possible")
+        self._refuse(f"the entity {name!r} is not allowed: only entities of plain text are allowed")
 
     def _refuse(self, reason: str) -> None:
         raise LaunchError(f"Invalid roslaunch XML syntax: {reason}", self._file, self._expat.CurrentLineNumber)
@@ -121,13 +121,13 @@ def parse_document(data: str | bytes, file: str) -> Element:
 
     Args:
         data: its content.
-        file: its path, for messages.
+        file: its path, for errors.
 
     Returns:
-        The ``<launch>`` element, which need not be the root (X07).
+        The ``<launch>`` element. It need not be the root (X07).
 
     Raises:
-        LaunchError: not well-formed XML, or there is no ``<launch>`` or more than one.
+        LaunchError: the text is not well-formed XML, or does not have exactly one ``<launch>``.
     """
     builder = _TreeBuilder(file)
     try:
@@ -137,7 +137,7 @@ def parse_document(data: str | bytes, file: str) -> Element:
     except DefusedXmlException as error:
         line = builder.parser.parser.CurrentLineNumber
         raise LaunchError(
-            "Invalid roslaunch XML syntax: nothing outside of the file can be used", file, line
+            "Invalid roslaunch XML syntax: references to other files are not allowed", file, line
         ) from error
     except (ValueError, LookupError) as error:  # an unknown encoding, NUL characters
         raise LaunchError(f"Invalid roslaunch XML syntax: {error}", file) from error

@@ -1,4 +1,4 @@
-"""A plan as a picture: which file brings which files and nodes, as a tree of text and as a graph for Graphviz."""
+"""The files and nodes of a plan as a text tree and as a graph for Graphviz."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.launch.plan import NodePlan, Plan
 def tree(plan: Plan) -> str:
     """Return files and nodes as an indented tree, in the order of the files.
 
-    What is below a file is shown where it comes first, with the nodes of all its includes.
+    The content of a file, with the nodes of all its includes, is shown only at its first place.
     """
     drawn: set[str] = set()
     return "\n".join(line for top in _top_files(plan) for line in _branch(plan, top, "", drawn))
@@ -45,10 +45,10 @@ def _branch(plan: Plan, file: str, indent: str, drawn: set[str]) -> Iterator[str
 
 
 def dot(plan: Plan) -> str:
-    """Return files, nodes and machines in Graphviz's language: boxes, ellipses and clusters.
+    """Return files, nodes and machines in the dot language of Graphviz, as boxes, ellipses and clusters.
 
-    Arrows lead from a file to the files it includes and to its nodes. A dashed one leads from a node to what it
-    waits for.
+    Arrows lead from a file to the files that it includes and to its nodes. Dashed arrows lead from a node to the
+    nodes that it waits for.
     """
     lines = ["digraph launch {", "  rankdir=LR;"]
     lines += [f"  {_quote(file)} [shape=box, label={_quote(_short(file))}];" for file in dict.fromkeys(plan.files)]
@@ -90,5 +90,5 @@ def _short(file: str) -> str:
 
 
 def _quote(text: str) -> str:
-    # Graphviz reads \" and \n as JSON does; everything else may stand as it is.
+    # Graphviz reads \" and \n as JSON does; everything else is literal.
     return json.dumps(text, ensure_ascii=False).replace("\\\\n", "\\n")

@@ -1,6 +1,6 @@
 """``$(eval ...)``: a small, safe part of Python's expressions (X71, https://wiki.ros.org/roslaunch/XML).
 
-The language is that of `pyros1.expressions`, with all its functions, and those of ``math`` without a prefix.
+The language is that of `pyros1.expressions`, with all its functions and those of ``math`` without a prefix.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
     Args:
         text: the expression.
         variables: the launch arguments by name, typed.
-        functions: ``arg``, ``env``, ``find``, ...; they and the builtins win over variables of the same name.
+        functions: ``arg``, ``env``, ``find``, ...; they and the builtins have priority over variables.
 
     Returns:
         The result as a string.
 
     Raises:
-        LaunchError: a syntax error, a construct or name that is not allowed, or the evaluation failed.
+        LaunchError: the text has a syntax error or something that is not allowed, or the evaluation failed.
     """
     if "__" in text:
         raise LaunchError("$(eval ...) may not contain double-underscore expressions")
@@ -37,7 +37,7 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
         raise LaunchError(f"cannot evaluate $(eval {text}): {error}") from error
     if not _is_text(result):
         raise LaunchError(
-            f"cannot evaluate $(eval {text}): {result!r} has a character that no file or parameter can have"
+            f"cannot evaluate $(eval {text}): {result!r} has a character that is not allowed in files and parameters"
         )
     return result
 
@@ -50,7 +50,7 @@ class _Eval(Interpreter):
 
 
 def _is_text(value: str) -> bool:
-    """Whether files and arguments of programs can have that name; what the environment brings can be, as always."""
+    """Return whether a text can name a file or be an argument of a program. Text from the environment always can."""
     try:
         return b"\0" not in value.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:

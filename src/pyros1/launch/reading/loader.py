@@ -1,6 +1,6 @@
-"""Launch files to a `Plan`: every tag in order, top to bottom (https://wiki.ros.org/roslaunch/XML).
+"""Reads launch files into a `Plan`, tag by tag (https://wiki.ros.org/roslaunch/XML).
 
-One method per tag. Each gets the element and the scope it stands in, and writes what it means to the plan.
+Each tag has a method, which gets the element and its scope, and adds to the plan.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pyros1.suggest import did_you_mean
 
 STDIN = "-"
 _Handlers = dict[str, Callable[[Element, Scope], None]]
-_AGAIN = " (again and again)"
+_AGAIN = " (repeatedly)"
 _MAX_INCLUDES = 100
 _NODE_ATTRIBUTES = (
     "pkg",
@@ -52,7 +52,7 @@ ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "env": ("name", "value"),
     "machine": ("name", "address", *SETTINGS),
 }
-"""The attributes of each tag, besides if and unless."""
+"""The attributes of each tag, except if and unless."""
 
 
 def load_plan(
@@ -69,17 +69,17 @@ def load_plan(
     Args:
         files: paths; ``-`` is standard input.
         arguments: ``name:=value`` of the command line; each file gets them all. ``__ns`` is the namespace of
-            everything, otherwise it is that of ``ROS_NAMESPACE``.
-        resources: where files, packages and the environment come from.
-        only_args: read nothing but the ``<arg>`` tags at the top level of the files, which need not have values.
-        problems: takes every error, and reading goes on behind the tag that has it; None to raise the first one.
-        plan: what other files with other arguments gave, to be added to; None for an empty one.
+            everything (default: ``ROS_NAMESPACE``).
+        resources: access to files, packages and the environment.
+        only_args: read only the ``<arg>`` tags at the top level of the files; they need no values.
+        problems: collects all errors; reading continues after the tag with the error. None raises the first error.
+        plan: the plan to add to; None for a new one.
 
     Returns:
         The plan.
 
     Raises:
-        LaunchError: a file cannot be used; the text names file and line, and how it came to be included.
+        LaunchError: a file cannot be used. The text has the file, the line and the chain of includes.
     """
     loader = _Loader(resources, only_args, problems, plan or Plan())
     for file in files:
@@ -121,13 +121,13 @@ class _Loader:
             self._report(error)
             return
         self.plan.files.append(name)
-        self.plan.args.clear()  # those of the last file are the ones to document
+        self.plan.args.clear()  # the arguments of the last file are documented
         scope = Scope(self._resources, name, args=dict(arguments), known_args=self._known_args)
         namespace = arguments.get("__ns") or self._resources.environ.get("ROS_NAMESPACE")
         self._launch(root, scope.child("/" + namespace) if namespace else scope)
 
     def report_unused(self, arguments: Mapping[str, str]) -> None:
-        """Warn of arguments that no file knows: they may be misspelt."""
+        """Warn about arguments that no file declares: they may be misspelt."""
         if not self._only_args:
             for name in arguments:
                 if name not in self._known_args and not name.startswith("__"):
@@ -146,14 +146,14 @@ class _Loader:
 
     def _launch(self, root: Element, scope: Scope) -> None:
         self._check_attributes(root, scope)
-        if root.attributes.get("deprecated"):  # nothing is substituted in it
+        if root.attributes.get("deprecated"):  # without substitution
             self.plan.warnings.append(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
         self.children(root, scope, self._tags)
 
     # What all tags share -------------------------------------------------------------------------------------------
 
     def children(self, parent: Element, scope: Scope, tags: _Handlers) -> None:
-        """Handle the tags inside `parent`; those not in `tags` only warn (X56)."""
+        """Handle the tags inside `parent`. Tags that are not in `tags` only cause a warning (X56)."""
         for element in parent.children:
             # Tags inside of <node> and <include> may be written in capitals.
             handler = tags.get(element.tag if tags is self._tags else element.tag.lower())
@@ -202,7 +202,7 @@ class _Loader:
                 )
 
     def attribute(self, element: Element, scope: Scope, name: str) -> str | None:
-        """Return an attribute, substitutions done; None if the tag does not have it."""
+        """Return an attribute after substitution, None if the tag does not have it."""
         raw = element.attributes.get(name)
         return None if raw is None else substitute(raw, ScopeSubstituter(scope))
 
@@ -214,11 +214,11 @@ class _Loader:
             self.plan.args[name] = ArgPlan(name, default, self.attribute(element, scope, "doc"))
 
     def _declare(self, element: Element, scope: Scope, target: Scope) -> tuple[str, str | None, str | None]:
-        """Read an ``<arg>`` in `scope` and declare it in `target`; return its name, value and default."""
+        """Read an ``<arg>`` in `scope` and declare it in `target`. Return its name, value and default."""
         try:
             name = self.attribute(element, scope, "name")
             if not name:
-                raise LaunchError("it needs a 'name'")
+                raise LaunchError("'name' is missing")
             if "value" in element.attributes and "default" in element.attributes:
                 raise LaunchError("it must have one and only one of value/default")
             value, default = self.attribute(element, scope, "value"), self.attribute(element, scope, "default")
@@ -264,11 +264,11 @@ class _Loader:
             declared=set(),
             pass_all=pass_all,
             anonymous={},
-            # As it has always been: what an included file sets for all its nodes is also set for those behind the
-            # <include>, but only if something had been set for all nodes before.
+            # As in stock: parameters that an included file sets for all its nodes also apply to nodes after the
+            # <include>, but only if there were such parameters before.
             private_params=scope.private_params or [],
         )
-        if file in self._too_deep:  # it was said, and a file may include itself more than once
+        if file in self._too_deep:  # reported already, and a file may include itself more than once
             return
         if self._depth >= _MAX_INCLUDES:
             self._too_deep.add(file)
@@ -294,7 +294,7 @@ class _Loader:
             raise LaunchError(f"unused args [{', '.join(unused)}] for include of [{file}]{hint}")
 
     def _given(self, element: Element, scope: Scope, given: Scope) -> Scope:
-        """Read the tags inside an ``<include>`` into `given`: arguments with values, and the environment."""
+        """Read the tags in an ``<include>`` into `given`: arguments with values, and the environment."""
         given.declared = set(given.args)
         self.children(
             element,
@@ -328,7 +328,7 @@ class _Loader:
 
 
 def _add_includer(error: LaunchError, include: Element) -> None:
-    """Say where the file with an error was included; once, if the includes go in a circle."""
+    """Add to an error where its file was included; only once if files include each other in a circle."""
     lines, line = str(error).split("\n"), f"  included at {include.place}"
     if line + _AGAIN in lines:
         return
@@ -340,5 +340,5 @@ def _add_includer(error: LaunchError, include: Element) -> None:
 
 
 def absolute_files(files: Sequence[str]) -> list[str]:
-    """Return the paths as ``--files`` prints them: absolute, in the order read, each spelling once."""
+    """Return the paths as ``--files`` prints them: absolute, in the order of reading, without duplicates."""
     return [os.path.abspath(file) for file in dict.fromkeys(files) if file != "<stdin>"]

@@ -19,17 +19,17 @@ def read_machine(element: Element, attribute: Callable[[str], str | None], plan:
 
     Args:
         element: the tag.
-        attribute: gives an attribute's value, None if it is not there.
+        attribute: returns an attribute's value, None if the tag does not have it.
         plan: the plan.
 
     Returns:
-        The machine's name if nodes that name none are to run there from now on, else None.
+        The machine's name if it becomes the default machine, else None.
 
     Raises:
-        LaunchError: an attribute is missing or wrong, or there is another machine of that name already (X68).
+        LaunchError: an attribute is missing or wrong, or the name is already declared with other attributes (X68).
     """
     name, address = attribute("name"), attribute("address")
-    # An empty address is the matter of who wants to run nodes there: files with such a default are in use.
+    # An empty address is an error only if a node runs there: files with such a default are in use.
     if not name or address is None:
         raise LaunchError(f"<machine> tag is missing required attribute: '{'address' if name else 'name'}'")
     for key, value in element.attributes.items():
@@ -46,7 +46,7 @@ def read_machine(element: Element, attribute: Callable[[str], str | None], plan:
 
 
 def _meaning(machine: MachinePlan) -> tuple[Any, ...]:
-    """Return what makes two machines the same one, however it is written; LaunchError if a setting is wrong."""
+    """Return the settings in a form that can be compared. Raise LaunchError if one is wrong."""
     settings = dict(machine.settings)
     default = settings.get("default", "").lower() or "false"
     if default not in ("true", "false", "never"):

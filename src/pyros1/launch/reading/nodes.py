@@ -24,9 +24,9 @@ class NodeReader:
 
     Args:
         plan: the plan.
-        params: adds the parameters inside a node tag.
-        attribute: reads attributes.
-        children: handles tags inside a tag.
+        params: adds the parameters in a node tag.
+        attribute: returns attributes.
+        children: handles the tags in a tag.
     """
 
     def __init__(self, plan: Plan, params: ParamReader, attribute: Attribute, children: Children) -> None:
@@ -41,7 +41,7 @@ class NodeReader:
         self._invalid(element, lambda: self._plan.nodes.append(self._read(element, scope)))
 
     def test(self, element: Element, scope: Scope) -> None:
-        """Handle a ``<test>``: it is kept for testing, and its parameters are set."""
+        """Handle a ``<test>``: add it to the plan's tests, and its parameters to the plan."""
         for name in _NOT_ON_TEST:
             if name in element.attributes:
                 raise LaunchError(f"Invalid <node> tag: <test> tags cannot have '{name}' attribute.")
@@ -68,7 +68,7 @@ class NodeReader:
         if limit:
             test.time_limit = parse_seconds(limit, "time-limit")
             if not test.time_limit:
-                raise LaunchError("'time-limit' must be more than 0")
+                raise LaunchError("'time-limit' must be a positive number")
         if retry:
             try:
                 test.retry = max(0, int(retry))
@@ -92,7 +92,7 @@ class NodeReader:
         if "/" in name:
             raise LaunchError("node name cannot contain a namespace.")
         if not name:
-            raise LaunchError('name must be non-empty. For a name that does not matter write name="$(anon node)".')
+            raise LaunchError('name must be non-empty. For an arbitrary name use name="$(anon node)".')
         if not is_legal_base_name(name):
             self._plan.warnings.append(
                 f"[{element.place}] illegal <node> name '{name}': this will likely cause problems with other ROS tools"
@@ -152,7 +152,7 @@ class NodeReader:
                 "env": lambda child, _: scope.set_env(text(child, "name"), text(child, "value")),
             },
         )
-        # The parameters of the surroundings come after <rosparam> tags inside and before <param> tags inside.
+        # Parameters of the scope come after the <rosparam> tags of the node and before its <param> tags.
         for private_name, value in [*scope.private_params, *own.private_params]:
             self._params.add(own.namespace + private_name, value)
 
@@ -195,4 +195,4 @@ def _split(text: str | None, attribute: str) -> list[str]:
     try:
         return shlex.split(text or "")
     except ValueError as error:
-        raise LaunchError(f"cannot split the {attribute} attribute: {error} in {text!r}") from error
+        raise LaunchError(f"cannot split the '{attribute}' attribute into words: {error} in {text!r}") from error

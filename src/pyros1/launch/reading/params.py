@@ -33,23 +33,25 @@ class ParamReader:
 
         Args:
             element: the tag.
-            scope: where it stands.
-            attribute: reads attributes.
-            private: it stands in a node tag, where all names are private.
+            scope: the tag's scope.
+            attribute: returns attributes.
+            private: whether the tag is in a node tag, where all names are private.
         """
         name = attribute(element, scope, "name")
         if name is None:
             raise LaunchError("<param> tag is missing required attribute: 'name'")
         name = name.strip()
-        if not name and not private and scope.namespace == "/":  # elsewhere it is the parameter called as the namespace
-            raise LaunchError("<param> tag has an empty 'name': one value cannot take the place of all parameters")
+        if (
+            not name and not private and scope.namespace == "/"
+        ):  # elsewhere it is the parameter with the name of the namespace
+            raise LaunchError("<param> tag has an empty 'name': a single value cannot replace all parameters")
         try:
             value = self._value(element, scope, attribute, name)
         except LaunchError as error:
             if error.line is not None or str(error).startswith("<param>"):
                 raise
             raise LaunchError(f"Invalid <param> tag: {error}") from error
-        if private or is_private(name):  # nodes that come later in the scope get it
+        if private or is_private(name):  # later nodes in the scope get it
             scope.private_params.append((name.removeprefix("~"), value))
         else:
             self.add(ns_join(scope.namespace, name), value)
@@ -59,7 +61,7 @@ class ParamReader:
         if len(given) != 1:
             raise LaunchError("<param> tag must have one and only one of value/textfile/binfile.")
         text = attribute(element, scope, given[0]) or ""
-        kind = (element.attributes.get("type") or "auto").lower().strip()  # nothing is substituted in it
+        kind = (element.attributes.get("type") or "auto").lower().strip()  # without substitution
         if given[0] == "value":
             return convert_value(text.strip(), kind)
         if given[0] == "textfile":
@@ -81,7 +83,7 @@ class ParamReader:
             raise LaunchError(f"Cannot load command parameter [{name}]: {error}") from error
 
     def rosparam(self, element: Element, scope: Scope, attribute: Attribute) -> None:
-        """Handle a ``<rosparam>``; the arguments are those of `param`."""
+        """Handle a ``<rosparam>``. The arguments are those of `param`."""
         command = attribute(element, scope, "command") or "load"
         file = attribute(element, scope, "file")
         inner = ns_join(attribute(element, scope, "ns") or "", attribute(element, scope, "param") or "")
@@ -135,7 +137,7 @@ class ParamReader:
             self.add(key, leaf)
 
     def add(self, name: str, value: Any) -> None:
-        """Add a parameter under its full name, warning when it hides another one (X76)."""
+        """Add a parameter under its full name. Warn if it hides another one (X76)."""
         name = canonicalize_name(name)
         params = self._plan.params
         parent = name.rpartition("/")[0]
@@ -147,7 +149,7 @@ class ParamReader:
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the leaf parameters of a loaded value: dicts become namespaces (X66)."""
+    """Yield the parameters in a loaded value. Dictionaries become namespaces (X66)."""
     if not isinstance(value, dict):
         yield name, value
         return
@@ -163,5 +165,5 @@ def _without_place(error: Exception) -> str:
 
 
 def _dedent(text: str) -> str:
-    """Turn leading tabs, which YAML refuses and XML editors like, into spaces only where a whole line is blank."""
+    """Replace tabs in blank lines by spaces: XML editors write tabs, but YAML refuses them."""
     return "\n".join("" if line.isspace() else line for line in text.split("\n"))

@@ -1,4 +1,4 @@
-"""What a plan looks like to a person: the SUMMARY block and the answers to the pure queries (X82, L147-L173)."""
+"""A plan as text: the SUMMARY block, and the answers to queries (X82, L147-L173)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ _LONGEST_VALUE = 20
 
 
 def summary(plan: Plan, extra_params: dict[str, Any] | None = None) -> str:
-    """Return the block printed before anything is started.
+    """Return the block that is printed before anything is started.
 
     Args:
         plan: the plan.
-        extra_params: parameters that are set besides the plan's (those of the core).
+        extra_params: parameters in addition to the plan's: those of the core.
     """
     lines = ["", "SUMMARY", "========"]
     if plan.clear_params:
@@ -38,7 +38,7 @@ def summary(plan: Plan, extra_params: dict[str, Any] | None = None) -> str:
 
 
 def contents(plan: Plan) -> str:
-    """Return what was read, file by file and thing by thing (``-v``, L162)."""
+    """Return a list of everything that was read (``-v``, L162)."""
     from pyros1.launch.reading.loader import absolute_files  # noqa: PLC0415 - one of many reports
 
     lines = [f"... loading XML file [{file}]" for file in absolute_files(plan.files)]
@@ -83,8 +83,8 @@ def node_args(node: NodePlan, words: list[str], environ: Mapping[str, str]) -> s
 
     Args:
         node: the node.
-        words: its command line without ``__log``.
-        environ: this process's environment; only what differs from it is printed.
+        words: the node's command line without ``__log``.
+        environ: this process's environment; only differences to it are included.
     """
     env: dict[str, str] = {}
     if not environ.get("ROS_MASTER_URI"):

@@ -1,4 +1,4 @@
-"""What planning takes from the world: files, packages, the environment, commands; the loader has no other way there."""
+"""The outside world for the loader, which has no other access to it: files, packages, environment, commands."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ _Paths = list[Path]
 
 
 class PackageFinder(Protocol):
-    """The part of `pyros1.finding.packages.PackageIndex` that launching needs."""
+    """The part of `pyros1.finding.packages.PackageIndex` that a launch needs."""
 
     def find(self, name: str) -> Path:
-        """Return the package's folder; raises PackageNotFoundError."""
+        """Return the package's folder. Raise PackageNotFoundError if it is unknown."""
 
     def list(self) -> _Names:
         """Return the names of all packages."""
 
     def find_resource(self, package: str, filename: str) -> _Paths:
-        """Return the files of that name below the package."""
+        """Return the files with this name in the package."""
 
     def find_executable(self, package: str, name: str) -> _Paths:
-        """Return the executables of that name in the package."""
+        """Return the executables with this name in the package."""
 
     def executables(self, package: str) -> _Names:
-        """Return the names of all executables in the package; raises PackageNotFoundError."""
+        """Return the names of all executables in the package. Raise PackageNotFoundError if it is unknown."""
 
 
 def _read_bytes(path: str) -> bytes:
@@ -40,20 +40,20 @@ def _read_bytes(path: str) -> bytes:
 
 
 def _no_commands(words: list[str]) -> str:
-    raise LaunchError(f"no commands are run here: {words}")
+    raise LaunchError(f"running commands is not allowed here: {words}")
 
 
 @dataclass
 class Resources:
-    """Where a plan's ingredients come from.
+    """Access to everything that a plan is made from.
 
     Attributes:
         packages: finds packages.
         environ: environment variables.
-        read_bytes: reads a file; raises OSError.
-        run_command: runs a command given as words and returns its standard output; raises LaunchError.
-        unique: text that makes ``$(anon x)`` unique, called once per identifier.
-        stdin: reads standard input, for ``-``.
+        read_bytes: returns a file's content; raises OSError.
+        run_command: runs a command given as words, returns its standard output; raises LaunchError.
+        unique: returns text that makes ``$(anon x)`` unique; called once per identifier.
+        stdin: returns the content of standard input, for ``-``.
     """
 
     packages: PackageFinder
@@ -67,7 +67,7 @@ class Resources:
         """Return a file as text.
 
         Raises:
-            LaunchError: it cannot be read, or is not UTF-8.
+            LaunchError: the file cannot be read, or is not UTF-8.
         """
         try:
             text = self.read_bytes(path).decode("utf-8")
@@ -77,31 +77,31 @@ class Resources:
         return text.replace("\r\n", "\n").replace("\r", "\n")
 
     def read_file(self, path: str) -> str:
-        """Return a regular file as text: not a device or pipe, which might never end, or say something once only.
+        """Return a regular file as text. Devices and pipes are refused: they may never end, or be readable only once.
 
         Raises:
-            LaunchError: it is none, cannot be read, or is not UTF-8.
+            LaunchError: the file is not a regular file, cannot be read, or is not UTF-8.
         """
         if os.path.exists(path) and not os.path.isfile(path):
             raise LaunchError(f"cannot read [{path}]: it is not a regular file")
         return self.read_text(path)
 
     def near_file(self, path: str) -> str:
-        """Return a hint at a file beside `path` with a similar name, empty if there is none."""
+        """Return a hint at a file next to `path` with a similar name, empty if none is similar."""
         try:
             return did_you_mean(os.path.basename(path), os.listdir(os.path.dirname(path) or "."))
         except OSError:
             return ""
 
     def find(self, package: str, path: str = "") -> str:
-        """Return what ``$(find package)path`` means (X70).
+        """Return the path for ``$(find package)path`` (X70).
 
-        An executable of that base name in ``lib/<package>`` of an install or devel space comes first, then an
-        executable in the package's folder, then a file or folder in ``share/<package>`` of such a space; what is
-        nowhere is a path in the package's folder.
+        An executable with this base name in ``lib/<package>`` of an install or devel space comes first, then an
+        executable in the package's folder, then a file or folder in ``share/<package>`` of such a space. If nothing
+        is found, it is a path in the package's folder.
 
         Raises:
-            LaunchError: no such package.
+            LaunchError: the package is unknown.
         """
         try:
             folder = self.packages.find(package)

@@ -1,4 +1,4 @@
-"""What is in force at one place of a launch file: namespace, arguments, remappings, environment, private parameters."""
+"""What is in effect at a place in a launch file: namespace, arguments, remappings, environment, private parameters."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from pyros1.suggest import did_you_mean
 
 @dataclass
 class Scope:
-    """The surroundings of a tag. Groups and includes get copies: what they change does not leak out (X60, X61).
+    """The scope of a tag. Groups and includes get copies, so that their changes stay inside (X60, X61).
 
     Attributes:
         resources: the outer world.
         file: the current file.
         included: whether the file was included by another one.
-        namespace: with a slash at the end.
-        args: arguments that have a value: given by the command line or the including tag, or declared here.
-        declared: names of all ``<arg>`` tags seen in this file.
-        pass_all: given by pass_all_args: ``<arg>`` tags may set again what has a value.
-        known_args: names of all arguments that any file declared or asked for; one set for all scopes.
-        remappings: ``from`` to ``to``.
-        env: variables to set.
+        namespace: the namespace, with a slash at the end.
+        args: arguments that have a value: from the command line, the including tag, or declared here.
+        declared: names of all ``<arg>`` tags in this file so far.
+        pass_all: whether pass_all_args was given: ``<arg>`` tags may then change existing values.
+        known_args: names of all arguments that any file declared or used; one set for all scopes.
+        remappings: ``from`` -> ``to``.
+        env: environment variables to set.
         private_params: ``~name`` parameters for all later nodes.
-        default_machine: machine that nodes get when they name none.
-        wait_for: the ``wait-for`` of the groups around.
+        default_machine: machine of nodes that do not name one.
+        wait_for: the ``wait-for`` of the enclosing groups.
         wait_timeout: the ``wait-timeout`` of the innermost group that has one.
-        anonymous: what ``$(anon x)`` has given so far.
+        anonymous: the names that ``$(anon x)`` has returned so far.
     """
 
     resources: Resources
@@ -54,7 +54,7 @@ class Scope:
         """Return a copy for a group or an include.
 
         Args:
-            namespace: relative, global, or None for the same one.
+            namespace: relative, global, or None for no change.
             changes: other attributes to replace.
         """
         inner = self.namespace
@@ -75,7 +75,7 @@ class Scope:
         return replace(self, **{**copies, "namespace": inner, **changes})
 
     def declare(self, name: str, value: str | None, default: str | None) -> None:
-        """Take an ``<arg>`` tag into account (X57).
+        """Apply an ``<arg>`` tag (X57).
 
         Args:
             name: the argument.
@@ -83,7 +83,7 @@ class Scope:
             default: its default, None without one.
 
         Raises:
-            LaunchError: declared twice in a file, or a fixed value is to be overridden.
+            LaunchError: the argument is declared twice in a file, or would override a fixed value.
         """
         if name in self.declared and not self.pass_all:
             raise LaunchError(f"arg '{name}' has already been declared")
@@ -97,7 +97,7 @@ class Scope:
             self.args.setdefault(name, default)
 
     def remap(self, old: str | None, new: str | None) -> None:
-        """Take a ``<remap>`` tag into account: what it says about a name replaces what was said before (X67).
+        """Apply a ``<remap>`` tag. It replaces an earlier remapping of the same name (X67).
 
         Raises:
             LaunchError: an attribute is missing or not a legal name.
@@ -111,21 +111,21 @@ class Scope:
         self.remappings[canonicalize_name(old)] = canonicalize_name(new)
 
     def set_env(self, name: str | None, value: str | None) -> None:
-        """Take an ``<env>`` tag into account (X68).
+        """Apply an ``<env>`` tag (X68).
 
         Raises:
-            LaunchError: an attribute is missing, or no environment can hold it.
+            LaunchError: an attribute is missing, or not possible in an environment.
         """
         if not name or value is None:
             raise LaunchError("<env> tag is missing required name/value attributes")
         if "=" in name or "\0" in name + value:
-            raise LaunchError(f"an environment variable cannot be called or contain this: {name!r}")
+            raise LaunchError(f"not possible as name or value of an environment variable: {name!r}")
         self.env[name] = value
 
     # Substituter ---------------------------------------------------------------------------------------------------
 
     def env_value(self, name: str) -> str:
-        """Return an environment variable, LaunchError if it is not set."""
+        """Return an environment variable. Raise LaunchError if it is not set."""
         value = self.resources.environ.get(name)
         if value is None:
             raise LaunchError(f"environment variable '{name}' is not set")
@@ -133,11 +133,11 @@ class Scope:
 
 
 class ArgNotSetError(LaunchError):
-    """An argument that is needed has no value."""
+    """A required argument has no value."""
 
 
 class ScopeSubstituter:
-    """Answers substitutions for a tag in a scope.
+    """Provides the values of substitutions in a scope.
 
     Args:
         scope: the scope.
@@ -167,7 +167,7 @@ class ScopeSubstituter:
         return known[identifier]
 
     def arg(self, name: str) -> str:
-        """Return an argument's value; LaunchError naming the file when it has none (X58)."""
+        """Return an argument's value. Raise LaunchError with the file's name if it has none (X58)."""
         self._scope.known_args.add(name)
         value = self._scope.args.get(name)
         if value is None:

@@ -1,7 +1,7 @@
-"""``$(arg x)`` and its kin in attribute values (https://wiki.ros.org/roslaunch/XML#substitution_args, X70-X73).
+"""``$(arg x)`` and similar in attribute values (https://wiki.ros.org/roslaunch/XML#substitution_args, X70-X73).
 
-Everything but ``find`` is replaced first, then ``find``; so ``$(find pkg)/$(arg file)`` works and nesting does not.
-``$(eval ...)`` must be the whole text. There is no escape for ``$(``; any other ``$`` stands for itself.
+Everything except ``find`` is replaced first, then ``find``; so ``$(find pkg)/$(arg file)`` works, but nesting does not.
+``$(eval ...)`` must be the whole text. ``$(`` cannot be escaped; any other ``$`` stands for itself.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 
 
 class Substituter(Protocol):
-    """What the substitutions ask for; each raises LaunchError if there is no answer."""
+    """The values of substitutions. Each method raises LaunchError if there is no value."""
 
     def env(self, name: str) -> str:
         """Return an environment variable."""
 
     def optional_env(self, name: str, default: str) -> str:
-        """Return an environment variable, or `default` when it is not set."""
+        """Return an environment variable, or `default` if it is not set."""
 
     def find(self, package: str, path: str) -> str:
-        """Return `path` (what follows up to the next space, may be empty) below a package."""
+        """Return `path` in a package. It is the text up to the next space, and may be empty."""
 
     def anon(self, identifier: str) -> str:
-        """Return a unique name, the same for the same identifier."""
+        """Return a unique name, always the same for one identifier."""
 
     def arg(self, name: str) -> str:
         """Return an argument's value."""
@@ -53,7 +53,7 @@ def substitute(text: str, source: Substituter) -> str:
         The text without substitutions.
 
     Raises:
-        LaunchError: unknown command, wrong number of words, nesting, or no value.
+        LaunchError: a command is unknown, nested, has the wrong number of words, or has no value.
     """
     if "$(" not in text:
         return text
@@ -79,7 +79,7 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
             raise LaunchError(f"Dollar signs '$' cannot be inside of substitution args [{text[start:position]}]")
         if "(" in inner:
             raise LaunchError(f"Invalid left parenthesis '(' in substitution args [{text[start:position]}]")
-        if end < 0 or not inner:  # not closed, or nothing inside: ordinary text
+        if end < 0 or not inner:  # not closed, or empty: ordinary text
             parts.append(text[start:position])
             continue
         words = inner.split()
@@ -90,7 +90,7 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
             parts.append(text[start:position])
         elif command == "find":
             _need(words, 1)
-            # All up to the next space is the path, even what does not look like one; it may hold more of $(find).
+            # Everything up to the next space is the path, and may contain another $(find).
             path, space, rest = text[position:].partition(" ")
             text, position = source.find(words[1], path) + space + rest, 0
         else:

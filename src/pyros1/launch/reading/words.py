@@ -1,4 +1,4 @@
-"""The words that name launch files and the values of their arguments (X01, X03, X05)."""
+"""The words on a command line that name launch files and the values of their arguments (X01, X03, X05)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 
 
 class WordsError(LaunchError):
-    """A command line cannot be meant so."""
+    """The words on a command line do not name launch files."""
 
 
 def parse_arguments(argv: list[str]) -> dict[str, str]:
     """Return the ``name:=value`` words of a command line (X03).
 
-    A name without a value, and ``_name``, which is a parameter of a node, say nothing; what has a second ``:=`` is
-    reported and says nothing either.
+    Ignored are names without a value, ``_name``, which is a node's parameter, and words with a second ``:=``, which are
+    reported on stderr.
     """
     arguments: dict[str, str] = {}
     for word in argv:
@@ -41,15 +41,15 @@ def parse_arguments(argv: list[str]) -> dict[str, str]:
 def find_files(words: list[str], resources: Resources) -> list[str]:
     """Turn ``pkg file``, ``file...`` and ``-`` into paths (X01, X05).
 
-    A bare file name that is not in the current folder may also be that of one of pyros1's own launch files.
+    A file name that is not in the current folder may also name a launch file in one of pyros1's own packages.
 
     Args:
         words: the words of the command line without options and arguments.
-        resources: for the packages.
+        resources: finds packages.
 
     Raises:
-        WordsError: the words cannot be meant so.
-        LaunchError: there is no such file.
+        WordsError: the words do not name launch files.
+        LaunchError: a file does not exist.
     """
     if words.count(STDIN) > 1:
         raise WordsError("Only a single instance of the dash ('-') may be specified.")
@@ -65,7 +65,7 @@ def find_files(words: list[str], resources: Resources) -> list[str]:
             elif _is_package(package, resources):
                 hint = _files_hint(package, file, resources)
             else:
-                hint = f": there is no package [{package}]{did_you_mean(package, resources.packages.list())}"
+                hint = f": package [{package}] not found{did_you_mean(package, resources.packages.list())}"
             raise LaunchError(
                 f"[{file}] is neither a launch file in package [{package}] nor is [{package}] a launch file name{hint}"
             )
@@ -93,7 +93,7 @@ def _is_package(name: str, resources: Resources) -> bool:
 
 
 def _files_hint(package: str, file: str, resources: Resources) -> str:
-    """Return which launch files a package has, to be put behind the message that one is not among them."""
+    """Return the launch files of a package, to append to the message that a file is not one of them."""
     names: set[str] = set()
     for _, folders, files in os.walk(resources.packages.find(package)):
         folders[:] = [name for name in folders if name[0] != "."]

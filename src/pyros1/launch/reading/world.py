@@ -1,4 +1,4 @@
-"""The real world as `load_plan` wants to see it."""
+"""Access to the real files, packages, environment and commands for `load_plan`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _COMMAND_TIMEOUT_S = 600.0
 
 
 def make_resources() -> Resources:
-    """Return the real world for `load_plan`."""
+    """Return access to the real world for `load_plan`."""
     return Resources(
         packages=PackageIndex(os.environ),
         environ=os.environ,
@@ -32,13 +32,13 @@ def _unique() -> str:
 
 
 def run_command(words: list[str]) -> str:
-    """Run a command of a launch file and return what it prints.
+    """Run a command of a launch file. Return its output.
 
     Args:
-        words: the command; xacro is run even where it is not installed as a command.
+        words: the command; xacro is also run if it is not installed as a command.
 
     Raises:
-        LaunchError: it cannot be run, or fails.
+        LaunchError: the command cannot be run, or fails.
     """
     # Rarely needed when only a question is asked.
     import subprocess  # noqa: PLC0415

@@ -1,8 +1,7 @@
-"""The ``xacro`` program in a process of its own: ``python -m pyros1.launch.reading.xacro_tool ARGUMENTS``.
+"""The ``xacro`` program in a separate process: ``python -m pyros1.launch.reading.xacro_tool ARGUMENTS``.
 
-The program is that of Python's package index (``pip install pyros1[xacro]``). It asks ROS 2's index for packages; here
-that question is answered by pyros1's package finder, so ``$(find pkg)`` means in a xacro file what it means in a
-launch file.
+The program is the one on PyPI (``pip install pyros1[xacro]``). It looks for packages in the index of ROS 2. Here
+pyros1's package finder answers instead, so ``$(find pkg)`` means the same in xacro files and launch files.
 """
 
 from __future__ import annotations
@@ -21,10 +20,10 @@ _NAMES = ("xacro", "xacro.py")
 
 
 def xacro_words(words: list[str]) -> list[str]:
-    """Return the words to run for a command, which are others if it is xacro and xacro is to be run by pyros1.
+    """Return the words to run for a command. They differ only if it is xacro and pyros1 runs it.
 
-    That is so for ``$(find xacro)/xacro`` where pyros1's own package is the one found, and for a plain ``xacro`` if
-    this interpreter has it, or if nothing else would be run.
+    pyros1 runs ``$(find xacro)/xacro`` if the package found is pyros1's own, and a plain ``xacro`` if this interpreter
+    has the module or no such program is installed.
     """
     if not words or os.path.basename(words[0]) not in _NAMES:
         return words
@@ -38,7 +37,7 @@ def xacro_words(words: list[str]) -> list[str]:
 
 
 def main() -> int:
-    """Run xacro with this process's arguments; return the exit code."""
+    """Run xacro with this process's arguments. Return the exit code."""
     finder = PackageIndex(os.environ)
 
     def get_package_share_directory(name: str) -> str:

@@ -1,1 +1,1 @@
-"""Nodes on other machines, at both ends."""
+"""Nodes on other machines: both ends of the connection."""

@@ -1,7 +1,7 @@
-"""The far end of `remote`: starts nodes on another machine, and ends them all when the connection does.
+"""The remote end of `over_ssh`: starts nodes on another machine, and ends them when the connection ends.
 
-This text is sent to the machine and run there by its ``python3`` (3.7 or newer); it needs nothing but what it can find
-nodes with, pyros1 or stock ROS's ``rosrun``. Lines of JSON come in on standard input and go out on standard output.
+This text is sent to the machine and run by its ``python3`` (3.7 or newer). To find nodes it needs pyros1 or stock
+ROS's ``rosrun``, and nothing else. It reads lines of JSON from standard input and writes them to standard output.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import IO, Any
 
-_SILENCE = 30.0  # seconds without a word from the launcher that mean that the connection is dead
+_SILENCE = 30.0  # seconds without a message from the launcher after which the connection counts as dead
 
 
 class _Agent:
@@ -28,7 +28,7 @@ class _Agent:
         self._lock = threading.Lock()
         self._lines: queue.Queue[bytes] = queue.Queue()
         self._find = finder()
-        self._tools: dict[str, Any] = {"__name__": "usage"}  # what the launcher's own module of that name has
+        self._tools: dict[str, Any] = {"__name__": "usage"}  # as in the launcher's module of this name
 
     def say(self, **message: Any) -> None:
         with self._lock, contextlib.suppress(OSError, ValueError):
@@ -75,7 +75,7 @@ class _Agent:
             node = self._spawn(label, message)
         except (OSError, RuntimeError) as error:
             self.say(event="failed", label=label, why=str(error))
-        except Exception as error:  # noqa: BLE001 - whatever pyros1 of any version may raise about a package
+        except Exception as error:  # noqa: BLE001 - any version of pyros1 may raise other errors about a package
             self.say(event="failed", label=label, why=f"{type(error).__name__}: {error}")
         else:
             self.say(event="started", label=label, pid=node.pid)
@@ -120,7 +120,7 @@ class _Agent:
             reader.start()
         code = node.wait()
         for reader in readers:
-            reader.join(1.0)  # its last words come first, unless a child of its keeps the pipe open
+            reader.join(1.0)  # its last output comes first, unless a child keeps the pipe open
         self.say(event="ended", label=label, code=code)
 
     def _signal(self, label: str, number: int) -> None:
@@ -145,11 +145,11 @@ _PLACES = (
     ("pyros1.finding.packages", "pyros1.launch.running.command_line"),
     ("pyros1.msgs.packages", "pyros1.launch.command_line"),
 )
-"""Where pyros1 has what finds packages and makes command lines; version 0.1.0 had it elsewhere."""
+"""Modules of pyros1 that find packages and make command lines. Version 0.1.0 had them elsewhere."""
 
 
 def group_exists(pid: int) -> bool:
-    """Whether any process of the group is left."""
+    """Return whether the group still has a process."""
     try:
         os.killpg(pid, 0)
     except OSError:
@@ -158,7 +158,7 @@ def group_exists(pid: int) -> bool:
 
 
 def finder() -> Callable[[str, str], list[str]]:
-    """Return what finds the words that start a node: with pyros1 if that is here, or else with stock ROS."""
+    """Return a function that returns the words to start a node. It uses pyros1 if installed, otherwise stock ROS."""
     for index, command_line in _PLACES:
         try:
             found, lines = import_module(index), import_module(command_line)
@@ -174,8 +174,8 @@ def _ask_rosrun(package: str, kind: str) -> list[str]:
         done = subprocess.run(["rosrun", "--prefix", "echo", package, kind], capture_output=True, check=False)
     except FileNotFoundError:
         raise RuntimeError(
-            "neither pyros1 nor stock ROS is found there by its python3 and PATH; install pyros1 for that python3, or "
-            "let the machine's env-loader set up ROS"
+            "neither pyros1 nor stock ROS was found with the machine's python3 and PATH; install pyros1 for that "
+            "python3, or set up ROS in the machine's env-loader"
         ) from None
     path = done.stdout.decode().strip()
     if done.returncode or not path:
@@ -184,6 +184,6 @@ def _ask_rosrun(package: str, kind: str) -> list[str]:
 
 
 if __name__ == "__main__":
-    # A hang-up is how the connection's end reaches us; what has to be done then is done when the input ends.
+    # The end of the connection also causes a hang-up signal. The end of the input is handled instead.
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     _Agent().run()

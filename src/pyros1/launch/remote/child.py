@@ -1,8 +1,8 @@
-"""The far end of a stock launcher's remote machine: ``roslaunch -c NAME -u URI --run_id ID`` (L151-L153, X91).
+"""The remote end of a stock launcher: ``roslaunch -c NAME -u URI --run_id ID`` (L151-L153, X91).
 
-A stock parent starts this through ssh, waits until it has registered, sends it the nodes as a launch file, and tells it
-to shut down. What happens here is told to the parent: each line, and each end of a process. Our own launcher needs none
-of this, see `remote`.
+A stock parent starts this child through ssh, waits for its registration, sends it the nodes as a launch file, and later
+tells it to shut down. The child reports each line of output and each end of a process to the parent. Our own launcher
+does not use it, see `over_ssh`.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ _ALL_ENDED = "all processes on machine have died"
 class Parent:
     """The launcher that has started this one.
 
-    A thread tells it what happens, in order; a parent that does not answer is told nothing more.
+    A thread reports events to it in order. If the parent does not answer, reporting stops.
 
     Args:
-        name: this child's name there.
-        uri: where it answers.
+        name: this child's name at the parent.
+        uri: the parent's URI.
 
     Raises:
-        ProtocolError: that is no URI.
+        ProtocolError: the URI is malformed.
     """
 
     def __init__(self, name: str, uri: str) -> None:
@@ -57,24 +57,24 @@ class Parent:
         self._thread = threading.Thread(target=self._tell, name="roslaunch parent", daemon=True)
 
     def register(self, uri: str) -> None:
-        """Say where this child answers.
+        """Register this child's URI at the parent.
 
         Raises:
-            Error: the parent cannot be reached, or does not want this child.
+            Error: the parent cannot be reached, or refuses this child.
         """
         unpack(self._client.call("register", self._name, uri), f"the parent at {self._client.uri}")
         self._thread.start()
 
     def log(self, level: int, text: str) -> None:
-        """Let it show a line."""
+        """Make the parent print a line."""
         self._calls.put(("log", self._name, level, text))
 
     def died(self, process: Process) -> None:
-        """Tell it that a process has ended."""
+        """Report that a process has ended."""
         self._calls.put(("process_died", process.spec.label, process.exit_code or 0))
 
     def flush(self) -> None:
-        """Wait until it knows everything; nothing is told to it from then on."""
+        """Wait until everything is reported. Nothing is reported afterwards."""
         if self._thread.is_alive():
             self._calls.put(None)
             self._thread.join(_END)
@@ -93,7 +93,7 @@ class Parent:
 
 
 class _ParentConsole(Console):
-    """Shows the lines on the parent's screen."""
+    """Prints lines on the parent's screen."""
 
     def __init__(self, parent: Parent) -> None:
         super().__init__(title=False)
@@ -111,7 +111,7 @@ class _ParentConsole(Console):
 
 
 class _ChildServer(LaunchServer):
-    """What the parent calls, beside what everybody may ask."""
+    """The methods that only the parent calls, in addition to the launcher's public API."""
 
     def __init__(self, child: Child, supervisor: Supervisor, environ: Mapping[str, str]) -> None:
         self._child = child
@@ -126,17 +126,17 @@ class _ChildServer(LaunchServer):
 
 
 class Child:
-    """Runs what a parent asks for until that is over, or the parent has gone.
+    """Runs the parent's nodes until the launch ends or the parent is gone.
 
     Args:
         name: this child's name at the parent.
-        parent_uri: where the parent answers.
-        run_id: names the folder of the log files.
-        options: how long nodes have to end, and where their output goes.
+        parent_uri: the parent's URI.
+        run_id: name of the log folder.
+        options: timeouts for ending nodes, and where their output goes.
         resources: packages and environment.
 
     Raises:
-        Error: the parent's URI is not one, or log files cannot be written.
+        Error: the parent's URI is malformed, or log files cannot be written.
     """
 
     def __init__(self, name: str, parent_uri: str, run_id: str, options: Options, resources: Resources) -> None:
@@ -171,15 +171,15 @@ class Child:
         self._over = threading.Event()
 
     def stop(self, reason: str = "") -> None:
-        """Ask `run` to end everything; from any thread and from signal handlers."""
+        """Tell `run` to end everything. Callable from any thread and from signal handlers."""
         self._supervisor.stop(reason)
 
     def hurry(self) -> None:
-        """Give nodes that are to end no more time; from any thread and from signal handlers."""
+        """Stop waiting for nodes that are ending. Callable from any thread and from signal handlers."""
         self._supervisor.hurry()
 
     def run(self) -> None:
-        """Register, serve, and return when all is over.
+        """Register, serve, and return when everything has ended.
 
         Raises:
             Error: the parent cannot be reached.
@@ -200,7 +200,7 @@ class Child:
             self._log.close()
 
     def _announce(self, *, gone: bool = False) -> None:
-        """Let `pyros1 node status` find the nodes here, too."""
+        """Make the nodes here visible to `pyros1 node status`."""
         server = self._server
         if server is None:
             return
@@ -213,7 +213,7 @@ class Child:
         master.close()
 
     def launch(self, xml: str) -> Triple:
-        """Start the nodes of a launch file; called by the parent.
+        """Start the nodes of a launch file. Called by the parent.
 
         Args:
             xml: the file's text.
@@ -233,7 +233,7 @@ class Child:
         self._supervisor.do(start)
         while not started.wait(0.1):
             if self._over.is_set():
-                return [0, "ERROR: this launcher is ending", [[], []]]
+                return [0, "ERROR: this launcher is shutting down", [[], []]]
         return [1, "launched", lists]
 
     def _start(self, plan: Plan, lists: list[list[str]]) -> None:
@@ -262,16 +262,16 @@ class Child:
         return label if self._supervisor.start(spec) else ""
 
     def shutdown(self) -> Triple:
-        """End everything, and answer when that is done; called by the parent."""
+        """End everything, and answer when this is done. Called by the parent."""
         self.stop()
         self._over.wait(self._options.sigint_timeout + self._options.sigterm_timeout + _END)
         return [1, "success", 1]
 
 
 def end_with_stdin(stop: Callable[[str], None]) -> None:
-    """End with the ssh connection: its end closes our standard input, and nothing else may tell us that it is gone.
+    """End when the ssh connection does: this closes our standard input, and may be the only sign of it.
 
-    Nodes get an empty input, so that none of them takes that end away from us.
+    Nodes get an empty standard input, so that none of them consumes the end of ours.
     """
     if not (stat.S_ISFIFO(os.fstat(0).st_mode) or stat.S_ISSOCK(os.fstat(0).st_mode)):
         return
@@ -283,6 +283,6 @@ def end_with_stdin(stop: Callable[[str], None]) -> None:
         with contextlib.suppress(OSError):
             while os.read(connection, 4096):
                 pass
-        stop("the connection to the parent has ended")
+        stop("the connection to the parent was closed")
 
     threading.Thread(target=watch, name="connection to the parent", daemon=True).start()

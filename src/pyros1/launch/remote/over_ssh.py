@@ -1,12 +1,12 @@
-"""Nodes on other machines, through the user's own ``ssh`` with its configuration, keys and agent (X91).
+"""Nodes on other machines, through the user's ``ssh`` with its configuration, keys and agent (X91).
 
-One connection per machine runs the program in `agent` there. What nodes say and how they end comes back through it,
-and when it breaks, for whatever reason, the agent ends the nodes: at once if the connection is closed, after 30 seconds
-of silence if the network fails. Meanwhile the machine is tried again, after 1, 2, 4, ... 30 seconds; nodes with
-``respawn`` are started again then, and those that `pyros1 node start` names.
+One connection per machine runs the program in `agent` there, and brings back the output of nodes and how they end. When
+it breaks, the agent ends the nodes: at once if the connection is closed, after 30 seconds of silence if the network
+fails. The launcher tries to reconnect after 1, 2, 4, ... 30 seconds, and then starts nodes with ``respawn`` again;
+`pyros1 node start` starts others.
 
-No launcher need be installed there, only a ``python3`` and pyros1 or stock ROS for it to find nodes with, and nothing
-there has to reach this launcher; but nodes there have to reach the master, and each other, as always.
+The other machine needs a ``python3``, and pyros1 or stock ROS to find nodes, but no launcher. It does not have to reach
+this launcher, but its nodes have to reach the master and the other nodes.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from pyros1.launch.running.usage import UNKNOWN, Usage
 from pyros1.launch.running.warden import Warden
 
 SSH_VARIABLE = "PYROS1_SSH"
-"""Environment variable with the command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
+"""Environment variable with a command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
 
 _OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
-# The agent's own text goes through the pipe, so that nothing has to be installed there: this runs that text, no other.
+# The agent's text is sent through the pipe, so that nothing must be installed there. This program only runs that text.
 _BOOT = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
 _HEARTBEAT = 5.0
 _CONNECT_TIMEOUT = "10"
@@ -52,8 +52,8 @@ _Factory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", 
 def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
     """Return the command that connects to a machine and runs the agent there.
 
-    The settings of the ``<machine>`` tag come before the user's configuration; what it does not say is left to that.
-    Without an ``env-loader`` the usual one is used if the machine has it.
+    The settings of the ``<machine>`` tag have priority over the user's ssh configuration. Without an ``env-loader``
+    the usual one is used if the machine has it.
     """
     settings = dict(machine.settings)
     patience = math.ceil(_timeout(settings))
@@ -81,10 +81,10 @@ class Machine:
     Args:
         plan: the machine.
         environ: this process's environment.
-        master_uri: what nodes there find in ROS_MASTER_URI.
-        stages: seconds that nodes there have after SIGINT and after SIGTERM when the connection breaks.
-        console: where lines for the user go.
-        on_back: called with the machine's processes, by a thread, when a broken connection has been made again.
+        master_uri: ROS_MASTER_URI of the nodes there.
+        stages: seconds to wait after SIGINT and after SIGTERM when ending nodes after the connection broke.
+        console: prints lines for the user.
+        on_back: called by a thread with the machine's processes after a reconnection.
     """
 
     def __init__(
@@ -114,10 +114,10 @@ class Machine:
         self._threads: list[threading.Thread] = []
 
     def connect(self) -> None:
-        """Begin to connect.
+        """Start to connect.
 
         Raises:
-            LaunchError: there is no ssh.
+            LaunchError: ssh cannot be run.
         """
         self._console.line(f"remote[{self.plan.name}] connecting to {self.plan.address}")
         self._open()
@@ -132,7 +132,7 @@ class Machine:
             if self._closed.is_set():
                 return
             try:
-                # In a session of its own no Ctrl-C of the user ends the connection before the nodes have ended.
+                # In a new session, the user's Ctrl-C does not end the connection before the nodes have ended.
                 self._ssh = subprocess.Popen(
                     words, env=self._environ, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
                 )
@@ -148,14 +148,14 @@ class Machine:
         """Wait until nodes can be started there.
 
         Raises:
-            LaunchError: that was not so within the machine's ``timeout``.
+            LaunchError: the connection failed, or was not ready within the machine's ``timeout``.
         """
         timeout = _timeout(dict(self.plan.settings))
         with self._changed:
             self._changed.wait_for(lambda: self._ready or self._lost, timeout)
             if self._ready:
                 return
-            why = "see what ssh says" if self._lost else f"no answer within {timeout:g} s"
+            why = "see the output of ssh" if self._lost else f"no answer within {timeout:g} s"
         self.close()
         raise LaunchError(
             f"cannot launch nodes on machine [{self.plan.name}] ({self.plan.address}): {why}.\n"
@@ -163,7 +163,7 @@ class Machine:
         )
 
     def process(self, node: NodePlan, run_id: str) -> _Factory:
-        """Return what makes the process of a node there."""
+        """Return a function that makes the process of a node there."""
 
         def make(
             spec: ProcessSpec, on_exit: Callable[[Process], object], warden: Warden | None, screen: Screen | None
@@ -176,7 +176,7 @@ class Machine:
         return make
 
     def send(self, message: dict[str, Any]) -> None:
-        """Tell the agent something; a dead connection is noticed by who listens."""
+        """Send a message to the agent. The listening thread notices a dead connection."""
         self._write(json.dumps(message).encode() + b"\n")
 
     def _write(self, data: bytes) -> None:
@@ -187,7 +187,7 @@ class Machine:
                 pipe.flush()
 
     def _run(self) -> None:
-        """Listen until the connection ends; if it has once been good, make it again."""
+        """Listen until the connection ends. Reconnect if it has ever been ready."""
         proven, delay = False, _DELAYS[0]
         while True:
             self._listen()
@@ -211,15 +211,15 @@ class Machine:
 
     def _say_lost(self) -> None:
         self._console.error(
-            f"the connection to machine [{self.plan.name}] ({self.plan.address}) is lost; its nodes are ended there. "
-            "It is tried again, and nodes with respawn are started when it is back, others by pyros1 node start. "
+            f"the connection to machine [{self.plan.name}] ({self.plan.address}) is lost, and its nodes are ended "
+            "there. After reconnecting, nodes with respawn are started again; use pyros1 node start for others. "
             f"Check the network, and: ssh {self.plan.address}"
         )
         for process in list(self._processes.values()):
             process.lost()
 
     def _bury(self) -> None:
-        """Forget the ssh that has ended."""
+        """Clean up after an ended ssh process."""
         with self._changed:
             if self._ssh is None:
                 return
@@ -236,7 +236,7 @@ class Machine:
         for line in pipe or ():
             try:
                 message = json.loads(line)
-            except ValueError:  # what a login script of the machine says
+            except ValueError:  # output of a login script of the machine
                 sys.stderr.write(line.decode("utf-8", "replace"))
                 continue
             if isinstance(message, dict):
@@ -261,7 +261,7 @@ class Machine:
             process.heard(message)
 
     def usage(self, label: str) -> Usage:
-        """Return what a process there uses; the answer may be a moment old, and is unknown if none comes soon."""
+        """Return the CPU and memory usage of a process there. It may be slightly old, or unknown."""
         now = time.monotonic()
         if now - self._usages_at > _USAGE_AGE and not self._lost:
             self._usages_known.clear()
@@ -273,7 +273,7 @@ class Machine:
 
     @property
     def lost(self) -> bool:
-        """Whether the connection is broken now."""
+        """Whether the connection is currently broken."""
         return self._lost
 
     def _beat(self) -> None:
@@ -281,7 +281,7 @@ class Machine:
             self.send({})
 
     def close(self) -> None:
-        """End the connection, and with it whatever still runs there."""
+        """Close the connection, which ends all processes still running there."""
         self._closed.set()
         with self._changed:
             ssh = self._ssh
@@ -307,16 +307,16 @@ def make_machine(
     console: Console,
     on_back: Callable[[list[Process]], object],
 ) -> Machine:
-    """Return a machine to connect to, with warnings if nodes there cannot reach the master, or if it has a password."""
+    """Return a machine to connect to. Warn if its nodes cannot reach the master, or if the tag has a password."""
     if dict(plan.settings).get("password"):
         console.warning(
-            f"the password of machine [{plan.name}] is not used, and anybody can read it in the launch file: let ssh "
-            f"find a key instead (ssh-keygen, then ssh-copy-id {plan.address})"
+            f"the password of machine [{plan.name}] is not used, and everybody can read it in the launch file: use an "
+            f"SSH key instead (ssh-keygen, then ssh-copy-id {plan.address})"
         )
     host = master_uri.partition("://")[2].partition(":")[0]
     if host == "localhost" or host.startswith("127."):
         console.warning(
-            f"nodes on machine [{plan.name}] are told that the master is at {master_uri}, which there is that machine; "
-            "set ROS_MASTER_URI to a name that it knows"
+            f"nodes on machine [{plan.name}] get the master URI {master_uri}, which means that machine itself there; "
+            "set ROS_MASTER_URI to a name of this machine that is known there"
         )
     return Machine(plan, environ, master_uri, stages, console, on_back)

@@ -1,4 +1,4 @@
-"""A process on another machine, as its launcher sees it."""
+"""A process on another machine, as seen by the launcher."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pyros1.launch.running.usage import UNKNOWN, Usage
 
 _LOST = 255
 ANSWER_TIME = 10.0
-"""Seconds in which the other machine has to say that a node was started."""
+"""Timeout in seconds for the other machine's answer that a node was started."""
 
 
 class Machine(Protocol):
-    """What a process needs of the connection to its machine; see `over_ssh.Machine`."""
+    """The part of `over_ssh.Machine` that a process needs."""
 
     plan: MachinePlan
     master_uri: str
@@ -35,7 +35,7 @@ class RemoteProcess(Process):
     """A process on another machine."""
 
     def attach(self, machine: Machine, node: NodePlan, run_id: str) -> None:
-        """Say where it is to run, and what."""
+        """Take the machine to run on, and what to run."""
         self._machine, self._node, self._run_id = machine, node, run_id
         self.machine = machine.plan.name
         self._answer: dict[str, Any] | None = None
@@ -43,31 +43,31 @@ class RemoteProcess(Process):
         self._announce: Callable[[Process], object] = lambda process: None
         self._pid = 0
         self._running = False
-        self._given_up = False  # its start was not answered in time
+        self._given_up = False  # the answer to its start came too late
 
     @property
     def pid(self) -> int:
-        """Process id over there, 0 before the first start."""
+        """Process id on the other machine, 0 before the first start."""
         return self._pid
 
     @property
     def alive(self) -> bool:
-        """Whether it runs, as far as is known here."""
+        """Whether it runs, as far as known here."""
         return self._running
 
     @property
     def gone(self) -> bool:
-        """Whether it does not run; the agent sees to what it leaves behind."""
+        """Whether it does not run. The agent ends the rest of its process group."""
         return not self._running
 
     def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
         """Start it, or start it again.
 
         Args:
-            announce: called with it when it runs.
+            announce: called with this object when it runs.
 
         Raises:
-            OSError: it cannot be started, or the machine cannot be reached.
+            OSError: the process cannot be started, or the machine cannot be reached.
         """
         if self._machine.lost:
             self.stranded = True
@@ -102,12 +102,12 @@ class RemoteProcess(Process):
             self.stranded = self._machine.lost
             self._given_up = not self.stranded
         if answer is None or answer.get("event") != "started":
-            silent = "there was no answer in time" if self._given_up else "the connection is lost"
+            silent = "no answer in time" if self._given_up else "the connection is lost"
             why = answer.get("why") if answer else silent
             raise OSError(0, str(why), f"machine {self._machine.plan.name}")
 
     def heard(self, message: dict[str, Any]) -> None:
-        """Take what the agent says about it; called by the thread that listens to the machine."""
+        """Handle a message of the agent about it. Called by the thread that listens to the machine."""
         event = message.get("event")
         if event == "output":
             stream = sys.stderr if message.get("stream") == 2 else sys.stdout
@@ -116,12 +116,12 @@ class RemoteProcess(Process):
             if self._running:
                 self._over(int(message.get("code", 0)))
         elif self._given_up:
-            if event == "started":  # too late: nobody here knows of it any more
+            if event == "started":  # too late: it is unknown here now
                 self._machine.send({"do": "signal", "label": self.spec.label, "number": int(signal.SIGKILL)})
         else:
             self._pid = int(message.get("pid", 0))
             self._running = event == "started"
-            if self._running:  # in this thread: what it says, and its end, come behind
+            if self._running:  # in this thread, so that its output and its end come after it
                 self.exit_code = None
                 self.spawn_count += 1
                 self.started = time.monotonic()
@@ -138,7 +138,7 @@ class RemoteProcess(Process):
             stream.flush()
 
     def lost(self) -> None:
-        """The connection has broken: over there it is being ended."""
+        """Handle a broken connection: the agent ends the process."""
         self.stranded = True
         self._answered.set()
         if self._running:
@@ -151,10 +151,10 @@ class RemoteProcess(Process):
         self.on_exit(self)
 
     def usage(self, here: Mapping[int, Usage]) -> Usage:
-        """What it uses over there."""
+        """Return its CPU and memory usage on the other machine."""
         return self._machine.usage(self.spec.label) if self._running else UNKNOWN
 
     def signal(self, number: int) -> None:
-        """Send a signal to the process and all that it started in its group."""
+        """Send a signal to the process group."""
         if self._running:
             self._machine.send({"do": "signal", "label": self.spec.label, "number": int(number)})

@@ -1,1 +1,1 @@
-"""A plan to running, supervised processes."""
+"""From a plan to running, supervised processes."""

@@ -1,4 +1,4 @@
-"""The launcher's XML-RPC interface (X92): what tools such as roswtf ask a running launch."""
+"""The launcher's XML-RPC API (X92), for tools such as roswtf."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class LaunchServer:
     """Answers questions about a launch.
 
     Args:
-        supervisor: whose processes are meant.
-        address: where to listen and what to advertise.
+        supervisor: supervisor of the launch's processes.
+        address: addresses to listen on and to advertise.
     """
 
     def __init__(self, supervisor: Supervisor, address: LocalAddress) -> None:
@@ -36,11 +36,11 @@ class LaunchServer:
 
     @property
     def uri(self) -> str:
-        """Where it listens."""
+        """The API's URI."""
         return self._server.uri
 
     def param_name(self) -> str:
-        """The parameter that tells the world about it (X81): ``/roslaunch/uris/host_<host>__<port>``."""
+        """Return the parameter that publishes the URI (X81): ``/roslaunch/uris/host_<host>__<port>``."""
         host = self.uri.removeprefix("http://").rstrip("/").rpartition(":")[0]
         safe = "".join(char if char.isalnum() else "_" for char in host)
         return f"/roslaunch/uris/host_{safe}__{self._server.port}"
@@ -51,7 +51,7 @@ class LaunchServer:
         self._loop.stop()
 
     def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
-        """Answer one call with a triple ``[code, message, value]``."""
+        """Return the answer to a call, ``[code, message, value]``."""
         answers: dict[str, Callable[[Sequence[Any]], Triple]] = {
             "get_pid": lambda _: [1, "", os.getpid()],
             "list_processes": self._list_processes,
@@ -100,13 +100,13 @@ class LaunchServer:
         supervisor = self._supervisor
         verbs = {"stop": supervisor.stop_node, "start": supervisor.start_node, "restart": supervisor.restart_node}
         if len(params) != 2 or params[0] not in verbs:
-            return [-1, "control takes one of stop, start and restart, and the name of a node", 0]
+            return [-1, "control needs one of stop, start and restart, and a node name", 0]
         try:
             process = supervisor.find(str(params[1]))
         except LaunchError as error:
             return [-1, str(error), 0]
         supervisor.do(lambda: verbs[params[0]](process))
-        return [1, f"going to {params[0]} {process.spec.label}", 1]
+        return [1, f"will {params[0]} {process.spec.label}", 1]
 
     def _process_info(self, params: Sequence[Any]) -> Triple:
         name = params[0] if params else None

@@ -1,4 +1,4 @@
-"""What a plan needs and this machine does not have."""
+"""What a plan needs but this machine lacks."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from pyros1.suggest import did_you_mean
 
 
 def unknown_machines(plan: Plan) -> Iterator[LaunchError]:
-    """Yield an error for each node whose machine is not declared, or has no address."""
+    """Yield an error for each node whose machine is undeclared or has no address."""
     for node in [*plan.nodes, *plan.tests]:
         if node.machine is not None and node.machine not in plan.machines:
             hint = did_you_mean(node.machine, plan.machines)
             yield _error(node, f"unknown machine [{node.machine}]{hint}")
         elif node.machine is not None and not plan.machines[node.machine].address.strip():
-            yield _error(node, f"machine [{node.machine}] has no address: its <machine> tag gives it an empty one")
+            yield _error(node, f"machine [{node.machine}] has no address: 'address' is empty in its <machine> tag")
 
 
 def check_machines(plan: Plan) -> None:
-    """Raise the first error of `unknown_machines`: no node is started if there is one (X62)."""
+    """Raise the first error of `unknown_machines`, before any node is started (X62)."""
     for error in unknown_machines(plan):
         raise error
 
 
 def is_remote(plan: Plan, node: NodePlan) -> bool:
-    """Return whether a node is to run on another machine."""
+    """Return whether a node runs on another machine."""
     machine = plan.machines.get(node.machine or "")
     return machine is not None and not is_local(machine.address)
 
 
 def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
-    """Yield an error for each machine, package and program that a node needs and that is not there.
+    """Yield an error for each missing machine, package and program that a node needs.
 
-    What is on other machines is not looked for. Nodes that wait for each other count, too: none of them would start.
+    Other machines are not searched. Nodes that wait for each other are errors, too: none of them would start.
     """
     yield from unknown_machines(plan)
     yield from endless_waits(plan)
@@ -58,7 +58,7 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
 
 
 def endless_waits(plan: Plan) -> Iterator[LaunchError]:
-    """Yield an error for each node that waits, in the end, for itself."""
+    """Yield an error for each node that waits for itself, also through other nodes."""
     waits = {node.full_name: [need.name for need in node.wait_for if need.kind == "node"] for node in plan.nodes}
     for node in plan.nodes:
         chain = _way_back(node.full_name, waits)
@@ -67,7 +67,7 @@ def endless_waits(plan: Plan) -> Iterator[LaunchError]:
 
 
 def _way_back(start: str, waits: Mapping[str, list[str]]) -> list[str]:
-    """The nodes from one back to itself, along what they wait for; empty if there is no such way."""
+    """Return the chain of waiting nodes from a node back to itself, empty if there is none."""
     ways = [[start]]
     seen: set[str] = set()
     while ways:
@@ -82,7 +82,7 @@ def _way_back(start: str, waits: Mapping[str, list[str]]) -> list[str]:
 
 
 def near_executable(node: NodePlan, packages: PackageFinder) -> str:
-    """A hint at what a misspelt package or type may mean; empty if nothing is near."""
+    """Return a hint at a misspelt package or type, empty if nothing is similar."""
     try:
         return did_you_mean(node.type, packages.executables(node.package))
     except PackageNotFoundError:

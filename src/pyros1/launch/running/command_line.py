@@ -1,4 +1,4 @@
-"""From a planned node to a command line and an environment (X83, X84)."""
+"""The command line and environment of a planned node (X83, X84)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def locate(package: str, kind: str, packages: PackageFinder) -> Path:
     """Return the executable of a node.
 
     Raises:
-        LaunchError: no such package, or nothing executable of that name in it.
+        LaunchError: the package is unknown, or has no executable with this name.
     """
     try:
         found = packages.find_executable(package, kind)
@@ -35,26 +35,26 @@ def locate(package: str, kind: str, packages: PackageFinder) -> Path:
 
 
 def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
-    """Make sure that the program of a ``launch-prefix`` is there.
+    """Check that the program of a ``launch-prefix`` exists.
 
     Raises:
-        LaunchError: it is not.
+        LaunchError: the program is not on the PATH.
     """
     if not node.prefix:
         return
     from shutil import which  # noqa: PLC0415 - it loads every kind of compression
 
     if which(node.prefix[0], path={**environ, **node.env}.get("PATH")) is None:
-        raise LaunchError(f"launch-prefix: there is no program [{node.prefix[0]}] on the PATH")
+        raise LaunchError(f"launch-prefix: program [{node.prefix[0]}] not found on the PATH")
 
 
 def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -> None:
-    """Make sure that the system can start a node that is a script.
+    """Check that the system can start a node that is a script.
 
     Raises:
-        LaunchError: it cannot; the text says why.
+        LaunchError: the system cannot start it; the text says why.
     """
-    if node.prefix or is_own(executable):  # something else starts it
+    if node.prefix or is_own(executable):  # another program starts it
         return
     trouble = script_trouble(executable, {**environ, **node.env})
     if trouble:
@@ -62,14 +62,14 @@ def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -
 
 
 def is_own(executable: Path) -> bool:
-    """Whether the file is in one of pyros1's own packages."""
+    """Return whether a file is in one of pyros1's own packages."""
     return os.path.realpath(executable).startswith(OWN_PACKAGES + os.sep)
 
 
 def executable_words(executable: Path) -> list[str]:
-    """Return the words that start a file: pyros1's own Python nodes run in this interpreter, all else as it is.
+    """Return the words that start a file. pyros1's own Python nodes run in this interpreter, others directly.
 
-    Installers may drop the executable bit of our nodes, and another interpreter need not have pyros1.
+    Installers may drop the executable bit of our nodes, and other interpreters may lack pyros1.
     """
     if is_own(executable) and _is_python(executable):
         return [sys.executable, str(executable)]
@@ -91,13 +91,13 @@ def node_words(node: NodePlan, executable: Path) -> list[str]:
 
 
 def node_environment(node: NodePlan, executable: Path, environ: Mapping[str, str], master_uri: str) -> dict[str, str]:
-    """Return the environment that a node is started with.
+    """Return the environment of a node.
 
     Args:
         node: the node.
-        executable: its file.
+        executable: the node's file.
         environ: this process's environment.
-        master_uri: what it will find in ROS_MASTER_URI.
+        master_uri: value for ROS_MASTER_URI.
     """
     env = {**environ, "ROS_MASTER_URI": master_uri}
     env.pop("ROS_NAMESPACE", None)
@@ -109,7 +109,7 @@ def node_environment(node: NodePlan, executable: Path, environ: Mapping[str, str
 
 
 def own_python_environment(environ: Mapping[str, str]) -> dict[str, str]:
-    """Return what pyros1's own nodes need to find pyros1 and to have their output seen at once."""
+    """Return the variables that pyros1's own nodes need: to find pyros1, and to write output without delay."""
     home = _PACKAGE_FOLDER.parent
     changes = {"PYTHONUNBUFFERED": environ.get("PYTHONUNBUFFERED") or "1"}
     if home.name not in ("site-packages", "dist-packages"):  # not installed: run from a source tree

@@ -1,4 +1,4 @@
-"""Lines for the user of the launcher: plain, bold, errors and warnings; coloured on a terminal only (L16)."""
+"""Output of the launcher for the user: plain and bold lines, errors and warnings; coloured only on terminals (L16)."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import TextIO
 
 
 class Console:
-    """Writes whole lines, each at once.
+    """Writes whole lines without delay.
 
     Args:
         out: for ordinary lines, None for this process's stdout.
         err: for errors and warnings, None for stderr.
-        log: a file that gets everything, too.
-        title: set the terminal's title (only done on a terminal).
+        log: a file that also gets everything.
+        title: set the terminal's title, if it is a terminal.
     """
 
     def __init__(
@@ -28,7 +28,7 @@ class Console:
         self._lock = threading.Lock()
 
     def log_to(self, log: TextIO | None) -> None:
-        """Write everything to `log`, too; None ends that."""
+        """Also write everything to `log`; None stops this."""
         self._log = log
 
     def line(self, text: str = "") -> None:
@@ -36,7 +36,7 @@ class Console:
         self._write(self._out, text, "")
 
     def bold(self, text: str) -> None:
-        """Write a line that stands out."""
+        """Write a bold line."""
         self._write(self._out, text, "\033[1m")
 
     def plain_error(self, text: str) -> None:
@@ -55,7 +55,7 @@ class Console:
         """Set the terminal's title."""
         if self._title and self._out.isatty():
             with self._lock:
-                out = getattr(self._out, "under", self._out)  # a command's cleans what is written
+                out = getattr(self._out, "under", self._out)  # a command's stream cleans what is written
                 out.write(f"\033]2;{text}\007")
                 out.flush()
 
@@ -65,7 +65,7 @@ class Console:
                 stream.write(f"{style}{text}\033[0m\n" if style and stream.isatty() else text + "\n")
                 stream.flush()
             except (OSError, ValueError):
-                pass  # nobody reads any more, or the disk is full; the nodes still have to be looked after
+                pass  # closed, or the disk is full; the nodes still need supervision
             if self._log is not None:
                 with contextlib.suppress(OSError, ValueError):
                     self._log.write(text + "\n")

@@ -1,7 +1,7 @@
-"""Running launches, asked and told from outside: which processes they have, and stop, start or restart one.
+"""Access to running launches: list their processes, and stop, start or restart one.
 
-Every launch tells its address in a parameter below ``/roslaunch/uris`` (X81). Stock launches answer there, too, but can
-only be asked for names and numbers.
+Every launch publishes its address in a parameter below ``/roslaunch/uris`` (X81). Stock launches do, too, but they only
+report names and process ids.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ class Status:
             user), ``finished`` or ``died``.
         pid: process id, 0 if it never ran.
         starts: how often it was started.
-        uptime: seconds since then, negative if it does not run.
-        cpu: processor seconds used so far, negative if that is not known.
-        memory: bytes of resident memory, negative if that is not known.
-        machine: where it runs, empty for the machine of its launch.
-        exit_code: how it ended, None while it runs.
+        uptime: seconds since the last start, negative if it does not run.
+        cpu: CPU time used so far in seconds, negative if unknown.
+        memory: resident memory in bytes, negative if unknown.
+        machine: name of its machine, empty for the machine of its launch.
+        exit_code: exit code, None while it runs.
     """
 
     label: str
@@ -51,7 +51,7 @@ class Launch:
     """A running launch.
 
     Args:
-        uri: where it answers.
+        uri: URI of its API.
     """
 
     def __init__(self, uri: str) -> None:
@@ -59,13 +59,13 @@ class Launch:
         self._client = XmlRpcClient(uri, timeout=_TIMEOUT)
 
     def _call(self, method: str, *params: Any) -> Any:
-        return unpack(self._client.call(method, *params), f"the launch at {self.uri}, asked for {method},")
+        return unpack(self._client.call(method, *params), f"the launch at {self.uri}, called with {method},")
 
     def status(self) -> list[Status]:
-        """Its processes, in the order of their start.
+        """Return its processes, in the order of their start.
 
         Raises:
-            Error: it cannot be asked.
+            Error: the launch does not answer.
         """
         try:
             return [_status(entry) for entry in self._call("status")]
@@ -85,11 +85,11 @@ class Launch:
             return 0
 
     def tell(self, verb: str, node: str) -> None:
-        """Have a node stopped, started or restarted; returns before that is done.
+        """Tell the launch to stop, start or restart a node. Return before this is done.
 
         Args:
             verb: ``stop``, ``start`` or ``restart``.
-            node: its full name.
+            node: the node's full name.
 
         Raises:
             Error: the launch cannot do that.
@@ -97,7 +97,7 @@ class Launch:
         try:
             self._call("control", verb, node)
         except XmlRpcFault as error:
-            raise LaunchError(f"the launch of {node} is stock ROS's, which cannot {verb} a node") from error
+            raise LaunchError(f"the launch of {node} is a stock roslaunch, which cannot {verb} nodes") from error
 
     def close(self) -> None:
         """Close the connection."""
@@ -110,10 +110,10 @@ def _status(entry: dict[str, Any]) -> Status:
 
 
 def running_launches(master: MasterClient) -> list[tuple[Launch, list[Status]]]:
-    """Return the launches of a system that answer, each with its processes; the caller closes them.
+    """Return the running launches of a system, each with its processes. The caller must close them.
 
     Args:
-        master: of the system.
+        master: the system's master.
     """
     try:
         uris = master.get_param(URIS)
@@ -125,5 +125,5 @@ def running_launches(master: MasterClient) -> list[tuple[Launch, list[Status]]]:
         try:
             found.append((launch, launch.status()))
         except Error:
-            launch.close()  # it was killed, and its address is all that is left
+            launch.close()  # it was killed, and only its parameter is left
     return found

@@ -22,27 +22,27 @@ if TYPE_CHECKING:
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 MASTER_LOG_SIZE = 100_000_000
 MASTER_LOG_PARTS = 10
-"""Bytes of master.log, and its older parts that are kept."""
+"""Size of master.log in bytes, and number of older parts to keep."""
 LONGEST_LINE = 100_000
-"""Characters of a line in master.log."""
+"""Largest number of characters of a line in master.log."""
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
 CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
-"""What a core sets besides /run_id; the newlines are part of the values, as from the stock one."""
+"""Parameters that a core sets in addition to /run_id. The newlines are part of the values, as in stock."""
 
 
 class Core:
     """A master with its rosout node.
 
     Args:
-        port: to listen on.
-        address: how this machine is reached.
-        uri: the master's URI as nodes are to be told.
-        log_folder: where master.log and rosout.log go.
+        port: port to listen on.
+        address: address of this machine.
+        uri: the master's URI for nodes.
+        log_folder: folder of master.log and rosout.log.
         environ: this process's environment.
         on_shutdown: called with the reason when a client tells the master to shut down.
-        notify_timeout: seconds a node has to answer a notification, None for the default.
-        log_level: least level that master.log gets: debug, with each call of the master, info, warn, error or fatal.
+        notify_timeout: seconds to wait for the answer of a node to a notification, None for the default.
+        log_level: lowest level in master.log: debug (with each call of the master), info, warn, error or fatal.
     """
 
     def __init__(
@@ -80,10 +80,10 @@ class Core:
         self._rosout_error: Error | None = None
 
     def start_master(self) -> None:
-        """Start to serve.
+        """Start the master.
 
         Raises:
-            LaunchError: the port is taken, or cannot be listened on.
+            LaunchError: the port is in use, or cannot be used.
         """
         try:
             self._master.start()
@@ -91,12 +91,12 @@ class Core:
             self._log.close()
             why = error.strerror or str(error)
             if error.errno == errno.EADDRINUSE:
-                why = "the port is in use; perhaps by a program that is not a ROS master"
+                why = "the port is in use, perhaps by a program that is not a ROS master"
             raise LaunchError(f"cannot start a master at {self._uri}: {why}") from error
-        self._log_thread.write("", "")  # the file is there from the start, whatever is logged
+        self._log_thread.write("", "")  # the file exists from the start, even if nothing is logged
 
     def start_rosout(self) -> None:
-        """Start the rosout node, in a thread: the launch need not wait until its libraries are imported."""
+        """Start the rosout node in a thread, so that the launch does not wait for its imports."""
         self._starting = threading.Thread(target=self._start_rosout, name="start rosout", daemon=True)
         self._starting.start()
 
@@ -164,7 +164,7 @@ class Core:
 
 
 def write_pid_file(environ: Mapping[str, str], port: int, home: Path) -> None:
-    """Write ``$ROS_HOME/roscore-<port>.pid`` (L17); a folder that cannot be written to is no reason to stop."""
+    """Write ``$ROS_HOME/roscore-<port>.pid`` (L17). Errors are ignored."""
     try:
         home.mkdir(parents=True, exist_ok=True)
         (home / f"roscore-{port}.pid").write_text(str(os.getpid()), encoding="ascii")

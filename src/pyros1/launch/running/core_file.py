@@ -1,4 +1,4 @@
-"""What a core starts and sets besides the master: a user's own ``roscore.xml`` may say so (X94)."""
+"""What a core starts and sets in addition to the master. A user's ``roscore.xml`` may change it (X94)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _ROSOUT = ("rosout", "rosout")
 
 @dataclass(frozen=True)
 class CoreFile:
-    """What comes with a master.
+    """What is started and set with a master.
 
     Attributes:
-        rosout: whether the rosout node does.
-        params: parameters, by name.
+        rosout: whether to start the rosout node.
+        params: parameters by name.
         nodes: other nodes, in order.
     """
 
@@ -30,9 +30,9 @@ class CoreFile:
 
 
 def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreFile:
-    """Return what ``$ROS_ETC_DIR/roscore.xml`` says, or what is usual if there is no such file.
+    """Return the content of ``$ROS_ETC_DIR/roscore.xml``, or the default if the file does not exist.
 
-    The rosout node of stock ROS stands for our own.
+    The rosout node of stock ROS is replaced by our own.
 
     Args:
         environ: environment variables.
@@ -49,7 +49,7 @@ def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreF
     from pyros1.launch.reading.world import run_command  # noqa: PLC0415
 
     def run(words: list[str]) -> str:
-        if words[0] == "rosversion":  # the usual file asks for it, and stock ROS need not be there
+        if words[0] == "rosversion":  # the default file has it, and stock ROS may be missing
             return ROSDISTRO if "-d" in words else ROSVERSION
         return run_command(words)
 

@@ -1,4 +1,4 @@
-"""Where a run's log files go (X86, N29, N30)."""
+"""The folders of log files (X86, N29, N30)."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def log_folder(environ: Mapping[str, str]) -> Path:
 
 
 def make_run_folder(environ: Mapping[str, str], run_id: str) -> Path:
-    """Create the folder of a run and let ``latest`` point to it.
+    """Create the log folder of a run, and the link ``latest`` to it.
 
     Raises:
-        OSError: the folder cannot be made.
+        OSError: the folder cannot be created.
     """
     folder = log_folder(environ) / run_id
     folder.mkdir(parents=True, exist_ok=True)
@@ -33,7 +33,7 @@ def make_run_folder(environ: Mapping[str, str], run_id: str) -> Path:
 
 
 def run_log(folder: Path) -> Path:
-    """Return this launcher's own log file in the folder of a run."""
+    """Return the path of this launcher's own log file in the folder of a run."""
     return folder / f"roslaunch-{socket.gethostname()}-{os.getpid()}.log"
 
 
@@ -42,10 +42,10 @@ def _point(link: Path, target: Path) -> None:
         if link.is_symlink() and os.readlink(link) == str(target):
             return
         if link.exists() and not link.is_symlink():
-            return  # something of that name that is not ours
+            return  # another file has this name
         temporary = link.with_name(f"latest.{os.getpid()}")
         temporary.unlink(missing_ok=True)
         temporary.symlink_to(target)
         os.replace(temporary, link)
     except OSError:
-        pass  # no symbolic links here: the logs are in place all the same
+        pass  # no symbolic links here; the logs work without

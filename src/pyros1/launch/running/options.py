@@ -1,4 +1,4 @@
-"""How a launch is to run, apart from what is launched."""
+"""The options of a launch."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from dataclasses import dataclass
 
 @dataclass
 class Options:
-    """How to launch.
+    """The options of a launch.
 
     Attributes:
         core: run a core only; another master is an error.
-        port: port of a master that is started here, None for that of ROS_MASTER_URI.
-        run_id: a run id that must be the master's.
-        screen: all output to the screen (True), to log files (False), or as each node says (None).
-        required: every node is required.
-        local: leave out nodes of other machines.
+        port: port of a master that is started here, None for the port in ROS_MASTER_URI.
+        run_id: the run id, which must be the same as the master's.
+        screen: send all output to the screen (True), to log files (False), or as set for each node (None).
+        required: make every node required.
+        local: do not start nodes of other machines.
         wait: wait for a master instead of starting one.
         show_summary: print the SUMMARY block.
         show_title: set the terminal's title.
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
-        title: what the terminal's title begins with.
-        notify_timeout: seconds nodes have to answer a master started here.
+        title: beginning of the terminal's title.
+        notify_timeout: seconds that a master started here waits for the answer of a node.
         prefix: write the node's name before each line on the screen.
-        master_log_level: least level in the log of a master started here: debug, info, warn, error or fatal.
-        keep_running: go on when no process is left (a core always does).
+        master_log_level: lowest level in the log of a master started here: debug, info, warn, error or fatal.
+        keep_running: continue when no process is left, as a core always does.
     """
 
     core: bool = False

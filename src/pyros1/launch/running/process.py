@@ -1,4 +1,4 @@
-"""One supervised process: started in its own session, watched by a thread that sleeps until it ends."""
+"""A supervised process: started in a new session, watched by a thread that sleeps until it ends."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ class Process:
     """A started process.
 
     Args:
-        spec: what it is.
-        on_exit: called with this object on the watching thread when it has ended.
-        warden: who ends it when this process is killed.
-        screen: what writes its output to the screen with its name; None lets it write there itself.
+        spec: what to start.
+        on_exit: called with this object by the watching thread when it has ended.
+        warden: ends it if this process is killed.
+        screen: writes its output to the screen with its name; None lets it write directly.
 
     Attributes:
         spawn_count: how often it was started.
         exit_code: negative for a signal, None while it runs.
-        started: monotonic time of the last start.
-        held: stopped by the user, who may start it again.
-        restarting: to be started again as soon as it has ended.
-        machine: where it runs, empty for this machine.
-        stranded: its machine cannot be reached now.
-        due: it is to be started as soon as its machine is back.
+        started: time of the last start on the monotonic clock, in seconds.
+        held: whether the user has stopped it, and may start it again.
+        restarting: whether to start it again as soon as it has ended.
+        machine: name of its machine, empty for this machine.
+        stranded: whether its machine cannot be reached now.
+        due: whether to start it as soon as its machine can be reached again.
     """
 
     spec: ProcessSpec
@@ -72,12 +72,12 @@ class Process:
 
     @property
     def gone(self) -> bool:
-        """Whether it does not run, and nothing that any life of it has started in its group does."""
+        """Whether neither it nor any other process of its groups, former ones included, runs."""
         return not self.alive and not self._groups()
 
     def _groups(self) -> set[int]:
-        """The groups of former lives that still have members."""
-        with self._lock:  # a life that ends right now adds to them
+        """Return the process groups of former runs that still have members."""
+        with self._lock:  # a run that ends right now adds to them
             known = set(self._remains)
         over = {pid for pid in known if not leaderless(pid)}
         with self._lock:
@@ -88,17 +88,17 @@ class Process:
         """Start it, or start it again.
 
         Args:
-            announce: called with it at once, before anything that it says is read.
+            announce: called with this object at once, before its output is read.
 
         Raises:
-            OSError: it cannot be started.
+            OSError: the process cannot be started.
         """
         spec = self.spec
         if self.warden is not None:
             self.warden.expect(spec.words[-1])
         with self._outputs() as (out, err):
             self._popen = _popen(spec, out, err)
-            if self.warden is not None:  # first: who was told of it may kill us at once
+            if self.warden is not None:  # first, since whoever is notified may kill us at once
                 self.warden.watch(self._popen.pid)
             announce(self)
         self._ended = threading.Event()
@@ -113,12 +113,12 @@ class Process:
 
     @contextlib.contextmanager
     def _outputs(self) -> Iterator[tuple[int | None, int | None]]:
-        """Yield where its standard output and error go, None for where ours go; a screen reads them afterwards."""
+        """Yield the files for its standard output and error, None for our own. A screen reads them afterwards."""
         spec = self.spec
         with contextlib.ExitStack() as files:
             if not spec.to_screen and spec.log_base is not None:
                 os.makedirs(os.path.dirname(spec.log_base), exist_ok=True)
-                # A restarted node must not erase what its predecessor said last.
+                # A restarted node must not erase the last output of its former run.
                 mode = "ab" if self.spawn_count else "wb"
                 stdout = files.enter_context(open(f"{spec.log_base}-stdout.log", mode))
                 if not spec.errors_to_file:
@@ -141,38 +141,38 @@ class Process:
         self.on_exit(self)
 
     def signal(self, number: int) -> None:
-        """Send a signal to the process and all that it started in its group."""
+        """Send a signal to the process group."""
         popen = self._popen
         if popen is not None and not self._ended.is_set():
             try:
                 os.killpg(popen.pid, number)
             except ProcessLookupError:
                 pass
-            except PermissionError:  # it became another user; perhaps the process itself still listens to us
+            except PermissionError:  # it has changed its user; perhaps the process itself still accepts our signals
                 popen.send_signal(number)
         for group in self._groups():
             with contextlib.suppress(OSError):
                 os.killpg(group, number)
 
     def usage(self, here: Mapping[int, Usage]) -> Usage:
-        """What it uses.
+        """Return its CPU and memory usage.
 
         Args:
-            here: what the process groups of this machine use.
+            here: usage of the process groups on this machine.
         """
         return here.get(self.pid, UNKNOWN) if self.alive else UNKNOWN
 
     def wait(self, deadline: float) -> bool:
-        """Wait until it has ended or `deadline` (monotonic seconds); return whether it has ended."""
+        """Wait until it has ended, at most until `deadline` (monotonic seconds). Return whether it has ended."""
         return self._popen is None or self._ended.wait(max(0.0, deadline - time.monotonic()))
 
     def join(self, timeout: float = 5.0) -> None:
-        """Wait for the watching thread of an ended process."""
+        """Wait until the watching thread of an ended process has ended."""
         if self._watcher is not None and self._watcher is not threading.current_thread():
             self._watcher.join(timeout)
 
     def kill(self) -> None:
-        """End it at once."""
+        """Kill it at once."""
         self.signal(signal.SIGKILL)
 
 

@@ -1,4 +1,4 @@
-"""What to start, and how to treat it."""
+"""The description of a process to start and supervise."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from dataclasses import dataclass
 
 @dataclass
 class ProcessSpec:
-    """What to start and how to treat it.
+    """A process to start and supervise.
 
     Attributes:
         label: unique name, ``ns/name-<counter>``.
         node: full node name.
         words: command line.
-        env: whole environment.
+        env: complete environment.
         cwd: working directory.
-        log_base: path of its log files without ``.log``, None for none.
-        to_screen: inherit stdout; else it goes to ``<log_base>-stdout.log``.
-        errors_to_file: stderr goes to ``<log_base>-stderr.log`` then, too.
+        log_base: path of its log files without ``.log``, None for no log files.
+        to_screen: inherit stdout; otherwise stdout goes to ``<log_base>-stdout.log``.
+        errors_to_file: without ``to_screen``, stderr goes to ``<log_base>-stderr.log``.
         respawn: start it again whenever it ends.
-        respawn_delay: seconds before that.
-        required: everything ends when it ends.
-        decisive: it is what everything is for: the end of it is no news.
+        respawn_delay: seconds to wait before that.
+        required: the launch ends when it ends.
+        decisive: the launch only exists for this process, a test, so its end is not reported.
     """
 
     label: str

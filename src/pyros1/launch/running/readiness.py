@@ -25,11 +25,11 @@ class _Waiting:
 
 
 class Gate:
-    """Asks the master again and again, one call for all nodes that wait, as long as there are some.
+    """Polls the master while nodes are waiting, with one call for all of them.
 
     Args:
-        master_uri: of the master.
-        do: is given what is to be done, and does it in the right thread.
+        master_uri: the master's URI.
+        do: runs a function in the supervisor's thread.
     """
 
     def __init__(self, master_uri: str, do: Callable[[Callable[[], object]], object]) -> None:
@@ -47,13 +47,13 @@ class Gate:
         ready: Callable[[], object],
         late: Callable[[str], object],
     ) -> None:
-        """Let one more node wait.
+        """Add a waiting node.
 
         Args:
-            conditions: all have to hold.
+            conditions: what must exist.
             timeout: seconds from now, 0 for no limit.
-            ready: called when they hold.
-            late: called with the conditions that do not when the time is over.
+            ready: called when all conditions hold.
+            late: called after the timeout with the conditions that do not hold.
         """
         deadline = time.monotonic() + timeout if timeout > 0 else float("inf")
         with self._lock:
@@ -62,7 +62,7 @@ class Gate:
             self._thread.start()
 
     def close(self) -> None:
-        """Let nobody wait any more; nothing is called from now on."""
+        """Forget all waiting nodes. Nothing is called afterwards."""
         self._closed.set()
         if self._thread.is_alive():
             self._thread.join()
@@ -86,7 +86,7 @@ class Gate:
             self._closed.wait(_POLL)
 
     def _unmet(self, conditions: set[Condition]) -> set[Condition]:
-        """Return those that do not hold; all when the master does not answer."""
+        """Return the conditions that do not hold; all if the master does not answer."""
         if not conditions:
             return set()
         params = [condition for condition in conditions if condition.kind == "param"]

@@ -1,7 +1,7 @@
-"""The nodes' output on the screen with the name of the node before each line.
+"""The output of nodes on the screen, with the name of the node before each line.
 
-Where the launcher writes to a terminal the nodes get one, too (a pseudo terminal): they write line by line then, and in
-colour, as they would without us in between. What a node says is read to the end, a last line without an end included.
+If the launcher writes to a terminal, the nodes get a pseudo terminal, so that they write line by line and in colour, as
+they would directly. The output is read to its end, including a last line without a line end.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _COLOURS = (36, 33, 35, 32, 34, 96, 93, 95, 92, 94)
 
 
 class Screen:
-    """Writes the output of nodes, whole lines at a time.
+    """Writes the output of nodes in whole lines.
 
     Args:
-        out: where their standard output goes.
-        err: where their standard error goes.
-        colour: whether names are coloured; None: on a terminal.
+        out: stream for their standard output.
+        err: stream for their standard error.
+        colour: whether to colour names; None does so on terminals.
     """
 
     def __init__(self, out: TextIO, err: TextIO, *, colour: bool | None = None) -> None:
@@ -35,16 +35,16 @@ class Screen:
 
     @contextlib.contextmanager
     def opened(self, spec: ProcessSpec) -> Iterator[tuple[int, int]]:
-        """Yield file descriptors for a node's standard output and error; they are closed here afterwards.
+        """Yield file descriptors for a node's standard output and error, and close them afterwards.
 
-        Reading begins then, too: what others write meanwhile comes before anything that the node says.
+        Reading begins at the end of the ``with`` block, so what is written in the block comes before the node's output.
         """
         ends, readers = [], []
         for stream in self._streams:
             reading, writing = os.openpty() if stream.isatty() else os.pipe()
             ends.append(writing)
             arguments = (reading, stream, self.tag(spec.node, stream))
-            # A daemon: what a node has left behind may keep its output open for ever.
+            # A daemon, since children of an ended node may keep its output open for ever.
             readers.append(
                 threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
             )
@@ -58,7 +58,7 @@ class Screen:
             self._readers += readers
 
     def tag(self, node: str, stream: TextIO) -> bytes:
-        """Return what goes before a node's lines; a node has the same colour in each run."""
+        """Return the text before a node's lines. A node has the same colour in each run."""
         text = f"[{node.lstrip('/')}] "
         if self._colour if self._colour is not None else stream.isatty():
             text = f"\033[{_COLOURS[sum(node.encode()) % len(_COLOURS)]}m{text}\033[0m"
@@ -69,7 +69,7 @@ class Screen:
         while True:
             try:
                 data = os.read(reading, _CHUNK)
-            except OSError:  # how a pseudo terminal says that nobody holds its other end any more
+            except OSError:  # a pseudo terminal whose other end is closed raises this
                 data = b""
             *lines, rest = (rest + data).replace(b"\r\n", b"\n").split(b"\n")
             if not data and rest:
@@ -81,11 +81,11 @@ class Screen:
                 return
 
     def write(self, node: str, stream: TextIO, text: str) -> None:
-        """Write what a node that is not read from here has said, in whole lines.
+        """Write output of a node on another machine, in whole lines.
 
         Args:
-            node: its name.
-            stream: where to.
+            node: the node's name.
+            stream: the stream to write to.
             text: the lines.
         """
         tag = self.tag(node, stream)
@@ -97,7 +97,7 @@ class Screen:
             stream.flush()
 
     def close(self, timeout: float = 1.0) -> None:
-        """Wait until everything has been written that ended nodes have said.
+        """Wait until the output of ended nodes has been written.
 
         Args:
             timeout: seconds to wait for each node.

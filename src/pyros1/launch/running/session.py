@@ -1,7 +1,7 @@
 """One run of the launcher, from a plan to the last "done" (X78-X90).
 
-The order is fixed: server, SUMMARY, master (if none runs and it would be ours), /run_id, rosout, rosparam dumps and
-deletes, parameters in one call, nodes. Ending goes the other way round.
+The order is fixed: server, SUMMARY, master (if none is running and this is its machine), /run_id, rosout, rosparam
+dumps and deletes, parameters in one call, nodes. Everything ends in the opposite order.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ _TIME_LIMIT = "time limit"
 
 @dataclass
 class Trial:
-    """A test, whose end is the end of its launch.
+    """A test. Its launch ends when it ends.
 
     Attributes:
-        test: what is started after all nodes.
-        time_limit: seconds that it has.
-        timed_out: whether that was not enough, once the launch is over.
+        test: the test, which is started after all nodes.
+        time_limit: time limit of the test in seconds.
+        timed_out: whether the time limit was exceeded; set at the end of the launch.
     """
 
     test: TestPlan
@@ -67,14 +67,14 @@ class Session:
 
     Args:
         plan: what to launch.
-        options: how.
+        options: how to launch.
         packages: finds executables.
         environ: this process's environment.
-        console: where lines for the user go.
+        console: prints lines for the user.
         on_started: called when everything has been started.
 
     Attributes:
-        exit_code: 1 if a required node failed, once the launch is over.
+        exit_code: 1 if a required node failed; set at the end of the launch.
     """
 
     plan: Plan
@@ -89,7 +89,7 @@ class Session:
     _server: LaunchServer | None = None
     _starter: Starter | None = None
     _log: TextIO | None = None
-    _stopped: bool = False  # no Event: a signal handler may take no lock
+    _stopped: bool = False  # not an Event: a signal handler must not take locks
 
     def __post_init__(self) -> None:
         self._address: LocalAddress = host_from_environment(self.environ, {})
@@ -112,36 +112,36 @@ class Session:
 
     @property
     def supervisor(self) -> Supervisor:
-        """Who looks after the processes."""
+        """The supervisor of the processes."""
         return self._supervisor
 
     def launch(self, node: NodePlan) -> Process:
-        """Start one more node on this machine, while `run` watches; to be called by its thread.
+        """Start another node on this machine during `run`. Call it in that thread.
 
         Raises:
-            LaunchError: it cannot be started.
+            LaunchError: the node cannot be started.
         """
         if self._starter is None:
-            raise LaunchError("nothing is started: the launch does not run")
+            raise LaunchError("cannot start a node: the launch is not running")
         return self._starter.start_one(node)
 
     def stop(self, reason: str = "") -> None:
-        """Ask `run` to end everything; from any thread and from signal handlers."""
+        """Tell `run` to end everything. Callable from any thread and from signal handlers."""
         self._stopped = True
         self._supervisor.stop(reason)
 
     def hurry(self) -> None:
-        """Give nodes that are to end no more time; from any thread and from signal handlers."""
+        """Stop waiting for nodes that are ending. Callable from any thread and from signal handlers."""
         self._supervisor.hurry()
 
     def run(self, trial: Trial | None = None) -> None:
-        """Launch, watch, and return when all is over.
+        """Launch, watch, and return when everything has ended.
 
         Args:
-            trial: a test to run; the launch ends with it.
+            trial: a test to run; the launch ends when it does.
 
         Raises:
-            LaunchError: it cannot start; what had been started is ended.
+            LaunchError: the launch cannot start. Processes already started are ended.
         """
         for text in self._address.warnings:
             self.console.warning(text)
@@ -169,7 +169,7 @@ class Session:
     # Before anything runs ------------------------------------------------------------------------------------------
 
     def _find_master(self) -> bool:
-        """Return whether a master runs; wait for it if asked to."""
+        """Return whether a master is running. Wait for it if the options say so."""
         waiting = False
         while True:
             try:
@@ -179,8 +179,8 @@ class Session:
                 if not self.options.wait:
                     if isinstance(error.__cause__, DeadlineError):
                         raise LaunchError(
-                            f"the ROS master at [{self._uri}] does not answer within {PING_TIMEOUT:g} s, though "
-                            "something is there: was it stopped (kill -CONT), or does a network lose packets?"
+                            f"the ROS master at [{self._uri}] does not answer within {PING_TIMEOUT:g} s: "
+                            "is it suspended (kill -CONT), or does the network lose packets?"
                         ) from error
                     break
                 if not waiting:
@@ -208,13 +208,13 @@ class Session:
             )
         elif self.options.port is None and not is_local(host):
             raise LaunchError(
-                f"unable to contact ROS master at [{self._uri}]: it is to run on another machine, so none is started "
+                f"unable to contact ROS master at [{self._uri}]: its host is another machine, so it is not started "
                 f"here. Start it there, or change ROS_MASTER_URI."
             )
         return False
 
     def _warn_about_uri(self) -> None:
-        """Warn when nodes that read ROS_MASTER_URI would not find this core (L19)."""
+        """Warn if nodes that use ROS_MASTER_URI would not find this core (L19)."""
         told = self.environ.get("ROS_MASTER_URI")
         if not told:
             return
@@ -242,7 +242,7 @@ class Session:
             run_id = run_id or theirs
         run_id = run_id or str(uuid.uuid1())
         if "/" in run_id or run_id.startswith("."):
-            raise LaunchError(f"not a usable run id: {run_id!r}")
+            raise LaunchError(f"not a valid run id: {run_id!r}")
         try:
             folder = make_run_folder(self.environ, run_id)
             log = run_log(folder)
@@ -290,7 +290,7 @@ class Session:
             self._core.await_rosout()
 
     def _start_core_nodes(self, core: Core, starter: Starter) -> None:
-        """Start what comes with the master."""
+        """Start rosout and the other nodes that come with the master."""
         if self._core_file.rosout:
             core.start_rosout()
             if not self.plan.nodes:
@@ -324,12 +324,12 @@ class Session:
             self._master.ping()
         except MasterUnreachableError:
             raise LaunchError(
-                f"the master just started cannot be reached at {self._uri}: this machine is not called "
-                f"[{self._address.advertised}], or that name is unknown here.\n"
+                f"the master just started cannot be reached at {self._uri}: [{self._address.advertised}] is not "
+                f"a name of this machine, or cannot be resolved here.\n"
                 "Check ROS_HOSTNAME, ROS_IP and ROS_MASTER_URI."
             ) from None
         self.console.bold(f"process[master]: started with pid [{os.getpid()}]")
-        # The core is a process of this launch, too: with it, it goes on when no node is left (X89).
+        # The core counts as a process of this launch, which therefore continues when no node is left (X89).
         self._supervisor.keep_running = True
         write_pid_file(self.environ, port, ros_home(self.environ))
 
@@ -354,7 +354,7 @@ class Session:
                 raise LaunchError(f"cannot dump {action.name} to {action.path}: {error.strerror}") from error
 
     def _set_params(self) -> None:
-        """Clear and set all parameters, each in one round trip, before any node runs."""
+        """Clear and set all parameters, with one call for each, before any node runs."""
         clear = [name for name in self.plan.clear_params if name != "/"]
         if clear:
             self._master.multicall([("deleteParam", (name.rstrip("/"),)) for name in clear])
@@ -403,7 +403,7 @@ class Session:
 
     def _forget_server(self) -> None:
         if self._core is not None or self._server is None:
-            return  # the parameter dies with our own master
+            return  # the parameter ends with our own master
         try:
             self._master.delete_param(self._server.param_name())
         except MasterError:

@@ -1,4 +1,4 @@
-"""From planned nodes to supervised processes: here, on other machines, and when what they wait for exists."""
+"""Starts planned nodes: here, on other machines, and as soon as what they wait for exists."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pyros1.launch.remote.over_ssh import Machine
     from pyros1.launch.running.readiness import Gate
 
-# What only some launches need is loaded when they do: no node starts before the imports are done.
+# Modules that only some launches need are imported there, since no node starts before the imports are done.
 
 
 def _place(node: NodePlan) -> str:
@@ -36,11 +36,11 @@ class Run:
     """What all nodes of one launch share.
 
     Attributes:
-        master_uri: of the master.
-        run_id: of the master.
-        folder: where log files go.
-        log: the launcher's own one.
-        counter: the number that the last process's label had.
+        master_uri: the master's URI.
+        run_id: the master's run id.
+        folder: folder of log files.
+        log: the launcher's own log file.
+        counter: number in the label of the last process.
     """
 
     master_uri: str
@@ -55,12 +55,12 @@ class Starter:
     """Starts nodes.
 
     Args:
-        plan: what is launched.
-        options: how.
+        plan: what to launch.
+        options: how to launch.
         packages: finds executables.
         environ: this process's environment.
-        console: where lines for the user go.
-        supervisor: who looks after the processes.
+        console: prints lines for the user.
+        supervisor: supervises the processes.
         run: what all nodes share.
     """
 
@@ -76,7 +76,7 @@ class Starter:
 
     @contextlib.contextmanager
     def many(self) -> Iterator[None]:
-        """Start many nodes with the environment as it is now: os.environ would decode each value for each of them."""
+        """Start many nodes with a copy of the environment: os.environ would decode each value for each node."""
         before, self.environ = self.environ, dict(self.environ)
         try:
             yield
@@ -84,7 +84,7 @@ class Starter:
             self.environ = before
 
     def connect(self) -> None:
-        """Connect to all machines that nodes are to run on, before any node runs.
+        """Connect to all machines with nodes, before any node runs.
 
         Raises:
             LaunchError: a machine cannot be used.
@@ -111,7 +111,7 @@ class Starter:
         self.supervisor.do(lambda: self.supervisor.resume(processes))
 
     def start(self, node: NodePlan) -> None:
-        """Start a node, or let it wait for what it needs; what goes wrong is said on the console."""
+        """Start a node, or let it wait for what it needs. Errors are printed on the console."""
         self.run.counter += 1
         label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
         if not node.wait_for:
@@ -132,10 +132,10 @@ class Starter:
         )
 
     def start_test(self, test: TestPlan) -> None:
-        """Start a test, whose end is the end of everything.
+        """Start a test. Everything ends when it does.
 
         Raises:
-            LaunchError: it cannot be started.
+            LaunchError: the test cannot be started.
         """
         self.run.counter += 1
         spec = self.spec(test, f"{test.full_name.lstrip('/')}-{self.run.counter}")
@@ -147,10 +147,10 @@ class Starter:
         """Start a node on this machine at once.
 
         Raises:
-            LaunchError: it cannot be started.
+            LaunchError: the node cannot be started.
         """
         if self.is_remote(node):
-            raise LaunchError(f"node [{node.full_name}] is to run on another machine: put it into a launch file")
+            raise LaunchError(f"node [{node.full_name}] runs on another machine: put it into a launch file")
         self.run.counter += 1
         label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
         if not self.supervisor.start(self.spec(node, label)):
@@ -189,10 +189,10 @@ class Starter:
             self.supervisor.start(spec, self._machines[machine.name].process(node, self.run.run_id))
 
     def spec(self, node: NodePlan, label: str) -> ProcessSpec:
-        """Return how a node is started on this machine.
+        """Return the description of a node's process on this machine.
 
         Raises:
-            LaunchError: there is no such executable, it cannot be started, or there is no folder to start it in.
+            LaunchError: the executable does not exist or cannot be started, or its folder cannot be created.
         """
         executable = locate(node.package, node.type, self.packages)
         check_prefix(node, self.environ)
@@ -201,8 +201,10 @@ class Starter:
         try:
             home.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise LaunchError(f"cannot make the nodes' folder {home}: {error.strerror}; set ROS_HOME") from error
-        # Stock's logging leaves this behind in its own environment, from where nodes get it.
+            raise LaunchError(
+                f"cannot create the folder of nodes {home}: {error.strerror}; set ROS_HOME to another folder"
+            ) from error
+        # Stock's logging sets this in its own environment, which nodes inherit.
         environ = {**self.environ, "ROS_LOG_FILENAME": str(self.run.log)}
         log_base = self.run.folder / label.replace("/", "-")
         return ProcessSpec(
@@ -236,7 +238,7 @@ class Starter:
         return node.output == "screen" if self.options.screen is None else self.options.screen
 
     def is_remote(self, node: NodePlan) -> bool:
-        """Whether a node is to run on another machine."""
+        """Return whether a node runs on another machine."""
         return self._machine(node) is not None
 
     def _machine(self, node: NodePlan) -> MachinePlan | None:
@@ -244,13 +246,13 @@ class Starter:
         return machine if machine is not None and not is_local(machine.address) else None
 
     def hold(self) -> None:
-        """Start none of the nodes that still wait; to be called before the end."""
+        """Drop the nodes that are still waiting. Call this before the end."""
         if self._gate is not None:
             self._gate.close()
             self._gate = None
 
     def close(self) -> None:
-        """Leave the other machines, when no process is left."""
+        """Disconnect from the other machines, when no process is left."""
         for machine in self._machines.values():
             machine.close()
         self._machines.clear()

@@ -1,8 +1,8 @@
-"""Keeps a set of processes as their specs ask for, and ends them all in good order (X87-X90).
+"""Supervises a set of processes as their specs describe, and ends them in order (X87-X90).
 
-One queue carries what happens (a process ended, a signal came, a master was told to shut down, a user wants a node
-stopped); the thread in `run` sleeps on it until then, or until the next timer is due. Nothing polls, but for the end of
-what a dead node has left behind in its process group: only its parent could wait for that.
+One queue carries all events: a process ended, a signal arrived, a client shut down the master, a user stops a node. The
+thread in `run` sleeps until an event or a timer. Nothing polls, except for the rest of an ended node's process group,
+which only its parent could wait for.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ class Supervisor:
     """Starts and watches processes.
 
     Args:
-        console: where lines for the user go.
+        console: prints lines for the user.
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
-        keep_running: go on when no process is left (the core does).
-        guarded: let a `Warden` end the processes if this one is killed.
-        screen: what writes the processes' output to the screen, None to let them write there themselves.
+        keep_running: continue when no process is left, as a core does.
+        guarded: let a `Warden` end the processes if this process is killed.
+        screen: writes the processes' output to the screen; None lets them write directly.
 
     Attributes:
         required_failed: whether a required process ended with an error.
-        expected: how many processes are still to be started when something else has happened.
-        keep_running: go on when no process is left.
-        on_death: called with each process that has ended while it was watched, None for nobody.
+        expected: how many processes are waiting to be started for the first time.
+        keep_running: continue when no process is left.
+        on_death: called with each process that ends during `run`; may be None.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Supervisor:
         self._guarded = guarded
         self._warden: Warden | None = None
         self._screen = screen
-        # A SimpleQueue may be fed from a signal handler, whatever the main thread was doing.
+        # A SimpleQueue is safe in signal handlers, whatever the main thread was doing.
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._timers: dict[str, tuple[float, Callable[[], object]]] = {}
         self._processes: dict[str, Process] = {}
@@ -75,7 +75,7 @@ class Supervisor:
 
     @property
     def active(self) -> list[Process]:
-        """The processes that run or may be started again, in the order of their start."""
+        """The processes that run or may run again, in the order of their start."""
         return list(self._processes.values())
 
     @property
@@ -84,11 +84,11 @@ class Supervisor:
         return list(self._dead.values())
 
     def start(self, spec: ProcessSpec, kind: Callable[..., Process] = Process) -> bool:
-        """Start a process; what goes wrong is said on the console. Return whether it was started.
+        """Start a process. Errors are printed on the console. Return whether it was started.
 
         Args:
             spec: what to start.
-            kind: makes a `Process`, or what is like one, with the same arguments.
+            kind: makes a `Process` or a similar object, with the same arguments.
         """
         if self._guarded and self._warden is None:
             self._warden = Warden(self._stages[0][1], self._stages[1][1])
@@ -115,19 +115,19 @@ class Supervisor:
         self._events.put(("exit", process))
 
     def stop(self, reason: str = "") -> None:
-        """Ask `run` to return; callable from any thread and from a signal handler."""
+        """Tell `run` to return. Callable from any thread and from signal handlers."""
         self._events.put(("stop", reason))
 
     def hurry(self) -> None:
-        """Send those that have not ended the next signal at once; callable from any thread and a signal handler."""
+        """Send processes that are ending the next signal at once. Callable from any thread and from signal handlers."""
         self._events.put(("hurry", None))
 
     def do(self, action: Callable[[], object]) -> None:
-        """Let the thread in `run` do something; callable from any thread."""
+        """Let the thread in `run` call a function. Callable from any thread."""
         self._events.put(("do", action))
 
     def run(self) -> str:
-        """Watch until told to stop, a required process ended, or none is left; return the reason."""
+        """Watch until told to stop, a required process ended, or no process is left. Return the reason."""
         while True:
             if not self._processes and not self.keep_running and not self.expected:
                 return "all processes on machine have died, roslaunch will exit"
@@ -160,14 +160,14 @@ class Supervisor:
                 action()
 
     def after(self, seconds: float, reason: str) -> None:
-        """End everything, for a reason, unless it ends by itself within some seconds."""
+        """End everything after some seconds, with a reason, unless it has ended before."""
         self._later("", seconds, lambda: self._events.put(("stop", reason)))
 
     def _later(self, key: str, seconds: float, action: Callable[[], object]) -> None:
         self._timers[key] = (time.monotonic() + seconds, action)
 
     def _died(self, process: Process) -> bool:
-        """Say what happened and decide what follows; return whether everything has to end."""
+        """Print what happened and act on it. Return whether everything has to end."""
         spec = process.spec
         if self.on_death is not None:
             self.on_death(process)
@@ -187,7 +187,7 @@ class Supervisor:
             process.due = True
             return False
         if spec.respawn:
-            process.signal(signal.SIGTERM)  # what it has left behind would gather, life after life
+            process.signal(signal.SIGTERM)  # processes left behind would accumulate with each run
             self._later(spec.label, spec.respawn_delay, lambda: self._respawn(process))
             return False
         self._retire(process)
@@ -221,7 +221,7 @@ class Supervisor:
                 self._retire(process)
 
     def resume(self, processes: Iterable[Process]) -> None:
-        """The machine of these processes is back; to be called by the thread in `run`."""
+        """Handle the reconnection to the machine of these processes. Call it in the thread of `run`."""
         for process in processes:
             process.stranded = False
             if process.due and not process.held:
@@ -233,7 +233,7 @@ class Supervisor:
         """Return the process of a node, or with a label.
 
         Raises:
-            LaunchError: there is none.
+            LaunchError: there is no such process.
         """
         for process in [*self.active, *self.dead]:
             if name in (process.spec.node, process.spec.label):
@@ -241,12 +241,12 @@ class Supervisor:
         raise LaunchError(f"this launch has no node [{name}]")
 
     def stop_node(self, process: Process) -> None:
-        """End a process until it is started again; to be called by the thread in `run`."""
+        """End a process until it is started again. Call it in the thread of `run`."""
         process.held, process.restarting = True, False
         self._end_one(process)
 
     def start_node(self, process: Process) -> None:
-        """Start a process that was stopped or has ended; to be called by the thread in `run`."""
+        """Start a process that was stopped or has ended. Call it in the thread of `run`."""
         process.restarting = process.alive and (process.held or process.restarting)
         process.held = False
         if not process.alive:
@@ -256,7 +256,7 @@ class Supervisor:
             self._again(process)
 
     def restart_node(self, process: Process) -> None:
-        """End a process and start it again; to be called by the thread in `run`."""
+        """End a process and start it again. Call it in the thread of `run`."""
         if not process.alive:
             self.start_node(process)
             return
@@ -264,7 +264,7 @@ class Supervisor:
         self._end_one(process)
 
     def _end_one(self, process: Process, stage: int = 0) -> None:
-        """Send the signal of a stage, and that of the next one if it was in vain."""
+        """Send the signal of a stage, and later that of the next stage if the process still runs."""
         self._timers.pop(process.spec.label, None)
         if process.gone or stage == len(self._stages):
             return
@@ -275,7 +275,7 @@ class Supervisor:
         self._later(process.spec.label, seconds, lambda: self._end_one(process, stage + 1))
 
     def _rest(self, process: Process) -> None:
-        """A process that was to end has: it waits to be started, or is started, once its children have gone, too."""
+        """Handle the end of a process that was told to end. After its children, too, start it again if requested."""
         if not process.gone and process.spec.label in self._timers:
             self._later(f"{process.spec.label} remains", _REMAINS_POLL, lambda: self._rest(process))
             return
@@ -289,7 +289,7 @@ class Supervisor:
     # The end ---------------------------------------------------------------------------------------------------------
 
     def shut_down(self) -> None:
-        """End all processes: SIGINT to all in reverse order, SIGTERM to the deaf, SIGKILL to the stuck."""
+        """End all processes: send SIGINT in reverse order, then SIGTERM and SIGKILL to those that still run."""
         self._timers.clear()
         running = [process for process in reversed([*self.dead, *self.active]) if not process.gone]
         for stage, (number, seconds) in enumerate(self._stages):
@@ -309,7 +309,7 @@ class Supervisor:
             self._warden = None
 
     def _wait(self, running: list[Process], seconds: float) -> list[Process]:
-        """Wait for the processes; return those still running after `seconds`, or at once when we are to hurry."""
+        """Wait for the processes. Return those still running after `seconds`, or at once after a second signal."""
         deadline = time.monotonic() + seconds
         while True:
             running = [process for process in running if not process.gone]
@@ -327,14 +327,14 @@ class Supervisor:
 
 
 def install_signals(stop: Callable[[str], object], hurry: Callable[[], object] = lambda: None) -> Callable[[], None]:
-    """Let signals end a run.
+    """Install signal handlers that end a run.
 
     Args:
         stop: called with the name of the first signal.
-        hurry: called at each later one that a person can have meant, see `Insistence`.
+        hurry: called for each later signal that a person may have sent, see `Insistence`.
 
     Returns:
-        A function that undoes it.
+        A function that removes the handlers.
     """
     insistence = Insistence()
 

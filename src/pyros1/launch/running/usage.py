@@ -1,4 +1,4 @@
-"""What running processes use of the machine; Linux tells it in ``/proc``, other systems do not."""
+"""CPU and memory usage of running processes, from ``/proc`` on Linux. Other systems report nothing."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 
 class Usage(NamedTuple):
-    """What the processes of one group use together.
+    """Total usage of the processes of a group.
 
     Attributes:
-        cpu: processor time so far, seconds; negative if it is not known.
-        memory: resident memory, bytes; negative if it is not known.
+        cpu: CPU time so far in seconds; negative if unknown.
+        memory: resident memory in bytes; negative if unknown.
     """
 
     cpu: float
@@ -23,10 +23,10 @@ UNKNOWN = Usage(-1.0, -1)
 
 
 def group_usages(proc: Path = Path("/proc")) -> dict[int, Usage]:
-    """Return what each process group uses now, by the group's number.
+    """Return the current usage of each process group, by the group's id.
 
     Args:
-        proc: where the system shows its processes.
+        proc: path of the proc file system.
     """
     try:
         tick, page = os.sysconf("SC_CLK_TCK"), os.sysconf("SC_PAGE_SIZE")

@@ -1,10 +1,10 @@
-"""Ends the nodes of a launcher that cannot do so any more, because it was killed.
+"""Ends the nodes of a launcher that was killed.
 
-A small process of its own reads from a pipe which process groups there are. The system closes the pipe when the
-launcher ends, however that comes about; groups that are still listed then are ended as the launcher would have done.
+A small separate process reads the list of process groups from a pipe. The system closes the pipe when the launcher
+ends, for any reason. The warden then ends the remaining groups as the launcher would have done.
 
-The program, run by path, imports nothing of pyros1 and therefore starts quickly. It works on every POSIX system. A node
-that the launcher had started but not yet reported is found by its ``__log`` argument, which Linux alone can tell.
+The program is run by its path and imports nothing of pyros1, so it starts quickly. It works on every POSIX system. A
+node that the launcher had started but not yet reported is found by its ``__log`` argument, on Linux only.
 """
 
 from __future__ import annotations
@@ -31,36 +31,36 @@ class Warden:
 
     def __init__(self, sigint_timeout: float = 15.0, sigterm_timeout: float = 2.0) -> None:
         words = [sys.executable, "-I", "-S", __file__, str(sigint_timeout), str(sigterm_timeout)]
-        # In a session of its own a Ctrl-C or a closed terminal, which ends the launcher, passes it by.
+        # In a new session, it does not get the Ctrl-C or hang-up that ends the launcher.
         self._process = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
         )
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """The warden's process id."""
         return self._process.pid
 
     def expect(self, word: str) -> None:
-        """Say that a process with this word on its command line is about to be started."""
+        """Report that a process with this word on its command line is about to be started."""
         self._tell("expect", word)
 
     def watch(self, pid: int) -> None:
-        """Say that the process that was expected runs, and leads a group of its own."""
+        """Report that the announced process runs, and leads a new process group."""
         self._tell("watch", str(pid))
 
     def ended(self, pid: int) -> None:
-        """Say that a process has ended; its group may still have members."""
+        """Report that a process has ended. Its group may still have members."""
         self._tell("ended", str(pid))
 
     def _tell(self, verb: str, what: str) -> None:
         pipe = self._process.stdin
         if pipe is not None:
-            with contextlib.suppress(OSError):  # killed by somebody: the launcher ends its nodes itself, too
+            with contextlib.suppress(OSError):  # the warden was killed; the launcher still ends its nodes itself
                 os.write(pipe.fileno(), f"{verb} {what}\n".encode(errors="surrogateescape"))
 
     def close(self) -> None:
-        """Let it go; to be called when no process is left."""
+        """End the warden. Call this when no process is left."""
         self._tell("release", "")
         if self._process.stdin is not None:
             self._process.stdin.close()
@@ -68,9 +68,9 @@ class Warden:
 
 
 def living(groups: set[int]) -> set[int]:
-    """Return those process groups that still have a member.
+    """Return the process groups that still have a member.
 
-    Where the system tells it, a member that has ended and only waits to be buried by process 1 does not count.
+    Zombies, which wait for process 1 to collect them, do not count where the system reports them.
     """
     there = set()
     for group in groups:
@@ -89,14 +89,14 @@ def living(groups: set[int]) -> set[int]:
 
 
 def group_exists(group: int) -> bool:
-    """Whether any process of the group is left."""
+    """Return whether the group still has a process."""
     return bool(living({group}))
 
 
 def leaderless(group: int) -> bool:
-    """Whether a process group whose first process has ended still has members.
+    """Return whether a process group whose leader has ended still has members.
 
-    A process that has the number of the group, or a group without a process, would be somebody else's.
+    If a process with the group's id exists, the id was reused and the group is a different one.
     """
     try:
         os.kill(group, 0)
@@ -108,11 +108,11 @@ def leaderless(group: int) -> bool:
 
 
 def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
-    """Signal process groups, again and again, until none is left.
+    """Send signals to process groups until none is left.
 
     Args:
-        groups: their ids.
-        stages: signals, and how many seconds to wait after each.
+        groups: ids of the groups.
+        stages: signals, each with the seconds to wait after it.
     """
     for number, seconds in stages:
         for group in groups:
@@ -125,7 +125,7 @@ def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
 
 
 def processes_with(word: str) -> set[int]:
-    """Return the processes that lead a group and have the word on their command line."""
+    """Return the ids of group leaders that have the word on their command line."""
     found = set()
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         with contextlib.suppress(OSError):
@@ -135,7 +135,7 @@ def processes_with(word: str) -> set[int]:
 
 
 def main() -> None:
-    """Read until the launcher has gone, then end what it has left."""
+    """Read until the launcher has ended, then end what it has left."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     running: set[int] = set()

@@ -1,4 +1,4 @@
-"""JUnit XML files: what tests have written is read, and what became of the tests is written (L186)."""
+"""Reading and writing of test results in JUnit XML files (L186)."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Case:
     """One test case.
 
     Attributes:
-        name: its name.
-        classname: class or suite that it belongs to.
-        seconds: how long it took.
+        name: name of the case.
+        classname: class or suite of the case.
+        seconds: duration in seconds.
         failures: ``(type, text)`` of each failed check.
         errors: ``(type, text)`` of each error.
     """
@@ -41,24 +41,24 @@ class Results:
 
     @property
     def errors(self) -> int:
-        """How many errors there were."""
+        """Number of errors."""
         return sum(len(case.errors) for case in self.cases)
 
     @property
     def failures(self) -> int:
-        """How many failures there were."""
+        """Number of failures."""
         return sum(len(case.failures) for case in self.cases)
 
 
 def read_results(path: Path, suite: str) -> Results:
-    """Read what a test program has written, in the form of JUnit or of gtest.
+    """Return the results that a test program has written in the format of JUnit or gtest.
 
     Args:
         path: the file.
-        suite: stands before the names of the cases.
+        suite: prefix of the names of the cases.
 
     Returns:
-        The results; a file that cannot be understood is an error in itself.
+        The results. A file that cannot be read counts as an error.
     """
     # Imported only after a test has run; it has no stubs.
     from defusedxml.ElementTree import ParseError, fromstring  # type: ignore[import-untyped] # noqa: PLC0415
@@ -78,7 +78,7 @@ def read_results(path: Path, suite: str) -> Results:
             ]
         )
     except (OSError, ValueError, ParseError) as error:
-        return Results([Case(f"{suite}/results", errors=[("", f"{path} is not a file of test results: {error}")])])
+        return Results([Case(f"{suite}/results", errors=[("", f"{path} is not a file with test results: {error}")])])
 
 
 def _text(element: object) -> str:
@@ -91,13 +91,13 @@ def write_results(path: Path, name: str, results: Results, out: str, err: str) -
 
     Args:
         path: the file.
-        name: of the suite.
-        results: its cases.
-        out: what was printed meanwhile to stdout.
-        err: and to stderr.
+        name: name of the suite.
+        results: cases of the suite.
+        out: stdout during the tests.
+        err: stderr during the tests.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     seconds = sum(case.seconds for case in results.cases)
     lines = [
@@ -125,7 +125,7 @@ def _quoted(text: str) -> str:
 
 
 def description(case: Case) -> str:
-    """Return what the summary says of a test case."""
+    """Return the summary of a test case."""
     blocks = [("FAILURE", text) for _, text in case.failures] + [("ERROR", text) for _, text in case.errors]
     if not blocks:
         return f"[{case.name}][passed]\n"
@@ -136,8 +136,8 @@ def summary(runs: Results, results: Results) -> str:
     """Return the text at the end of a test run.
 
     Args:
-        runs: whether each test program ran.
-        results: what they found.
+        runs: a case for each test program: whether it ran.
+        results: results of the test programs.
     """
 
     def counted(word: str, count: int) -> str:

@@ -1,4 +1,4 @@
-"""Running the ``<test>`` tags of a launch file: each with all the nodes, and a master, of its own (L186)."""
+"""Running the ``<test>`` tags of a launch file, each with a new master and all nodes (L186)."""
 
 from __future__ import annotations
 
@@ -23,32 +23,32 @@ from pyros1.net.master_client import MasterClient
 
 _CLASS = "rostest.runner.RosTest"
 _KEPT = ("/run_id", "/rosversion", "/rosdistro", "/roslaunch/")
-"""Parameters of the master itself and of launchers that run; no test has set them."""
+"""Parameters of the master and of running launchers, which no test has set."""
 _UNSAFE = str.maketrans(dict.fromkeys(" \"'&$!`/\\", "_"))
 
 
 def results_folder(environ: Mapping[str, str], base: str | None = None) -> Path:
-    """Return where the results of all packages go.
+    """Return the folder of all test results.
 
     Args:
-        environ: environment variables: ``ROS_TEST_RESULTS_DIR``, or else ``$ROS_HOME/test_results``.
-        base: what the user wants instead.
+        environ: environment variables: ``ROS_TEST_RESULTS_DIR`` or ``$ROS_HOME/test_results`` is used.
+        base: another folder that the user has given.
     """
     chosen = base or environ.get("ROS_TEST_RESULTS_DIR")
     return Path(chosen) if chosen else ros_home(environ) / "test_results"
 
 
 def results_file(folder: Path, package: str, kind: str, name: str) -> Path:
-    """Return the file of results, in a folder that is there.
+    """Return the path of a result file, and create its folder.
 
     Args:
-        folder: of the results of all packages.
-        package: whose tests they are.
-        kind: ``rosunit`` for what a test writes, ``rostest`` for what became of a launch file's tests.
-        name: of the test.
+        folder: the folder of all test results.
+        package: the package of the test.
+        kind: ``rosunit`` for results that a test writes, ``rostest`` for those of a launch file's tests.
+        name: name of the test.
 
     Raises:
-        LaunchError: the folder cannot be made.
+        LaunchError: the folder cannot be created.
     """
     place = folder / package
     try:
@@ -59,7 +59,7 @@ def results_file(folder: Path, package: str, kind: str, name: str) -> Path:
 
 
 def name_from_path(package: Path, file: Path) -> str:
-    """Return the name of a launch file's results: its path in the package with ``_`` between the folders."""
+    """Return the name of a launch file's results: its path in the package, with ``_`` instead of slashes."""
     path = file.resolve()
     inside = path.relative_to(package.resolve()) if package.resolve() in path.parents else path
     return inside.with_suffix("").as_posix().replace("/", "_")
@@ -73,17 +73,17 @@ class TestRun:
         plan: the launch file.
         packages: finds executables.
         environ: this process's environment.
-        package: name of the package that the results are filed under.
-        folder: of all results.
-        text: tests write to the screen instead of to files.
-        reuse_master: use the master that runs.
+        package: name of the package of the results.
+        folder: the folder of all test results.
+        text: let tests write to the screen instead of files.
+        reuse_master: use the running master.
         clear: delete all its parameters before each test.
 
     Attributes:
-        runs: one case per test: whether it ran.
-        results: what the tests have found.
-        out: what was printed to stdout meanwhile.
-        err: and to stderr.
+        runs: a case for each test: whether it ran.
+        results: results of the tests.
+        out: stdout during the tests.
+        err: stderr during the tests.
         stopped: whether it was told to stop.
     """
 
@@ -105,13 +105,13 @@ class TestRun:
     _session: Session | None = None
 
     def stop(self, reason: str = "") -> None:
-        """End the test that runs, and run no other; callable from a signal handler."""
+        """End the running test, and run no other. Callable from signal handlers."""
         self.stopped = True
         if self._session is not None:
             self._session.stop(reason)
 
     def hurry(self) -> None:
-        """Give what is to end no more time; callable from a signal handler."""
+        """Stop waiting for processes that are ending. Callable from signal handlers."""
         if self._session is not None:
             self._session.hurry()
 
@@ -146,7 +146,7 @@ class TestRun:
             ) from error
 
     def _attempts(self, test: TestPlan) -> None:
-        """Run a test until it succeeds or has been tried often enough."""
+        """Run a test until it succeeds or no retries are left."""
         for left in range(test.retry, -1, -1):
             path = results_file(self.folder, self.package, "rosunit", test.test_name)
             path.unlink(missing_ok=True)
@@ -209,7 +209,7 @@ class TestRun:
 
 
 class _FailedError(Error):
-    """A test could not be run, or has not done what tests do."""
+    """A test could not be run, or did not write results."""
 
 
 def _free_port() -> int:

@@ -8,13 +8,13 @@ NAMES = {level: name for name, level in LEVELS.items()}
 
 
 def level_from_name(name: str) -> int:
-    """Return the level called ``name``, in any case; ``warning`` and ``critical`` are understood too.
+    """Return the level called ``name``, in upper or lower case; ``warning`` and ``critical`` are accepted, too.
 
     Raises:
         ValueError: there is no such level.
     """
     if not isinstance(name, str):
-        raise TypeError(f"a log level is a text such as 'info', not {name!r:.80}")
+        raise TypeError(f"a log level must be a str such as 'info', not {name!r:.80}")
     upper = name.upper()
     upper = {"WARNING": "WARN", "CRITICAL": "FATAL"}.get(upper, upper)
     if upper not in LEVELS:

@@ -1,6 +1,6 @@
-"""What a node logs with: ``node.log``.
+"""The loggers of a node: ``node.log``.
 
-Not built on the `logging` module: importing that costs as much as the rest of a small node, and has other levels.
+The module `logging` is not used: to import it costs as much as the rest of a small node, and it has other levels.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
 from pyros1.node.log.sink import LogSink, Record
 
 _MOST_SITES = 10_000
-"""Places in the program of which is remembered when they last logged, for ``throttle`` and ``once``."""
+"""Most places in the program whose last time of logging is remembered, for ``throttle`` and ``once``."""
 
 
 class Log:
@@ -33,13 +33,13 @@ class Log:
 
     @property
     def level(self) -> int:
-        """Least level that is logged: 1, 2, 4, 8 or 16."""
+        """Lowest level that is logged: 1, 2, 4, 8 or 16."""
         return self._sink.levels[self.name]
 
     @level.setter
     def level(self, level: int) -> None:
         if level not in NAMES:
-            raise ValueError(f"a log level is one of {', '.join(map(str, NAMES))}, not {level!r:.80}")
+            raise ValueError(f"a log level must be one of {', '.join(map(str, NAMES))}, not {level!r:.80}")
         self._sink.levels[self.name] = level
 
     def named(self, name: str) -> Log:
@@ -47,32 +47,32 @@ class Log:
         return Log(self._sink, f"{self.name}.{name}", self.level)
 
     def debug(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log for those who look for a fault."""
+        """Log details for debugging."""
         self._log(DEBUG, text, args, throttle, once)
 
     def info(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what a user may like to know."""
+        """Log information for the user."""
         self._log(INFO, text, args, throttle, once)
 
     def note(self, text: object) -> None:
-        """Log what a user may like to know to the log file and /rosout only: the program shows it in its own way."""
+        """Log information to the log file and /rosout only, because the program shows it in its own way."""
         if self.level <= INFO:
             frame = sys._getframe(1)
             self._emit(INFO, str(text), frame.f_code, frame.f_lineno, _by_program(frame), to_terminal=False)
 
     def warn(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what may be wrong."""
+        """Log something that may be wrong."""
         self._log(WARN, text, args, throttle, once)
 
     def error(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what went wrong."""
+        """Log an error."""
         self._log(ERROR, text, args, throttle, once)
 
     warning = warn
-    """The same, by its name in Python's own logging."""
+    """Log something that may be wrong: the name of `warn` in Python's own logging."""
 
     def fatal(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log what the node cannot go on after."""
+        """Log an error after which the node cannot go on."""
         self._log(FATAL, text, args, throttle, once)
 
     def exception(self, text: object, *args: object, error: BaseException | None = None) -> None:
@@ -80,8 +80,8 @@ class Log:
 
         Args:
             text: what went wrong.
-            args: filled in, as for the other levels. An exception behind a text with no place for it is ``error``.
-            error: the exception; None takes the one that is being handled.
+            args: filled in, as for the other levels. An exception that the text has no place for counts as ``error``.
+            error: the exception; None: the one that is being handled.
         """
         if error is None:
             error = sys.exc_info()[1]
@@ -91,12 +91,12 @@ class Log:
         self._log(ERROR, shown.lines(_filled(text, args) + trace), (), None, False)
 
     def peer(self, level: int, text: str, *args: object) -> None:
-        """Log what another process did. A text that comes again and again is counted: ``... (repeated 37 times)``.
+        """Log what another process did. Repeated texts are counted: ``... (repeated 37 times)``.
 
         Args:
             level: 1, 2, 4, 8 or 16.
-            text: with %s where the arguments go.
-            args: shown in one line each, without control characters.
+            text: the message, with %s in place of the arguments.
+            args: arguments, each shown in one line without control characters.
         """
         sink = self._sink
         if level < sink.levels[self.name]:
@@ -118,7 +118,7 @@ class Log:
         code, line = frame.f_code, frame.f_lineno
         if throttle is not None or once:
             if throttle is not None:
-                throttle = throttle.to_sec() if hasattr(throttle, "to_sec") else throttle  # a Duration, say
+                throttle = throttle.to_sec() if hasattr(throttle, "to_sec") else throttle  # for example a Duration
                 check_seconds(throttle, "throttle")
             now = sink.now()[0].to_sec()
             if not self._due((code.co_filename, line), now, throttle, once):
@@ -149,7 +149,7 @@ def _by_program(frame: FrameType) -> bool:
 
 
 def _filled(text: object, args: tuple[object, ...]) -> str:
-    """Return the text with its arguments; with a remark if they do not fit."""
+    """Return the text with its arguments filled in, or with a remark if they do not fit."""
     message = str(text)
     if not args:
         return message

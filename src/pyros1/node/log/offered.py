@@ -1,4 +1,4 @@
-"""What a node offers around its log: the topic /rosout and the services ~get_loggers and ~set_logger_level (O18)."""
+"""A node's log as seen by others: the topic /rosout and the services ~get_loggers and ~set_logger_level (O18)."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def offer_log(
     resolve: Callable[[str], str],
     rosout: bool,
 ) -> None:
-    """Publish a node's log, and let others see and set its levels, as far as the master allows it.
+    """Publish a node's log and offer services that show and set its levels, as far as the master allows it.
 
     Args:
-        log, sink: the node's log, and where it goes.
+        log, sink: the node's log and its sink.
         name: the node's full name.
-        topics, services: what it offers.
+        topics, services: the node's topics and services.
         resolve: returns the full name that a name stands for in the node.
-        rosout: publish the log.
+        rosout: whether to publish the log.
     """
     offers: list[Callable[[], None]] = [lambda: _offer_levels(sink, services, resolve)]
     if rosout:
@@ -44,7 +44,7 @@ def offer_log(
         try:
             offer()
         except MasterMethodError as error:
-            log.warn("others can see or set less of this node's log: %s", error)
+            log.warn("/rosout or the services for log levels are not available: %s", error)
 
 
 def _publish_log(sink: LogSink, name: str, topics: Topics, resolve: Callable[[str], str]) -> None:
@@ -73,7 +73,7 @@ def _publish_log(sink: LogSink, name: str, topics: Topics, resolve: Callable[[st
 
 
 def _offer_levels(sink: LogSink, services: Services, resolve: Callable[[str], str]) -> None:
-    """Let others see and set a node\'s log levels."""
+    """Offer services that show and set a node\'s log levels."""
     get_loggers = load_service("roscpp/GetLoggers")
     logger_class = load_message("roscpp/Logger")
 

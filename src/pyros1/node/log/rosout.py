@@ -1,6 +1,6 @@
-"""The rosout node: gathers what all nodes log (https://wiki.ros.org/rosout; L21).
+"""The rosout node, which collects the log messages of all nodes (https://wiki.ros.org/rosout; L21).
 
-Subscribes /rosout, publishes everything again on /rosout_agg and writes it to a file, so that one place has it all.
+It subscribes to /rosout, publishes every message again on /rosout_agg, and writes it to a file.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class RosoutAggregator:
     """The rosout node's work.
 
     Args:
-        node: the node to do it in, usually called ``rosout``.
+        node: the node that it runs in, usually called ``rosout``.
         log_file: path of the file; None, or ROSOUT_DISABLE_FILE_LOGGING set, for none. It is rotated at 100 MB and ten
             older files are kept.
     """

@@ -1,9 +1,9 @@
-"""Where a node's log messages go: to the terminal in rosconsole's format, to its log file and to /rosout.
+"""The sink of a node's log messages: the terminal in rosconsole's format, the log file and /rosout.
 
 What the program logs is written before the call returns, and so is on the screen if the program crashes in the next
-line. What pyros1 itself says in a node is written by threads of their own: a terminal that is held, a full pipe or a
-disk must not keep it from registering, receiving and serving. All but the loop wait a moment until it is written, so
-that in everyday life one order is seen.
+line. Log messages of pyros1 itself are written by separate threads: a terminal that is held, a full pipe or a
+disk must not keep the node from registering, receiving and serving. All threads but the loop wait a moment until
+they are written, so that the lines are normally in order.
 
 Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT).
 """
@@ -40,7 +40,7 @@ class Record(NamedTuple):
 
     Attributes:
         level: 1, 2, 4, 8 or 16, as rosgraph_msgs/Log.
-        text: the message, arguments filled in.
+        text: the message, with its arguments filled in.
         logger: name of the logger, ``rosout`` or below it.
         file, line, function: where it was logged.
         wall: seconds since the epoch.
@@ -58,10 +58,10 @@ class Record(NamedTuple):
 
 
 class _Inside(threading.local):
-    """What a thread is doing in a sink.
+    """State of a thread that is in a sink.
 
     Attributes:
-        writing: it writes a record.
+        writing: whether it is writing a record.
         waiting: records to write.
     """
 
@@ -71,15 +71,15 @@ class _Inside(threading.local):
 
 
 class LogSink:
-    """Where a node's log messages go; shared by all its loggers.
+    """Sink of a node's log messages: terminal, file and /rosout; shared by all its loggers.
 
     Args:
         node_name: full name.
-        environ: for ROSCONSOLE_FORMAT.
-        file_path: the log file; made, with its folder, at the first line; None for none.
+        environ: environment variables; ROSCONSOLE_FORMAT is used.
+        file_path: the log file, created with its folder at the first line; None for no file.
         now: returns (time, whether it is simulated).
-        later: ``later(seconds, function, argument)`` calls a function some time later; None: what is counted is told at
-            the end.
+        later: ``later(seconds, function, argument)`` calls a function some seconds later; None: counts of repeated
+            messages are written at the end.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class LogSink:
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
         self._file = LogFile(file_path, MAX_FILE_SIZE, 1) if file_path else None
         self._inside = _Inside()
-        self._left: LogFile | None = None  # that of the process that has forked this one
+        self._left: LogFile | None = None  # of the process that created it
         self._make_locks()
 
     def _make_locks(self) -> None:
@@ -110,45 +110,45 @@ class LogSink:
         self._pid = os.getpid()
 
     def settle(self) -> None:
-        """Log on in a process that was forked, whose locks may be held by threads that it does not have."""
+        """Prepare for a forked process, in which locks may be held by threads that do not exist there."""
         if os.getpid() != self._pid:
             if self._file is not None:
                 self._left, self._file = (
                     self._file,
                     self._file.again(),
-                )  # it has a lock, too, which closing would wait for
+                )  # it has a lock, too, for which closing would wait
             self._make_locks()
 
     def emit(self, record: Record, simulated: bool, to_terminal: bool = True, by_program: bool = True) -> None:
-        """Write a record to all places. Trouble with one of them (a full disk, a closed pipe) stops no node.
+        """Write a record to all places. An error of one of them (a full disk, a closed pipe) does not stop the node.
 
         Args:
             record: what was logged.
             simulated: whether its stamp is simulated time.
-            to_terminal: False leaves the terminal out.
-            by_program: the program says it, not pyros1: it waits until it is written.
+            to_terminal: whether to write it to the terminal, too.
+            by_program: whether the program logs it, not pyros1: then the call waits until it is written.
 
-        A signal handler may log while its thread is in here: that record is written when this goes on.
+        A signal handler may log on top of this function: its record is written when the function goes on.
         """
         self.settle()
         inside = self._inside
         inside.waiting.append((record, simulated, to_terminal, by_program))
         if inside.writing:
             return
-        for _ in range(_MOST_WAITING):  # no more: writing must not go on for ever because writing makes records
+        for _ in range(_MOST_WAITING):  # a limit: writing may cause new records, and must not go on for ever
             if not inside.waiting:
                 return
             try:
                 inside.writing = True
                 self._write(*inside.waiting.popleft())
             finally:
-                inside.writing = False  # and then is looked again: a handler may have seen it still true
+                inside.writing = False  # then check again: a handler may have seen it still true
 
     def _write(self, record: Record, simulated: bool, to_terminal: bool, by_program: bool) -> None:
         on_loop = isinstance(threading.current_thread(), LoopThread)
         may_wait = by_program and not on_loop
         if may_wait:
-            self._flush()  # what pyros1 has said before comes first
+            self._flush()  # earlier messages of pyros1 come first
         if to_terminal:
             self._write_to_terminal(record, simulated, may_wait)
         if self._file is not None:
@@ -162,7 +162,7 @@ class LogSink:
                 self.publish(record)
             except Exception as error:  # noqa: BLE001 - such as that no more files can be opened
                 self._terminal_thread.write(
-                    "stderr", shown.lines(f"WARNING: cannot publish what was logged: {error}\n")
+                    "stderr", shown.lines(f"WARNING: cannot publish a log message on /rosout: {error}\n")
                 )
         if not on_loop:
             self._flush()
@@ -185,7 +185,7 @@ class LogSink:
                 self._terminal_thread.write(where, text)
 
     def format(self, record: Record, simulated: bool) -> str:
-        """Return the record as ROSCONSOLE_FORMAT says (N31)."""
+        """Return the record formatted by ROSCONSOLE_FORMAT (N31)."""
         wall = f"{record.wall:.6f}"
 
         def replace(token: re.Match[str]) -> str:
@@ -227,9 +227,9 @@ class LogSink:
         self.repeats.close()
         self._terminal_thread.close()
         self._file_thread.close()
-        # A handler of a signal may be on top of this thread's own writing, which only goes on afterwards.
+        # A signal handler may run on top of this thread's own writing, which goes on only afterwards.
         if not self._lock.acquire(timeout=0.0 if self._inside.writing else 1.0):
-            return  # somebody waits for the disk
+            return  # another thread waits for the disk
         try:
             if self._file is not None:
                 self._file.close()

@@ -1,16 +1,16 @@
-"""Local copies of parameters, and which of them can be believed.
+"""Local copies of parameters, and which of them are up to date.
 
-The master tells a node what others set, in the order in which they did it, but not what the node sets itself (M54). So
-of a change by us and one by another, which are told us at the same time, nobody here can say which was the last. Where
-that may be so, the copy is in *doubt*: the next one who asks for it fetches it anew. It may be so
+The master tells a node what others set, in order, but not what the node sets itself (M54). So if the node and another
+one change a parameter at the same time, the node cannot know which change was the last. The copy is then in *doubt*:
+the next read fetches it again. This is possible
 
-* if a change by another, or another one of our own, comes while ours is under way;
-* if others change what we have changed: it may be from before ours, and late;
-* if anything changes while a value is fetched of which we have changed something.
+* if a change by others, or a second one by the node, comes while a change by the node is under way;
+* if others change what the node has changed: their change may be older, and late;
+* if anything changes while a value is fetched of which the node has changed a part.
 
-So every copy ends with what the master has, and a value that only one side changes costs no call.
+So every copy ends with the master's value, and a value that only one side changes costs no call.
 
-All that changes something here is called in one lane (``lane.py``); what only looks, in any thread.
+Methods that change something are called in one lane (``lane.py``); the others in any thread.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from __future__ import annotations
 from typing import Any, Final
 
 MISSING: Final = object()
-"""Stands for a copy that is not there, or in doubt."""
+"""Returned for a copy that does not exist, or is in doubt."""
 _MOST_CHANGES = 1000
-"""Changes that are remembered while a value is fetched."""
+"""Most changes that are remembered while a value is fetched."""
 
 
 class Fetch:
@@ -28,8 +28,8 @@ class Fetch:
 
     Attributes:
         key: the parameter's full name.
-        changes: what others have changed meanwhile.
-        doubtful: so has the node itself, or there were too many changes.
+        changes: the changes by others meanwhile.
+        doubtful: whether the node has changed it meanwhile, too, or there were too many changes.
     """
 
     def __init__(self, key: str) -> None:
@@ -39,13 +39,13 @@ class Fetch:
 
 
 class Copies:
-    """Values by full name."""
+    """The local copies, by full name."""
 
     def __init__(self) -> None:
         self._values: dict[str, Any] = {}
-        self._versions: dict[str, int] = {}  # of each value: it counts its changes
+        self._versions: dict[str, int] = {}  # number of changes of each value
         self._doubtful: dict[str, None] = {}
-        self._ours: dict[str, None] = {}  # names that the node has set, as far as there are copies of them
+        self._ours: dict[str, None] = {}  # names that the node has set and of which copies exist
         self._fetches: dict[Fetch, None] = {}
 
     def get(self, key: str) -> Any:
@@ -57,17 +57,17 @@ class Copies:
         return list(self._values)
 
     def versions(self) -> dict[str, int]:
-        """Return what `set_by_us` wants to know of the time before."""
+        """Return the number of changes of each value, for `set_by_us`."""
         return self._versions.copy()
 
     def knows(self, key: str) -> bool:
-        """Tell whether a change of that name concerns a copy, or one that is being fetched."""
+        """Return whether a change of that name concerns a copy, or a value that is being fetched."""
         return any(_related(name, key) for name in self.names() + [fetch.key for fetch in list(self._fetches)])
 
     # In the lane, but for `begin` -------------------------------------------------------------------------------------
 
     def begin(self, key: str) -> Fetch:
-        """Note that a value is going to be fetched; `keep` or `give_up` must follow."""
+        """Note that a value will be fetched; `keep` or `give_up` must follow."""
         fetch = Fetch(key)
         self._fetches[fetch] = None
         return fetch
@@ -77,13 +77,13 @@ class Copies:
         self._fetches.pop(fetch, None)
 
     def keep(self, fetch: Fetch, value: Any) -> None:
-        """Keep what was fetched."""
+        """Keep a fetched value."""
         key = fetch.key
         self.give_up(fetch)
         self._values[key] = value
         self._doubtful.pop(key, None)
         self._count(key)
-        for change in fetch.changes:  # they have overtaken the answer
+        for change in fetch.changes:  # they overtook the answer
             self._change(key, *change)
         if fetch.doubtful or (fetch.changes and self._is_ours(key)):
             self._doubtful[key] = None
@@ -106,7 +106,7 @@ class Copies:
         """Take a change that the node has made itself.
 
         Args:
-            before: the `versions` when the master was asked.
+            before: the `versions` when the call of the master began.
         """
         for fetch in list(self._fetches):
             fetch.doubtful = fetch.doubtful or _related(fetch.key, key)
@@ -117,7 +117,7 @@ class Copies:
             self._change(name, key, value)
 
     def doubt(self, key: str) -> None:
-        """Note that a parameter was changed, and that the master will tell or not."""
+        """Note that a parameter was changed, and that the master may or may not report the change."""
         for fetch in list(self._fetches):
             fetch.doubtful = fetch.doubtful or _related(fetch.key, key)
         for name in self._related_to(key):
@@ -159,7 +159,7 @@ def _path(key: str) -> list[str]:
 
 
 def _related(name: str, key: str) -> bool:
-    """Tell whether one name is the other, or above it."""
+    """Return whether one name is the same as the other, or above it."""
     return all(a == b for a, b in zip(_path(name), _path(key), strict=False))
 
 

@@ -15,19 +15,19 @@ if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
 
 _TRIES = 3
-"""Times that a value is fetched if it changes meanwhile."""
+"""Most times that a value is fetched if it changes meanwhile."""
 
 
 class Parameters:
     """Parameters by name, like a mapping: ``node.params["~rate"]``.
 
     Names are relative to the node's namespace, global (``/x``) or private (``~x``), and follow the remappings.
-    Any thread may use them, and a signal handler.
+    Any thread or signal handler may use them.
 
     Args:
-        master: asked for everything that is not cached.
-        resolve: makes a full name.
-        api: the node's slave API, which the master tells about changes.
+        master: client of the master, for all that is not cached.
+        resolve: returns the full name that a name stands for.
+        api: URI of the node's slave API, to which the master sends changes.
         remappings: of the command line, as written; `search` follows them.
         later: calls a function soon, on another thread.
     """
@@ -66,7 +66,7 @@ class Parameters:
         """Set a parameter; a dict replaces the whole namespace of that name.
 
         Raises:
-            SerializationError: it cannot be a parameter: it must be a bool, a number, text, bytes, a list or a dict.
+            SerializationError: it is not a bool, a number, a str, bytes, or a list or dict of these.
         """
         key = self._resolve(name)
         before = self._copies.versions()
@@ -74,9 +74,9 @@ class Parameters:
             self._master.set_param(key, value)
         except SerializationError as error:
             raise SerializationError(
-                f"parameter [{key}]: {error}. A parameter is a bool, number, text, bytes, list or dict of them"
+                f"parameter [{key}]: {error}. A parameter is a bool, number, str, bytes, list or dict of them"
             ) from None
-        self._lane.do(self._copies.set_by_us, key, value, before)  # the master tells everybody but us (M54)
+        self._lane.do(self._copies.set_by_us, key, value, before)  # the master tells all nodes but this one (M54)
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; a dict replaces the whole namespace of that name."""
@@ -96,7 +96,7 @@ class Parameters:
         return self._master.has_param(self._resolve(name))
 
     def search(self, name: str) -> str | None:
-        """Look for ``name`` in the node's own namespace, then upwards; return the full name found, or None.
+        """Search ``name`` in the node's own namespace, then upwards; return the full name found, or None.
 
         A remapping of exactly this name is followed (P22).
         """
@@ -118,7 +118,9 @@ class Parameters:
         """
         key = self._resolve(name)
         value = self._copies.get(key)
-        if value is MISSING or self._lane.jobs:  # in a signal handler changes may wait for what it has interrupted
+        if (
+            value is MISSING or self._lane.jobs
+        ):  # in a signal handler, changes may wait until the interrupted function goes on
             value = self._fetch(key)
         return default if value == {} else value
 
@@ -129,7 +131,7 @@ class Parameters:
             fetch = self._copies.begin(key)
             try:
                 value = self._master.subscribe_param(self._api(), key)
-            except MasterMethodError:  # nobody would tell us of changes: asked each time, and not kept
+            except MasterMethodError:  # the master would report no changes: fetched each time, and not kept
                 self._lane.do(self._copies.give_up, fetch)
                 try:
                     return self._master.get_param(key)
@@ -142,10 +144,10 @@ class Parameters:
             kept = self._copies.get(key)
             if kept is not MISSING and not self._lane.jobs:
                 return kept
-        return value  # it changes all the time; the next one who asks fetches it again
+        return value  # it changes all the time; the next read fetches it again
 
     def renew(self) -> None:
-        """Fetch all local copies again, from a master that was restarted and does not know of them."""
+        """Fetch all local copies again, from a master that was restarted and has lost the subscriptions."""
         for key in self._copies.names():
             self._fetch(key)
 
@@ -154,7 +156,7 @@ class Parameters:
         key = self._resolve(name)
         if key in self._copies.names():
             self._lane.do(self._copies.drop, key)
-            with contextlib.suppress(MasterMethodError):  # then its updates are for nobody
+            with contextlib.suppress(MasterMethodError):  # then it sends no updates
                 self._master.unsubscribe_param(self._api(), key)
 
     def cached_names(self) -> list[str]:

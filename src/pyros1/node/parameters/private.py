@@ -1,6 +1,6 @@
 """Private parameters on the command line: ``_rate:=10`` sets ``~rate`` to the number 10 (N13: YAML rules, as rospy).
 
-They stay on the master when the node ends, and a later start without them gets them again.
+They stay on the master when the node ends, so a later start without them finds them there.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ _KEYWORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 def private_parameter(text: str) -> Any:
     """Return the value of a parameter given as text.
 
-    Plain numbers and words are seen at once; for the rest the YAML reader is loaded. Text that is no YAML is a string.
+    Plain numbers and words are recognised at once; for the rest the YAML reader is loaded. Text that is not YAML is a
+    string.
     """
     if _INT.match(text):
         return int(text)
@@ -41,7 +42,7 @@ def private_parameter(text: str) -> Any:
 
 
 def misspelt(arguments: Sequence[str]) -> list[str]:
-    """Return a hint at each argument that is to set a private parameter and does not, such as ``_rate=10``."""
+    """Return a hint for each argument that looks like a misspelt private parameter, such as ``_rate=10``."""
     suspects = [argument for argument in arguments if argument.startswith("_")]
     if not suspects:
         return []
@@ -54,13 +55,13 @@ def set_private(master: MasterClient, resolve: Callable[[str], str], given: Mapp
     """Set a node's private parameters, in one call.
 
     Args:
-        master: of the node.
-        resolve: makes a full name.
+        master: the node's client of the master.
+        resolve: returns the full name that a name stands for.
         given: name without ``~`` -> value as text.
 
     Returns:
-        What is to be known at the start: /use_sim_time, and the tree of all private parameters; an Error for each that
-        is not set.
+        /use_sim_time, and the tree of all private parameters, which the node needs at its start; an Error in place of
+        each that is not set.
     """
     settings: list[tuple[str, tuple[Any, ...]]] = [
         ("setParam", (resolve("~" + key), private_parameter(text))) for key, text in given.items()
@@ -72,12 +73,12 @@ def set_private(master: MasterClient, resolve: Callable[[str], str], given: Mapp
 
 
 def left_over(node_name: str, tree: Any, given: Mapping[str, str]) -> list[str]:
-    """Return a line on the private parameters that were there before a node started, or none if there are none.
+    """Return a line on the private parameters that were set before a node started; an empty text if none were.
 
     Args:
         node_name: full name.
-        tree: what the parameter server has below that name; no dict if there is nothing.
-        given: those that the command line sets.
+        tree: the parameters below that name; not a dict if none are set.
+        given: names of those that the command line sets.
     """
     mine = {name.strip("/") for name in given}
     found = [(name, value) for name, value in _leaves(tree, "") if name not in mine] if isinstance(tree, dict) else []
@@ -85,7 +86,7 @@ def left_over(node_name: str, tree: Any, given: Mapping[str, str]) -> list[str]:
         return []
     texts = [f"~{name} is {value!r:.40}" for name, value in found[:_MOST_SHOWN]]
     more = f" and {len(found) - _MOST_SHOWN} more" if len(found) > _MOST_SHOWN else ""
-    # Not the whole namespace: other nodes may have theirs in it.
+    # Not the whole namespace: other nodes may have parameters in it.
     forget = f"to forget {'it' if len(found) == 1 else 'one'}: pyros1 param delete {node_name}/{found[0][0]}"
     return [f"set before this start: {', '.join(texts)}{more} ({forget})"]
 

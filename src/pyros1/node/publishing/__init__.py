@@ -1,1 +1,1 @@
-"""Topics that a node publishes: handles, the publication, its links."""
+"""Topics that a node publishes: handles, publications and their links."""

@@ -1,8 +1,8 @@
 """Links within one process: the publisher hands a copy of its message to the subscription; nothing is encoded.
 
-The copy rule: `publish` copies the message once for all subscribers of the process, sharing what cannot change: strings
-and the bytes of uint8 arrays. So a publisher may change its message at once, and images cost nothing. Subscribers in a
-process share one copy, as the callbacks of one node do in rospy, and as roscpp's do: they should not change it.
+The copy rule: `publish` copies the message once for all subscribers of the process; the copy shares what cannot change:
+strings and the bytes of uint8 arrays. So a publisher may change its message at once, and images cost nothing. The
+subscribers of a process share one copy, as callbacks of one node do in rospy and roscpp: they should not change it.
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ if TYPE_CHECKING:
 
 
 class LocalLink:
-    """Both ends of a link within the process. The methods that take messages are called in the lane of the topic.
+    """Both ends of a link within a process. The methods that take messages are called in the topic's lane.
 
     Args:
-        lane: of the topic.
-        receiver: the receiving end, of a subscription.
+        lane: the topic's lane.
+        receiver: the receiving end, part of a subscription.
         uri: the publisher's slave API.
         header: the subscriber's connection header.
-        answer: the publisher's.
-        queue_size: of the publisher: bounds what waits here; None: publishers `wait` while the subscriber is behind.
-        on_closed: called once each, when the link is gone: for the publication, and for the subscription.
+        answer: the publisher's connection header.
+        queue_size: the publisher's: most messages that wait here; None: publishers `wait` while the subscriber is
+            behind.
+        on_closed: two functions, for the publication and the subscription, each called once when the link has ended.
     """
 
     transport = "INTRAPROCESS"
@@ -60,21 +61,21 @@ class LocalLink:
         receiver.open(self._inbox)
 
     def start(self) -> None:
-        """There is no greeting within the process."""
+        """Do nothing: there is no greeting within a process."""
 
     @property
     def dropped(self) -> int:
-        """Messages thrown away because the subscription was too slow: the subscription counts them."""
+        """0: the subscription counts the messages that it drops because it is too slow."""
         return 0
 
     @property
     def waiting(self) -> int:
-        """Messages that have not been sent: they are handed over at once."""
+        """0: messages are handed over at once."""
         return 0
 
     @property
     def connected(self) -> bool:
-        """Whether the link is up."""
+        """Whether the link is open."""
         return bool(self._open)
 
     def hand_over(self, message: Message) -> None:
@@ -84,7 +85,7 @@ class LocalLink:
             self._receiver.push(self._inbox, message, self._limit)
 
     def send(self, frame: Frame) -> None:
-        """Hand over what is encoded already."""
+        """Hand over an encoded message."""
         if not self._open:
             return
         data = frame if isinstance(frame, bytes) else b"".join(frame)
@@ -93,24 +94,24 @@ class LocalLink:
         self._receiver.push(self._inbox, data[4:], self._limit)
 
     def recover(self) -> None:
-        """Let the subscriber know of what waits, in case it was not told yet."""
+        """Announce waiting messages to the subscriber, in case that was interrupted."""
         if len(self._inbox):
             self._receiver.recover(self._inbox)
 
     def wait(self) -> None:
-        """Wait until the subscriber is not too far behind, if neither side has bounded what may wait."""
+        """Wait until the subscriber is not too far behind, if neither side has set a limit."""
         if self._limit is None and self._inbox.full(UNBOUNDED_LIMIT):
             self._receiver.wait_for_room(self._inbox)
 
     def close(self) -> None:
-        """End the link; what was handed over is still delivered."""
+        """End the link; messages that were handed over are still delivered."""
         try:
             self._open.pop()
         except IndexError:
-            return  # somebody has done so
+            return  # it has been closed already
         for closed in self._on_closed:
             closed(self)
 
     def finish(self, until: float) -> None:
-        """End the link after all that was published; nothing waits on this side."""
+        """End the link after all published messages; none wait on this side."""
         self._lane.do(self.close)

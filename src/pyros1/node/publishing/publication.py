@@ -1,4 +1,4 @@
-"""A topic that a node publishes: its links, its latched message, and the order in which messages leave.
+"""The publication of a topic: its links, its latched message, and the order in which messages leave.
 
 https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 """
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
 _LENGTH = 4
 _U32 = struct.Struct("<I")
 FAREWELL = 1.0
-"""Seconds that subscribers have for taking the last messages of a publisher that ends."""
+"""Seconds that subscribers have to take the last messages of a publisher that ends."""
 MOST_LINKS = 1024
 PAUSE = 0.0001
 LONGEST_TURN = 1.0
-"""Seconds that a publisher without a queue waits for the lane: a long signal handler may hold up who works there."""
+"""Most seconds that a publisher without a queue waits for the lane, whose worker a signal handler may delay."""
 
 
 class Link(Protocol):
-    """What a publication needs to know of a link. `start`, `send` and `recover` are called in the topic's lane."""
+    """The part of a link that a publication needs. `start`, `send` and `recover` are called in the topic's lane."""
 
     peer: str
     messages: int
@@ -67,11 +67,11 @@ class Publication:
     Args:
         context: the node.
         topic: full name.
-        message_class: what is published; an AnyMsg publication needs ``type_`` to say what really travels.
-        type_: type name, md5 sum and definition that are told to subscribers.
-        queue_size: most waiting messages per slow subscriber; 0 unlimited; None: publishing waits for subscribers.
+        message_class: class of the messages; with AnyMsg, ``type_`` gives their real type.
+        type_: type name, md5 sum and definition that are sent to subscribers.
+        queue_size: most waiting messages per slow subscriber; 0: no limit; None: publishing waits for subscribers.
         latch: keep the last message and give it to every new subscriber.
-        headers: further fields of the connection header.
+        headers: more fields of the connection header.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class Publication:
         self.context = context
         self.topic = topic
         self.message_class = message_class
-        # What classes have is made when it is first used: now, and not in a signal handler in the middle of an import.
+        # Codecs are made when they are first used: here, not in a signal handler in the middle of an import.
         message_class()
         self._encode = message_class._encode_frame
         self.type = type_
@@ -95,20 +95,20 @@ class Publication:
         self.latch = latch
         self.headers = dict(headers)
         self.links: tuple[Link, ...] = ()
-        self._remote: tuple[Link, ...] = ()  # those of the links that take frames
-        self._local: tuple[LocalLink, ...] = ()  # and those that take messages
+        self._remote: tuple[Link, ...] = ()  # the links that take frames
+        self._local: tuple[LocalLink, ...] = ()  # the links that take messages
         self.handles = 0
         self.on_change: list[Callable[[], None]] = []
-        self._connections = itertools.count(1)  # of datagrams
+        self._connections = itertools.count(1)  # over UDP
         self._seq = itertools.count(1)  # from 1, as rospy (T22)
-        self._latched: dict[object, Frame] = {}  # by publisher: each has its own, as in roscpp
-        # Numbers, the latched message and the links belong to it: all of them see one order of messages.
+        self._latched: dict[object, Frame] = {}  # by source: each has its own, as in roscpp
+        # It guards numbers, latched message and links, so that all of them see one order of messages.
         self.lane = Lane(context.loop.call_soon, self._recover)
         self._closed = False
         self.publish: Callable[[Any], None] = self._publish_numbered if message_class._has_header else self._publish
         """Send a message to all links; see Publisher.publish."""
 
-    # The lane is entered here and not by `Lane.do`: this is the way of every message.
+    # The lane is entered here and not by `Lane.do`, since every message comes this way.
 
     def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much as ten lines
         if not (self.links or self.latch):
@@ -121,8 +121,8 @@ class Publication:
         except IndexError:
             lane.leave(self._send, *_safe(*self._prepare(message)))
         else:
-            # Encoded in here, so that what a signal handler publishes meanwhile comes after this message: a robot that
-            # it stops must not be set going again by what was under way.
+            # Encoded in the lane, so that messages of a signal handler come after this one: a robot that the handler
+            # stops must not be set going again by this message.
             lane.worker = me
             try:
                 if lane.jobs and not lane.catch_up():  # some of them may be this thread's: this one comes after them
@@ -175,7 +175,7 @@ class Publication:
             self._wait()
 
     def _prepare(self, message: Any) -> tuple[Frame | None, Any]:
-        """Return what the links need of a message: its frame, its copy, or both."""
+        """Return a message in the forms that the links need: its frame, its copy, or both."""
         cls = message.__class__
         try:
             copy = cls._copy(message) if self._local and not self.latch else None
@@ -191,7 +191,7 @@ class Publication:
     def _send(self, frame: Frame | None, copy: Any, source: object = None) -> None:
         """Give a message to all links and keep it, if latched. In the lane.
 
-        Links may have come since it was prepared.
+        New links may have come since it was prepared.
         """
         if frame is None and (self._remote or self.latch):
             frame = copy.__class__._encode_frame(copy)
@@ -207,7 +207,7 @@ class Publication:
                 taker.send(frame)
 
     def _send_numbered(self, message: Any, frame: Frame | None, copy: Any) -> None:
-        """The same for a message that had to be left: its number is that of its turn."""
+        """Send a message that was left in the lane, with the number of its turn."""
         message.header.seq = number = next(self._seq)
         if copy is not None:
             copy.header.seq = number
@@ -216,16 +216,16 @@ class Publication:
         self._send(frame, copy)
 
     def _recover(self) -> None:
-        """A signal handler has raised in the middle of something."""
+        """Let all links recover after a signal handler has raised in the middle of a job."""
         for link in self.links:
             link.recover()
 
     def _wait(self) -> None:
-        """Wait until all links have taken what was published, as rospy does without a queue size."""
+        """Wait until all links have sent the published messages, as rospy does without a queue size."""
         lane, until = self.lane, perf_counter() + LONGEST_TURN
-        while lane.jobs and perf_counter() < until:  # ours may be among them
+        while lane.jobs and perf_counter() < until:  # this thread's message may be among them
             if lane.mine:
-                return  # in a signal handler: what it has interrupted goes on afterwards
+                return  # in a signal handler: the interrupted function goes on afterwards
             lane.work()
             if not lane.free:
                 time.sleep(PAUSE)
@@ -234,21 +234,21 @@ class Publication:
                 link.wait()
 
     def _publish_to_nobody(self, message: Any) -> None:
-        """The node has ended. As in rospy that is no error: a loop may have asked `ok` just before.
+        """Log that the node has ended. As in rospy, this is not an error: a loop may have called `ok` just before.
 
-        It is said once, unless a signal has ended the node.
+        It is logged once, unless a signal has ended the node.
         """
         context = self.context
         if context.tells_late_publishers:
             context.tells_late_publishers = False
-            context.log.warn("publish() on %s after the end of its node: nobody receives it", self.topic)
+            context.log.warn("publish() on %s after the end of its node: the message is lost", self.topic)
 
     def publish_body(self, body: bytes, source: object = None) -> None:
         """Send an already encoded message.
 
         Args:
             body: its bytes.
-            source: for a latched topic: whose last message it is. Later subscribers get the last one of each source.
+            source: for a latched topic, the source of the message. Later subscribers get the last one of each source.
         """
         if self.links or self.latch:
             self.lane.do(self._send, len(body).to_bytes(_LENGTH, "little") + body, None, source)
@@ -260,7 +260,7 @@ class Publication:
         self.lane.do(self._latched.pop, source, None)
 
     def accept(self, sock: socket.socket, header: dict[str, str]) -> None:
-        """Answer a subscriber's header and take it as a link. On the loop.
+        """Answer a subscriber's header and link it. On the loop.
 
         Raises:
             Refusal: the subscriber wants another type.
@@ -275,15 +275,15 @@ class Publication:
         self._add(link_class(self.context.loop, self.lane, sock, header, greeting, self.queue_size, self._remove))
 
     def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> UdpLink:
-        """Take a subscriber that wants datagrams. On the loop.
+        """Link a subscriber that wants datagrams. On the loop.
 
         Args:
-            header: its connection header.
-            place: its host and port.
+            header: the subscriber's connection header.
+            place: the subscriber's host and port.
             size: bytes of the largest datagram.
 
         Raises:
-            Refusal: it wants another type, or cannot be reached.
+            Refusal: the subscriber wants another type, or cannot be reached.
         """
         from pyros1.node.publishing.udp_link import UdpLink  # noqa: PLC0415 - few nodes need it
 
@@ -292,7 +292,7 @@ class Publication:
         number = next(self._connections)
         link = UdpLink(self.context.loop, self.lane, header, answer, place, size, number, self._remove)
         if not link.connected:
-            raise Refusal(f"no datagrams can be sent to {place[0]}:{place[1]}")
+            raise Refusal(f"cannot send datagrams to {place[0]}:{place[1]}")
         self._add(link)
         return link
 
@@ -303,16 +303,16 @@ class Publication:
 
         Args:
             receiver: takes the messages.
-            uri: of this node's slave API.
-            header: the connection header that it would send.
-            on_closed: called when the link is gone.
+            uri: URI of this node's slave API.
+            header: the connection header that the subscriber would send.
+            on_closed: called when the link has ended.
 
         Raises:
-            Refusal: it wants another type.
+            Refusal: the subscription wants another type.
         """
         try:
             answer = self._answer(header)
-        except Refusal as refusal:  # over TCP the server says so
+        except Refusal as refusal:  # over TCP the server logs it
             self.context.log.warn("refused a connection of %s for %s: %s", header["callerid"], self.topic, refusal)
             raise
         _ = self.message_class._copy  # as in __init__
@@ -358,17 +358,17 @@ class Publication:
         self._local = tuple(link for link in links if isinstance(link, LocalLink))
         self._remote = tuple(link for link in links if not isinstance(link, LocalLink))
         if self.on_change:
-            self.context.loop.call_soon(self._changed)  # others' code does not belong into the lane
+            self.context.loop.call_soon(self._changed)  # code of other parts does not belong in the lane
 
     def _changed(self) -> None:
         for callback in tuple(self.on_change):
             callback()
 
     def close(self, until: float | None = None) -> None:
-        """End all links; what still waits is sent first, as far as subscribers take it in time.
+        """End all links; waiting messages are sent first, as far as subscribers take them in time.
 
         Args:
-            until: `perf_counter` time when they must have it; None: in FAREWELL seconds.
+            until: the deadline, as `perf_counter` time; None: in FAREWELL seconds.
         """
         self._closed = True
         self.publish = self._publish_to_nobody
@@ -380,7 +380,7 @@ class Publication:
 
 
 def _safe(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
-    """Return what may wait: nothing that the owner of the message could change meanwhile."""
+    """Return a message that may wait: without memory that its owner could change meanwhile."""
     return None if frame is None else keepable(frame), copy
 
 

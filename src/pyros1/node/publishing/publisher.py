@@ -1,4 +1,4 @@
-"""The handle of a published topic that users hold.
+"""The user's handle of a published topic.
 
 https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 """
@@ -23,7 +23,7 @@ _Value = SupportsFloat | SupportsIndex | str | Time | Duration | Array
 
 
 class Publisher(Generic[_M]):
-    """A user's handle of a published topic; made by ``Node.advertise``. Also a context manager that unregisters.
+    """The user's handle of a published topic; made by ``Node.advertise``. Also a context manager that unregisters it.
 
     Attributes:
         name: the topic's full name.
@@ -37,7 +37,7 @@ class Publisher(Generic[_M]):
         self._unregister: Callable[[], None] | None = unregister
         self._raw = message_class is AnyMsg
 
-    # For type checkers: a message must be of the topic's type; what a single value must be, only the definition says.
+    # For type checkers: a message must be of the topic's type; the type of a single value depends on the definition.
     @overload
     def publish(self, message: _M, /) -> None: ...
     @overload
@@ -49,8 +49,8 @@ class Publisher(Generic[_M]):
     def publish(self, *args: Any, **fields: Any) -> None:
         """Publish a message. Returns at once; a slow subscriber loses the oldest messages beyond ``queue_size``.
 
-        Any thread; a signal handler, too: if it has interrupted `publish` on that topic, its message comes next. What a
-        handler publishes just before `publish` has begun is followed by that message.
+        Any thread or signal handler may call it. If a handler has interrupted `publish` on this topic, its message
+        comes next; if `publish` had not quite begun, its message comes first.
 
         Args:
             args: one message, or the values of all its fields in order.
@@ -58,13 +58,13 @@ class Publisher(Generic[_M]):
 
         Raises:
             SerializationError: the message is of another type; or a value does not fit its field, which is noticed only
-                when somebody listens, or the topic is latched.
-            NodeError: the publisher was unregistered.
-            TypeError: wrong number of values, or positional and named ones mixed; or a class is given.
-            AttributeError: no field of that name.
+                if there are subscribers, or the topic is latched.
+            NodeError: the publisher has been unregistered.
+            TypeError: wrong number of values, or positional and named values mixed, or a class in place of a message.
+            AttributeError: the type has no field of that name.
         """
         if self._unregister is None:
-            raise NodeError(f"publish() on {self.name}, which was unregistered or whose node has shut down")
+            raise NodeError(f"publish() on {self.name}: it was unregistered, or its node has shut down")
         if len(args) == 1 and not fields:
             message = args[0]
             if isinstance(message, self.type):
@@ -90,11 +90,13 @@ class Publisher(Generic[_M]):
             raise TypeError(f"publish() on {self.name} takes an AnyMsg or its bytes, not {given!r:.80}") from None
 
     def _publish_other(self, message: Any) -> None:
-        """Publish a message of another class: good if it is of the same type, from another definition or generator or
-        still encoded, or is the value of the type's only field."""
+        """Publish a message of another class.
+
+        It may be of the same type, from another definition or generator or still encoded, or be the value of the type's
+        only field."""
         publication = self._publication
         name, md5sum = message._type, message._md5sum
-        if isinstance(message, AnyMsg):  # one that was received says what it is
+        if isinstance(message, AnyMsg):  # a received one carries its type
             header = message._connection_header or {}
             name, md5sum = header.get("type", ANY), header.get("md5sum", ANY)
         if isinstance(message, AnyMsg) and md5sum in (ANY, publication.type.md5sum):
@@ -102,7 +104,7 @@ class Publisher(Generic[_M]):
         elif isinstance(message, Message) and md5sum == publication.type.md5sum:
             publication.publish(message)
         elif not self._raw and md5sum == publication.type.md5sum:
-            # What other generators make has the same fields, but does not encode itself as ours do.
+            # Messages of other generators have the same fields, but other methods to encode them.
             publication.publish(self.type._copy(message))  # type: ignore[attr-defined]
         elif not self._raw and self._is_only_field(md5sum):
             publication.publish(self.type(message))  # type: ignore[call-arg]
@@ -112,7 +114,7 @@ class Publisher(Generic[_M]):
             raise SerializationError(f"{self.name} carries {wanted.name}, {reason}")
 
     def _is_only_field(self, md5sum: str) -> bool:
-        """Whether the type has but one field, which is a message with that sum."""
+        """Return whether the type has only one field, which is a message with that md5 sum."""
         cls: Any = message_class(self.type)
         nested = nested_classes(cls).get(cls._slot_types[0]) if len(cls._slot_types) == 1 else None
         return nested is not None and bool(nested._md5sum == md5sum)
@@ -124,12 +126,12 @@ class Publisher(Generic[_M]):
 
     @property
     def dropped(self) -> int:
-        """Messages that slow subscribers have lost, all together, as far as they are still connected."""
+        """Number of messages that slow subscribers have lost, of all that are still connected."""
         return sum(link.dropped for link in self._publication.links)
 
     @property
     def waiting(self) -> int:
-        """Messages that slow subscribers have not taken yet, all together."""
+        """Number of messages that slow subscribers have not taken yet, all together."""
         return sum(link.waiting for link in self._publication.links)
 
     def wait_for_subscribers(self, count: int = 1, timeout: float | None = None) -> bool:
@@ -139,7 +141,7 @@ class Publisher(Generic[_M]):
             timeout: seconds; None waits until the node shuts down.
 
         Returns:
-            Whether they are there.
+            Whether that many are connected.
         """
         return wait_for_links(self._publication, count, timeout)
 

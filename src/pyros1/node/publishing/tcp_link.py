@@ -1,17 +1,17 @@
 """A publisher's link to one subscriber, over TCP.
 
-All that a link does happens in the lane of its topic (``lane.py``), so it has no lock. States of a link:
+A link works only in the lane of its topic (``lane.py``), so it has no lock. States of a link:
 
-* *idle*: nothing waits. A message goes out at once, in the thread that works in the lane.
+* *idle*: nothing waits. A message is sent at once, by the thread that works in the lane.
 * *coalescing*: messages come faster than every HOT_GAP seconds, RUN_UP of them in a row. They gather in the queue and
-  go out together: sent by the publishing thread when BATCH have gathered or WINDOW seconds passed, by the loop's timer
-  when the publisher fell silent. A lone message never waits.
+  are sent together: by the publishing thread after BATCH messages or WINDOW seconds, by the loop's timer if the
+  publisher pauses. A single message never waits.
 * *blocked*: the socket is full. Messages gather in the queue (the oldest are dropped whole); the loop sends when the
   socket takes more, and a publisher in a tight loop tries as well, because it seldom lets the loop thread run.
 * *closed*.
 
-What was sent is noted by ``(self._sent,) = map(send, (frame,))``: no signal handler can run between the end of `send`
-and the noting, as it could with a plain call. One that raises (KeyboardInterrupt) then tears no frame: see `recover`.
+The number of bytes sent is stored by ``(self._sent,) = map(send, (frame,))``: unlike with a plain call, no signal
+handler can run between `send` and the assignment. So one that raises (KeyboardInterrupt) tears no frame: see `recover`.
 """
 
 from __future__ import annotations
@@ -33,27 +33,27 @@ RUN_UP = 100
 BATCH = 128
 WINDOW = 100e-6
 TURN = 4 << 20
-"""Bytes that are sent in one go; what is left is sent in the loop's next round, after the others' turn."""
+"""Most bytes that are sent in one go; the rest is sent in the loop's next round, after the turns of others."""
 LINGER = 0.0005
-"""Seconds after which the loop sends what the publisher left behind."""
+"""Seconds after which the loop sends what the publisher has left in the queue."""
 SMALL = 4096
 PAUSE = 0.0001
 
 
 class TcpLink:
-    """One connected subscriber.
+    """Link to one connected subscriber.
 
     Args:
         loop: the node's loop.
-        lane: of the topic. `start`, `send` and `recover` are called in it, all else from any thread.
-        sock: connected and past the handshake; owned by the link from now on.
+        lane: the topic's lane. `start`, `send` and `recover` are called in it, the other methods from any thread.
+        sock: connected socket, after the handshake; owned by the link from now on.
         header: the subscriber's connection header.
-        greeting: our connection header, encoded; goes out first, see `start`.
+        greeting: the publisher's connection header, encoded; it is sent first, see `start`.
         queue_size: most waiting messages; 0 or None for no limit.
-        on_closed: called once when the link is gone.
+        on_closed: called once when the link has ended.
 
     Attributes:
-        messages, bytes_sent: what was given to this link.
+        messages, bytes_sent: numbers of messages and bytes given to this link.
     """
 
     transport = "TCPROS"
@@ -87,8 +87,8 @@ class TcpLink:
         self._at_event = False  # the loop is in `_on_event`
         self._streak = 0
         self._last = 0.0
-        self._flying: Frame | None = None  # a frame that is being sent, not by way of the queue
-        self._sent = 0  # bytes of it
+        self._flying: Frame | None = None  # a frame that is being sent without the queue
+        self._sent = 0  # bytes of it that were sent
         sock.setblocking(False)
         self.address = _address_text(sock)
         self._greeting = greeting
@@ -97,24 +97,24 @@ class TcpLink:
     def start(self) -> None:
         """Send the greeting.
 
-        A subscriber that has the greeting counts on every message from then on, so the link is made known first.
+        A subscriber that has the greeting expects all messages from then on, so the link is added to the topic first.
         """
         self._send_now(self._greeting)
         self.bytes_sent = 0
 
     @property
     def dropped(self) -> int:
-        """Messages thrown away because the subscriber was too slow."""
+        """Number of messages dropped because the subscriber was too slow."""
         return self._queue.dropped
 
     @property
     def waiting(self) -> int:
-        """Messages that the subscriber has not taken yet."""
+        """Number of messages that the subscriber has not taken yet."""
         return len(self._queue)
 
     @property
     def connected(self) -> bool:
-        """Whether the link is up."""
+        """Whether the link is open."""
         return not self._closed
 
     def send(self, frame: Frame) -> None:
@@ -164,7 +164,7 @@ class TcpLink:
         self._keep_rest()
 
     def _keep_rest(self) -> None:
-        """Queue what the socket has not taken of the flying frame."""
+        """Queue the rest of the frame that the socket has not taken whole."""
         frame, sent = self._flying, self._sent
         if frame is not None:
             self._idle = False
@@ -176,7 +176,7 @@ class TcpLink:
             self._block()
 
     def _flush(self) -> None:
-        """Send what waits, as much as the socket takes, and no more than a turn."""
+        """Send from the queue as much as the socket takes, at most a turn."""
         queue, end = self._queue, self.bytes_sent + TURN
         while parts := queue.buffers():
             try:
@@ -205,7 +205,7 @@ class TcpLink:
             self._streak = 0
 
     def recover(self) -> None:
-        """Bring in order what a signal handler has left that raised in the middle of something; send what waits."""
+        """Restore a valid state after a signal handler has raised in the middle of a method, and send what waits."""
         if self._closed:
             return
         if self._flying is not None and 0 < self._sent < frame_size(self._flying):
@@ -221,7 +221,7 @@ class TcpLink:
             self._loop.call_later(LINGER, self._linger_over)
 
     def _linger_over(self) -> None:
-        """On the loop: send what the publisher left behind; keep the watch up while it is busy."""
+        """Send what the publisher has left in the queue; set the timer again while it is busy. On the loop."""
         self._lane.do(self._linger)
 
     def _linger(self) -> None:
@@ -258,7 +258,7 @@ class TcpLink:
                 self._loop.modify(self._sock, selectors.EVENT_READ, self._on_event)
         if mask & selectors.EVENT_READ and not self._closed:
             try:
-                gone = not self._sock.recv(4096)  # a subscriber has nothing to say: only its going matters
+                gone = not self._sock.recv(4096)  # a subscriber sends nothing: only the end of the connection matters
             except BlockingIOError:
                 gone = False
             except OSError:
@@ -270,11 +270,11 @@ class TcpLink:
         self._due = False
         if not self._closed:
             self._flush()
-            if self._blocked and not (self._at_event and self._loop.in_loop()):  # nobody watches the socket any more
+            if self._blocked and not (self._at_event and self._loop.in_loop()):  # the loop no longer watches the socket
                 self._loop.call_soon(self._want_writable)
 
     def _fail(self) -> None:
-        """The socket is broken, or the end has come. In the lane."""
+        """Close a link whose socket is broken or closed. In the lane."""
         if not self._closed:
             self._closed = True
             self._queue.clear()
@@ -284,29 +284,29 @@ class TcpLink:
                 self._dispose()
 
     def close(self) -> None:
-        """Close the link; what still waits is lost. Any thread."""
+        """Close the link; waiting messages are lost. Any thread."""
         if not self._lane.mine:
             with contextlib.suppress(OSError):  # so that nothing more is sent
                 self._sock.shutdown(socket.SHUT_RDWR)
         self._lane.do(self._fail)
 
     def finish(self, until: float) -> None:
-        """Send what waits and close: for an orderly end of the publisher.
+        """Send what waits, then close: for an orderly end of the publisher.
 
         Args:
-            until: `perf_counter` time after which what is left is given up.
+            until: the deadline, as `perf_counter` time; the rest is then dropped.
         """
         while not self._lane.mine:
             if self._closed or not (self._queue or self._lane.jobs) or perf_counter() > until:
                 self.close()
                 return
             self._push_on()
-        # A signal handler ends the node, on top of a function that is sending here: it goes on afterwards.
+        # A signal handler ends the node on top of a function that is sending here, which goes on afterwards.
         self._lane.do(self._flush_open)
         self._lane.do(self._fail)
 
     def wait(self) -> None:
-        """Nobody waits for this link."""
+        """Do nothing: publishers do not wait for this link."""
 
     def _push_on(self) -> None:
         """Wait a little until the socket takes more, and send."""
@@ -314,7 +314,7 @@ class TcpLink:
         if self._lane.free:
             self._lane.do(self._flush_open)
         else:
-            time.sleep(PAUSE)  # whoever works there sends
+            time.sleep(PAUSE)  # the thread that works there sends
 
     def _flush_open(self) -> None:
         if not self._closed:
@@ -328,10 +328,10 @@ class TcpLink:
 
 
 class WaitingLink(TcpLink):
-    """A link whose publishers wait until all is written, as rospy's do without a queue size."""
+    """A link whose publishers wait until all is sent, as in rospy without a queue size."""
 
     def wait(self) -> None:
-        """Wait until what was given to `send` by now is written, or the link closed. Not in the lane."""
+        """Wait until the messages given to `send` so far are sent, or the link is closed. Not in the lane."""
         number = self.messages
         if self._written >= number:
             return
@@ -339,7 +339,7 @@ class WaitingLink(TcpLink):
             while not self._closed and self._written < number:
                 self._push_on()
         finally:
-            if self._queue:  # of others, or this thread was interrupted: the loop goes on
+            if self._queue:  # messages of others, or this thread was interrupted: the loop sends them
                 self._lane.do(self._leave_to_loop)
 
     @property
@@ -351,17 +351,17 @@ class WaitingLink(TcpLink):
             super()._block()
 
     def start(self) -> None:
-        """Send the greeting; nobody waits for that, nor for the latched messages that follow it in this job."""
+        """Send the greeting; no publisher waits for it, or for the latched messages that follow it in this job."""
         super().start()
         self._loop.call_soon(self._lane.do, self._leave_to_loop)
 
     def recover(self) -> None:
-        """The same as for other links; but who was to wait for the rest has been interrupted."""
+        """Recover as other links do; the loop sends the rest, as the thread that would have waited was interrupted."""
         super().recover()
         self._leave_to_loop()
 
     def _block(self) -> None:
-        """A publisher waits for the socket already: the loop need not wake up."""
+        """Leave the loop asleep, since a publisher waits for the socket."""
 
 
 def wait_writable(sock: socket.socket) -> None:

@@ -1,7 +1,7 @@
-"""A publisher's link over UDP, for those who would rather lose a message than wait for it: UDPROS, as roscpp has it.
+"""A publisher's link over UDP, which loses messages rather than wait: UDPROS, as in roscpp.
 
 A subscriber offers a socket in `requestTopic`; the publisher answers with a connection number and sends. There is no
-connection that could be found broken: a publisher learns that nobody listens when the system says so (T57-T62).
+connection that could break: a publisher learns only from errors of the system that nobody listens (T57-T62).
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ _LENGTH = 4
 
 
 class UdpLink:
-    """The sending end. A message that the system does not take at once is lost, and counted as dropped.
+    """The sending end. A message that the system does not take at once is lost and counted as dropped.
 
     Args:
-        loop: of the node, to look up the subscriber's host.
-        lane: of the topic, in which `send` is called, and all that concerns the socket is done.
+        loop: the node's loop, which looks up the subscriber's host.
+        lane: the topic's lane, in which `send` is called and the socket is used.
         header: the subscriber's connection header.
-        answer: the publisher's.
-        place: its host and port.
+        answer: the publisher's connection header.
+        place: the subscriber's host and port.
         size: bytes of the largest datagram.
-        connection: the number of this link.
-        on_closed: called once, when the link is gone.
+        connection: the connection number of this link.
+        on_closed: called once, when the link has ended.
     """
 
     transport = PROTOCOL
@@ -65,32 +65,32 @@ class UdpLink:
         self._numbers = itertools.count()
         self._lane = lane
         self._sock: socket.socket | None = None
-        self._early: bytes | None = None  # the last message from before the host's address was known
+        self._early: bytes | None = None  # the last message before the host's address was known
         self._open = True
         loop.resolver.resolve(place[0], self._resolved)
 
     def answer(self, host: str) -> list[Any]:
-        """Return what `requestTopic` answers (T59).
+        """Return the answer to `requestTopic` (T59).
 
         Args:
-            host: of this node.
+            host: host name of this node.
         """
         sock = self._sock
         port = sock.getsockname()[1] if sock is not None else 0
         return [PROTOCOL, host, port, self._connection, self._size, encode_header(self._answer)[_LENGTH:]]
 
     def start(self) -> None:
-        """There is no greeting: the answer to `requestTopic` is."""
+        """Do nothing: the answer to `requestTopic` takes the place of the greeting."""
 
     def recover(self) -> None:
-        """Nothing is kept that could be half done."""
+        """Do nothing: no message is kept here."""
 
     def wait(self) -> None:
-        """What the system does not take is lost, not waited for."""
+        """Do nothing: messages that the system does not take are lost."""
 
     @property
     def connected(self) -> bool:
-        """Whether the link is up."""
+        """Whether the link is open."""
         return self._open
 
     def _resolved(self, addresses: list[str], error: OSError | None) -> None:
@@ -140,7 +140,7 @@ class UdpLink:
                 sock.send(datagram)
         except (BlockingIOError, ValueError):
             self.dropped += 1
-        except OSError:  # the other side's system: there is no such port
+        except OSError:  # an error from the other machine: no socket has that port
             return False
         else:
             self.bytes_sent += len(data)
@@ -159,5 +159,5 @@ class UdpLink:
             self._on_closed(self)
 
     def finish(self, until: float) -> None:
-        """End the link; nothing waits on this side."""
+        """End the link; no messages wait on this side."""
         self.close()

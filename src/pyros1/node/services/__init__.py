@@ -1,1 +1,1 @@
-"""Services that a node provides and calls."""
+"""Services that a node provides, and clients of services."""

@@ -1,4 +1,4 @@
-"""Calling a service (https://wiki.ros.org/rospy/Overview/Services)."""
+"""Client of a service (https://wiki.ros.org/rospy/Overview/Services)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 CONNECT_TIMEOUT = 10.0
 PROBE_TIMEOUT = 5.0
 STEP = 0.2
-"""Seconds after which a call that waits looks whether its node is shutting down."""
+"""Seconds between checks of a waiting call whether its node is shutting down."""
 
 
 class _Call:
@@ -63,7 +63,7 @@ class _Call:
         self._bound = 0.0
 
     def _bound_wait(self) -> None:
-        """Let the next call on the socket end in time to look at the node and at the deadline."""
+        """Set the timeout of the next call on the socket, so that node and deadline are checked in time."""
         left = self._left(STEP)
         if left != self._bound:
             bound_waits(self.sock, left)
@@ -80,7 +80,7 @@ class _Call:
         return min(most, left)
 
     def send(self, data: bytes) -> None:
-        """Send all of it."""
+        """Send all bytes."""
         rest: bytes | memoryview = data
         while rest:
             self._bound_wait()
@@ -88,7 +88,7 @@ class _Call:
                 sent = self.sock.send(rest)
                 rest = b"" if sent == len(rest) else memoryview(rest)[sent:]
             except WaitOver:
-                continue  # _left says when to give up
+                continue  # _left raises at the deadline
 
     def receive(self) -> bytes:
         """Receive some bytes.
@@ -101,7 +101,7 @@ class _Call:
             try:
                 data = self.sock.recv(65536)
             except WaitOver:
-                continue  # _left says when to give up
+                continue  # _left raises at the deadline
             if not data:
                 self._context.check_running()
                 raise ConnectionError("the provider closed the connection")
@@ -125,10 +125,10 @@ class _Call:
 
 
 class ServiceClient:
-    """A way to call a service; made by ``Node.service``. Also a context manager that closes.
+    """Client of a service; made by ``Node.service``. Also a context manager that closes it.
 
     Calling the object calls the service: ``client(a, b)``, ``client(a=1)`` or ``client(request)``. A signal handler may
-    do so, too, on top of a call of its thread: it gets a connection of its own.
+    do so, too, on top of a call of its thread: it gets a separate connection.
 
     Attributes:
         name: the service's full name.
@@ -151,13 +151,13 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = dict(headers)
         self._wire_type = service_type(service_class)
-        # Made when it is first used: now, and not in a signal handler in the middle of an import.
+        # The class is made when it is first used: here, not in a signal handler in the middle of an import.
         service_class._request_class()
         _ = service_class._request_class._encode_frame, service_class._response_class._decode
         self._kept: _Call | None = None
         self._under_way: set[_Call] = set()
         self._lock = threading.RLock()  # of a persistent connection: one call at a time
-        self._busy = False  # a call is under way there, of the thread that has the lock
+        self._busy = False  # the thread that has the lock is making a call there
 
     def __call__(self, *args: Any, **fields: Any) -> Any:
         """Call the service without a time limit; see `call`."""
@@ -175,7 +175,7 @@ class ServiceClient:
 
         Args:
             request: an instance of the service's request class.
-            timeout: seconds; None waits as long as the connection and the node live.
+            timeout: seconds; None: no limit, until the connection breaks or the node shuts down.
 
         Returns:
             The response message.
@@ -206,7 +206,7 @@ class ServiceClient:
         if not self._persistent:
             return self._exchange(self._connect(deadline), data)
         with self._lock:
-            if self._busy:  # a signal handler calls, on top of a call of its thread
+            if self._busy:  # a signal handler calls on top of a call of its thread
                 return self._exchange(self._connect(deadline), data)
             self._busy = True
             try:
@@ -218,10 +218,10 @@ class ServiceClient:
                 self._busy = False
 
     def _own(self, uri: str | None = None) -> Provided | None:
-        """Return our own node's service of that name if its handler could only run in this thread, which would wait.
+        """Return the node's own service of that name if its handler could run only in the calling thread.
 
         Args:
-            uri: where the master says that it is; None if that is not known yet.
+            uri: the URI that the master gave; None if not known yet.
         """
         context = self._context
         server = (
@@ -238,20 +238,20 @@ class ServiceClient:
         return self._read_response(ok, answer[RESPONSE_HEAD_SIZE:])
 
     def _look_up(self) -> str:
-        """Ask the master where the service is."""
+        """Return the service's URI from the master."""
         self._context.check_running()
         try:
             return self._master.lookup_service(self.name)
         except (MasterUnreachableError, MasterMethodError) as error:
             raise ServiceError(f"service [{self.name}] cannot be looked up: {error}") from error
         except MasterError:
-            raise ServiceUnavailableError(f"service [{self.name}] unavailable: nobody provides it") from None
+            raise ServiceUnavailableError(f"service [{self.name}] unavailable: no node provides it") from None
 
     def _connect(self, deadline: float | None) -> _Call:
         return _Call(self._context, self.name, self._look_up(), deadline)
 
     def _exchange(self, call: _Call, request: bytes) -> Any:
-        """Send the request, with the greeting if the connection is new, and return the response."""
+        """Send the request, on a new connection after the header, and return the response."""
         self._under_way.add(call)
         complete = False
         try:
@@ -312,13 +312,13 @@ class ServiceClient:
 
 
 def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
-    """Ask a provider what it provides, without calling (L79).
+    """Ask a provider for its connection header, without calling the service (L79).
 
     Returns:
-        Its connection header: type, md5sum, callerid...
+        The provider's connection header: type, md5sum, callerid and more.
 
     Raises:
-        ServiceError: it does not answer, or does not provide the service.
+        ServiceError: the provider does not answer, or does not provide the service.
     """
     call = _Call(context, service, uri, monotonic() + timeout)
     try:
@@ -339,15 +339,15 @@ def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEO
 
 
 def wait_for_service(context: Context, master: MasterClient, service: str, timeout: float | None) -> None:
-    """Wait until somebody provides a service and answers.
+    """Wait until a service is provided and its provider answers.
 
     Args:
         service: full name.
         timeout: seconds; None waits until the node shuts down.
 
     Raises:
-        WaitTimeoutError: it did not appear in time.
-        ServiceError: the master cannot be asked for services.
+        WaitTimeoutError: the service did not answer in time.
+        ServiceError: the master cannot look up services.
         NodeShutdownError: the node is shutting down.
     """
     check_timeout(timeout)
@@ -371,6 +371,6 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
             raise WaitTimeoutError(f"timeout exceeded while waiting for service {service}{where}")
         if now - said >= (10.0 if said > start or fault == "cannot be reached" else PROBE_TIMEOUT):
             said = now
-            state = f"registered at {uri}, but {fault}" if uri else "not provided by anybody yet"
+            state = f"registered at {uri}, but {fault}" if uri else "no node provides it yet"
             context.log.warn("waiting for service %s: %s", service, state)
         context.pause(0.05 if timeout is None else min(0.05, max(0.001, timeout - (now - start))))

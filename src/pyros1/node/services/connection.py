@@ -1,4 +1,4 @@
-"""A client's connection to a service of ours.
+"""A client's connection to a service that this node provides.
 
 States::
 
@@ -6,10 +6,10 @@ States::
       ^   a whole request       │   not persistent
       └─────────────────────────┘   persistent
 
-* *waiting*: on the loop, for a whole request. A client that sends nothing, or byte after byte, costs no thread. A
-  request must be complete some time after its first byte; a client that has one call must begin it in that time, too.
-* *answering*: in a worker's thread, until the response is sent. A persistent client that asks again at once is answered
-  there at once, without the way over the loop.
+* *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, costs no thread. A
+  request must be complete some time after its first byte; a client that is not persistent must begin it in that time.
+* *answering*: in a worker's thread, until the response is sent. If a persistent client calls again at once, the same
+  thread answers, without a detour over the loop.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pyros1.net.loop import Loop, TimerHandle
 
 REQUEST_TIMEOUT = 30.0
-"""Seconds that a client has for sending a request, once it has begun, and for taking the response."""
+"""Seconds that a client has to send a request once it has begun, and to take the response."""
 LINGER = 0.05
 """Seconds that a worker waits for the next request of a persistent client."""
 
@@ -38,17 +38,17 @@ Frames = list[tuple[int, int]]
 
 
 class ServiceLink:
-    """One connection.
+    """The connection of one client.
 
     Args:
-        loop: the node's.
+        loop: the node's loop.
         sock: connected, non-blocking.
-        header: the client's.
-        first: what came behind the header.
+        header: the client's connection header.
+        first: bytes that came after the header.
         answer: ``answer(data, start, end, header)`` returns the bytes that answer a request; runs in a worker.
-        submit: ``submit(job)`` runs a job in a worker, or returns why it cannot.
+        submit: ``submit(job)`` runs a job in a worker, or returns why that is not possible.
         may_linger: whether a worker may wait a moment for more.
-        on_closed: called once, with the link and what went wrong, None if nothing did.
+        on_closed: called once, with the link and the error, or None.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class ServiceLink:
         """Send our header and wait for a request. On the loop."""
         try:
             if self._sock.send(greeting) < len(greeting):
-                raise ProtocolError("it takes no data")
+                raise ProtocolError("it does not read its data")
             frames = self._buffer.received(0)
         except (OSError, ProtocolError) as error:
             self._close(error)
@@ -89,10 +89,10 @@ class ServiceLink:
             self._wait()
 
     def end(self) -> None:
-        """Close when the call under way, if there is one, is answered. Any thread."""
+        """Close after the answer to the current call, if there is one. Any thread."""
         self._ending = True
         with contextlib.suppress(OSError):
-            self._sock.shutdown(socket.SHUT_RD)  # wakes whoever waits for a request
+            self._sock.shutdown(socket.SHUT_RD)  # wakes a thread that waits for a request
 
     # ---- waiting, on the loop
 
@@ -138,7 +138,7 @@ class ServiceLink:
             self._timer = None
 
     def _hand_over(self, frames: Frames) -> None:
-        if self._ending:  # what comes after the end is read all the same
+        if self._ending:  # bytes after the end are read, too
             self._close(None)
             return
         refusal = self._submit(lambda: self._serve(frames))

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from pyros1.node.registrar import Registrar
 
 MOST_THREADS = 16 * MOST_CALLS
-"""Calls of all services of a node that may be under way."""
+"""Most calls of all services of a node at the same time."""
 
 
 class Services:
-    """Services by full name.
+    """The services that a node provides, by full name.
 
     Args:
         context: the node.
-        registrar: its line to the master.
-        address: returns the ``rosrpc://`` address of the node.
+        registrar: the node's registrations with the master.
+        address: returns the ``rosrpc://`` URI of the node.
 
     Attributes:
-        servers: by name; changed by whole replacement, so that readers need no lock. Also ``context.services``.
+        servers: by name; replaced as a whole on changes, so that readers need no lock. Also ``context.services``.
     """
 
     def __init__(self, context: Context, registrar: Callable[[], Registrar], address: Callable[[], str]) -> None:
@@ -45,12 +45,12 @@ class Services:
         """Provide a service; see ``Node.advertise_service``.
 
         Args:
-            direct: answer at once even in a node that spins.
+            direct: whether to answer at once, even in a node that spins.
         """
         with self._lock:
             self._context.check_running()
             if name in self.servers:
-                raise NodeError(f"service {name} is provided by this node already")
+                raise NodeError(f"this node already provides service {name}")
             server = ServiceServer(
                 self._context, self._workers, name, self._address(), service_class, handler, self._unadvertise, direct
             )

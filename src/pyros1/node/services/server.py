@@ -1,4 +1,4 @@
-"""Providing a service (https://wiki.ros.org/rospy/Overview/Services): one thread per call under way."""
+"""Server of a service (https://wiki.ros.org/rospy/Overview/Services): one thread per call under way."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from pyros1.node.services.workers import Workers
 
 MOST_CALLS = 256
-"""Calls of one service that may be under way; more are refused."""
+"""Most calls of one service at the same time; more are refused."""
 PATIENCE = 5.0
 """Seconds that a call waits for the program to spin before the log says so."""
 
 
 def service_type(service_class: type[Service]) -> ServiceType:
-    """Return what a service class says about itself in connection headers."""
+    """Return a service class's type for connection headers."""
     return ServiceType(
         service_class._type,
         service_class._md5sum,
@@ -37,12 +37,12 @@ def service_type(service_class: type[Service]) -> ServiceType:
 
 
 class ServiceServer:
-    """A service that a node provides; made by ``Node.advertise_service``. Also a context manager that shuts down.
+    """A service that a node provides; made by ``Node.advertise_service``. Also a context manager that shuts it down.
 
     Attributes:
         name: full name.
         type: the service class.
-        uri: under which it is registered.
+        uri: URI with which it is registered.
     """
 
     def __init__(
@@ -92,10 +92,10 @@ class ServiceServer:
         link.begin(answer)
 
     def _submit(self, job: Callable[[], None]) -> str | None:
-        """Run a job in a thread; return why not, if it cannot be."""
+        """Run a job in a thread; return the reason if that is not possible."""
         with self._lock:
             if self._under_way >= MOST_CALLS:
-                return f"too many calls of {self.name} are under way, try again later"
+                return f"too many calls of {self.name} at the same time, try again later"
             self._under_way += 1
 
         def run() -> None:
@@ -109,7 +109,7 @@ class ServiceServer:
             return None
         with self._lock:
             self._under_way -= 1
-        return f"too many calls of services of {self._context.name} are under way, try again later"
+        return f"too many calls of services of {self._context.name} at the same time, try again later"
 
     def _may_linger(self) -> bool:
         return self._under_way < MOST_CALLS // 2 and not self._closed
@@ -119,14 +119,14 @@ class ServiceServer:
             self._links.discard(link)
         if error is not None and not self._closed and not isinstance(error, ConnectionError):
             who = link.header.get("callerid", "?")
-            self._context.log.peer(WARN, "call of %s by %s broke: %s", self.name, who, error)
+            self._context.log.peer(WARN, "a call of %s by %s failed: %s", self.name, who, error)
 
     def call_here(self, frame: bytes, header: dict[str, str]) -> bytes:
-        """Answer a call of our own node in the thread that makes it.
+        """Answer a call by the service's own node in the thread that makes it.
 
         Args:
             frame: the request, with its length in front.
-            header: as a client would send it.
+            header: the header that a client would send.
 
         Returns:
             The bytes that answer the request.
@@ -205,7 +205,7 @@ class ServiceServer:
         """Stop providing the service.
 
         Args:
-            reason: for the log.
+            reason: text for the log.
         """
         unregister, self._unregister = self._unregister, None
         if unregister is not None:

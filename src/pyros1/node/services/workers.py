@@ -10,7 +10,7 @@ IDLE_TIME = 10.0
 
 
 class Workers:
-    """Runs jobs in threads of their own.
+    """Pool of threads that run jobs.
 
     Args:
         name: prefix of the threads' names.
@@ -40,7 +40,7 @@ class Workers:
             self._jobs.append(job)
             thread = threading.Thread(target=self._run, name=f"{self._name}-{len(self._threads)}", daemon=True)
             self._threads.add(thread)
-            thread.start()  # with the lock: who closes must not find a thread that cannot be joined yet
+            thread.start()  # with the lock: `close` must not find a thread that cannot be joined yet
         return True
 
     def _run(self) -> None:
@@ -58,7 +58,7 @@ class Workers:
             job()
 
     def close(self, timeout: float = 5.0) -> None:
-        """End the threads when their jobs are done; wait at most ``timeout`` seconds for each."""
+        """End the threads after their current jobs; wait at most ``timeout`` seconds for each."""
         with self._changed:
             self._closed = True
             self._jobs.clear()

@@ -1,1 +1,1 @@
-"""Topics that a node subscribes to: handles, the subscription, its connections, delivery."""
+"""Topics that a node subscribes to: handles, subscriptions, their connections and delivery."""

@@ -1,4 +1,4 @@
-"""What waits for callbacks that are slower than messages: the newest of each publisher, still encoded."""
+"""Backlog of a subscription with slow callbacks: the newest messages of each publisher, still encoded."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ T = TypeVar("T")
 
 
 class Backlog(Generic[S, T]):
-    """The newest messages of each source; they are taken from one source after the other.
+    """The newest messages of each source; sources take turns.
 
     Args:
-        limit: messages to keep of each source.
+        limit: most messages to keep of each source.
     """
 
     def __init__(self, limit: int) -> None:
@@ -30,7 +30,7 @@ class Backlog(Generic[S, T]):
         return bool(self._waiting)
 
     def put(self, source: S, item: T) -> None:
-        """Keep a message, instead of the oldest of its source if there are too many."""
+        """Keep a message, in place of the oldest of its source if there are too many."""
         items = self._waiting.get(source)
         if items is None:
             items = self._waiting[source] = deque(maxlen=self._limit)
@@ -38,7 +38,7 @@ class Backlog(Generic[S, T]):
         items.append(item)
 
     def put_frames(self, link: TcpSource, frames: list[tuple[int, int]] | SplitBody) -> None:
-        """Keep the newest of what one receive brought. For backlogs of links and bytes."""
+        """Keep the newest frames of one receive. For backlogs of links and bytes."""
         if isinstance(frames, SplitBody):
             self.put(link, frames)  # type: ignore[arg-type]
         elif frames:

@@ -1,4 +1,4 @@
-"""Drives the dialogue with one publisher (`dialogue`): sockets, timers and calls, all on the loop."""
+"""The connector, which drives the dialogue with one publisher (`dialogue`): sockets, timers, calls."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.udp_source import UdpSource
 
 STEP_TIMEOUT = 10.0
-"""Seconds that each step may take. A publisher that cannot be reached delays no other."""
+"""Most seconds of each step. A publisher that cannot be reached delays no other."""
 SILENCE = 4.0
 """Seconds after which a publisher that does not answer is named in the log."""
 _PIECE = 65536
 
 
 class Wanting(Protocol):
-    """What is to be connected: a subscription."""
+    """The part of a subscription that a connector needs."""
 
     context: Context
     topic: str
@@ -41,7 +41,7 @@ class Wanting(Protocol):
     hints: Hints
 
     def request_header(self) -> dict[str, str]:
-        """Return the connection header to greet publishers with."""
+        """Return the connection header that is sent to publishers."""
 
     def link(self, link: TcpSource) -> None:
         """Take a link over TCP."""
@@ -50,20 +50,20 @@ class Wanting(Protocol):
         """Link to a publication of this process."""
 
     def offer_datagrams(self, uri: str) -> UdpSource:
-        """Return a socket to offer to a publisher."""
+        """Return a UDP socket to offer to a publisher."""
 
     def add_local(self, link: UdpSource) -> None:
-        """Take a link that hands over its messages itself."""
+        """Take a link that puts messages into an inbox."""
 
     def forget(self, uri: str) -> None:
-        """Drop the connector of a publisher: it has nothing to do any more."""
+        """Drop the connector of a publisher, as it has nothing left to do."""
 
 
 class Connector:
     """Keeps a subscription connected to one publisher. All methods run on the loop.
 
     Args:
-        subscription: who wants the messages.
+        subscription: the subscription that wants the messages.
         uri: the publisher's slave API.
     """
 
@@ -74,8 +74,8 @@ class Connector:
         )
         self._subscription = subscription
         self._context = subscription.context
-        self._attempt = 0  # what belongs to older attempts is ignored
-        self._timer: TimerHandle | None = None  # of the rest, or of the step under way
+        self._attempt = 0  # events of older attempts are ignored
+        self._timer: TimerHandle | None = None  # of the rest, or of the current step
         self._silence: TimerHandle | None = None
         self._sock: socket.socket | None = None
         self._offered: UdpSource | None = None  # or the link
@@ -83,23 +83,23 @@ class Connector:
 
     @property
     def gone(self) -> bool:
-        """Whether the connector has nothing to do any more."""
+        """Whether the connector has nothing left to do."""
         return self.dialogue.state is State.GONE
 
     def announced(self) -> None:
-        """The master lists the publisher, again or for the first time."""
+        """Take note that the master lists the publisher, again or for the first time."""
         self._do(self.dialogue.announced())
 
     def vanished(self) -> None:
-        """The master no longer lists the publisher."""
+        """Take note that the master no longer lists the publisher."""
         self._do(self.dialogue.vanished())
 
     def stop(self) -> None:
-        """Give up what is under way."""
+        """Give up the current attempt."""
         self._do(self.dialogue.stop())
 
     def lost(self, reason: str | None) -> None:
-        """The link has ended: try again soon, if the master still lists the publisher."""
+        """Take note that the link has ended: try again soon, if the master still lists the publisher."""
         self._do(self.dialogue.lost(reason))
 
     # Actions ----------------------------------------------------------------------------------------------------------
@@ -197,7 +197,7 @@ class Connector:
         return self.dialogue.linked()
 
     def _protocols(self) -> list[list[Any]]:
-        """Return what is asked for, in the order of preference (T62)."""
+        """Return the wanted protocols, in the order of preference (T62)."""
         protocols: list[list[Any]] = []
         for transport in self._subscription.hints.transports:
             if transport == "tcp":
@@ -229,7 +229,7 @@ class Connector:
             return
         self._sock = sock
         keep_alive(sock)
-        with contextlib.suppress(OSError):  # some systems say so here that the peer has gone; reading tells, too
+        with contextlib.suppress(OSError):  # some systems report here that the peer has gone; a read reports it, too
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._do(self.dialogue.connected())
 
@@ -244,7 +244,7 @@ class Connector:
         self._timer = self._context.loop.call_later(STEP_TIMEOUT, lambda: self._do(self.dialogue.failed()))
 
     def _ready(self, sock: socket.socket, mask: int) -> None:
-        """Send our header, in pieces if it is long, and take the publisher's."""
+        """Send our header, in pieces if it is long, and read the publisher's."""
         try:
             if mask & selectors.EVENT_WRITE and self._unsent:
                 with contextlib.suppress(BlockingIOError):

@@ -1,24 +1,24 @@
-"""Receives for a subscription, from all its links, and runs the callbacks, or queues them for `spin`.
+"""The delivery of a subscription: it receives from all links, and runs the callbacks or queues them for `spin`.
 
-One thread at a time, of those that the subscriptions of a node share, does so: the *owner*. Who comes with something
-to do leaves it in a queue and becomes the owner; or goes away if there is one, which looks at the queues when it ends.
+One thread at a time, of those that the subscriptions of a node share, does this: the *owner*. A thread that brings work
+puts it into a queue and becomes the owner; or goes on if there is one already, which checks the queues before it ends.
 
 Rules:
 
-* What one system call brought is decoded together, while callbacks keep up. A large byte array is received into the
-  object that the callback gets.
-* Sources take turns: a turn is one receive, or TURN seconds of callbacks if others wait; what is left has its next turn
-  after theirs. New links and other jobs come between the turns. So nobody is kept waiting by those who never pause.
-* With a bounded queue, callbacks that fall more than FRESH seconds behind see fresh data: what has arrived is drained
-  from the sockets, still encoded, and only the newest `limit` frames of each publisher are decoded and delivered.
-* Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides. (What waits for
-  `spin` is bounded always, see UNBOUNDED_LIMIT.)
-* While messages flow on an only link the owner waits in its receive, for PATIENCE seconds at most; all else that may
-  happen then waits as long.
-* While a subscriber that has a queue of its own holds too many messages, nothing is received: TCP holds the publishers
-  back (see `Holding`).
+* All messages of one system call are decoded together, while callbacks keep up. A large byte array is received into
+  the object that the callback gets.
+* Sources take turns: a turn is one receive, or TURN seconds of callbacks if others wait; the rest waits for the next
+  turn. New links and other jobs come between the turns. So a source that never pauses does not starve the others.
+* With a bounded queue, callbacks that fall more than FRESH seconds behind get fresh data: the sockets are drained,
+  and only the newest `limit` frames of each publisher are decoded and delivered.
+* Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides. (Queues for
+  `spin` are always bounded, see UNBOUNDED_LIMIT.)
+* While messages flow on a subscription's only link, the owner waits in its receive, for PATIENCE seconds at most; other
+  work waits as long.
+* While a subscriber with its own queue holds too many messages, nothing is received: TCP holds the publishers back (see
+  `Holding`).
 * A driver runs all this: threads of the node, or an asyncio loop, which gets its thread back after each round of turns.
-* A message that cannot be decoded, or a callback that raises, is logged and costs nothing but itself.
+* A message that cannot be decoded, or a callback that raises, is logged; delivery goes on with the next message.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ class Delivery:
         driver: runs this.
         deliver: called with (source, buffer, start, end) for each frame: decodes and runs the callbacks.
         deliver_item: the same for a message that stands alone, called with (source, item).
-        on_lost: called, by the owner, with (link, reason) when a link broke; reason is None for an orderly end.
-        on_arrival: in a node that spins, called with (source, item) at once; tells whether to queue the item.
-        callbacks: where deliveries are queued, for a node that spins.
+        on_lost: called by the owner with (link, reason) when a link has ended; reason is None for an orderly end.
+        on_arrival: in a node that spins, called with (source, item) at once; returns whether to queue the item.
+        callbacks: the callback queue of a node that spins, else None.
 
     Attributes:
-        limit: messages of each publisher that may wait for slow callbacks; None for no limit.
-        holding: those who may hold publishers back; changed by whole replacement.
-        links: its TCP links, and what drives it.
+        limit: most messages of each publisher that may wait for slow callbacks; None for no limit.
+        holding: the subscribers that may hold publishers back; replaced as a whole on changes.
+        links: its TCP links, with their driver.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class Delivery:
         self.handover: Handover[Source, Item] = Handover()
         self._local = self.handover.line
         self._spinning: Spinning[Source, Item] = Spinning(deliver_item)
-        self._dropped = 0  # but for those of these two
+        self._dropped = 0  # except for those of these two
         self.links = Links(self, driver, self._spinning.forget, on_lost)
         self._queues: tuple[tuple[deque[Any], Callable[[Any], None]], ...] = (
             (self._begun, self._go_on),
@@ -94,7 +94,7 @@ class Delivery:
         )
         self._ownership = threading.Lock()
         self._owner = 0  # the owner's thread
-        self._woken = False  # a thread is on its way
+        self._woken = False  # a thread has been woken and will become the owner
         self._closed = False
 
     # From other threads -----------------------------------------------------------------------------------------------
@@ -112,7 +112,7 @@ class Delivery:
         self.wake()
 
     def wake(self) -> None:
-        """Let a thread look for what there is to do, unless one is at it."""
+        """Wake a thread that does the waiting work, unless one is doing it."""
         if not self._woken and not self._ownership.locked():
             self._woken = True
             try:
@@ -128,19 +128,19 @@ class Delivery:
 
     @property
     def waiting(self) -> int:
-        """Messages handed over, or for `spin`, that wait."""
+        """Number of messages that wait in inboxes or for `spin`."""
         return len(self.handover) + len(self._spinning)
 
     def push(self, inbox: Inbox[Source, Item], item: Item, limit: int | None) -> None:
-        """Take a message that is handed over. Never waits; one thread at a time for each inbox.
+        """Put a message into an inbox. Never waits; one thread at a time for each inbox.
 
         Args:
-            limit: most that wait, if the subscribers have not said it; 0 or None for no limit.
+            limit: most messages that wait, if the subscribers have set no limit; 0 or None for no limit.
         """
         own = self.limit
         most = own if own is not None else limit
         if most and inbox.full(most) and self._owner != threading.get_ident():
-            time.sleep(0)  # let the owner take them, if all that it waits for is the interpreter's lock
+            time.sleep(0)  # let the owner take them, in case it only waits for the interpreter's lock
         inbox.put(item, most)
         if not inbox.in_line:
             self.handover.line_up(inbox)
@@ -148,26 +148,26 @@ class Delivery:
             self.wake()
 
     def open(self, inbox: Inbox[Source, Item]) -> None:
-        """Take messages out of an inbox from now on."""
+        """Begin to take messages out of an inbox."""
         self.handover.open(inbox)
 
     def recover(self, inbox: Inbox[Source, Item]) -> None:
-        """Look for what waits in an inbox, in case that was not said."""
+        """Look for messages in an inbox, in case its sender was interrupted before it announced them."""
         self.handover.line_up(inbox)
         self.wake()
 
     def wait_for_room(self, inbox: Inbox[Source, Item]) -> None:
-        """Wait until fewer than UNBOUNDED_LIMIT messages wait, if nobody has set a limit."""
+        """Wait until fewer than UNBOUNDED_LIMIT messages wait, if no limit is set."""
         # A callback that publishes to its own topic would wait for itself.
         if self.limit is None and self._owner != threading.get_ident():
             self.handover.wait_for_room(inbox, UNBOUNDED_LIMIT, lambda: self._closed)
 
     def stop(self) -> None:
-        """Deliver nothing more; `close` is still to be called."""
+        """Deliver nothing more; `close` must still be called."""
         self._closed = True
 
     def close(self, timeout: float = 5.0) -> None:
-        """Close all links; wait for a running callback at most ``timeout`` seconds."""
+        """Close all links; wait at most ``timeout`` seconds for a running callback."""
         self._closed = True
         if self._owner == threading.get_ident():
             return  # a callback ends its own subscription: the owner does the rest
@@ -178,10 +178,10 @@ class Delivery:
     # By the owner -----------------------------------------------------------------------------------------------------
 
     def run(self, fd: int | None) -> None:
-        """Become the owner, if there is none, and do all there is to do.
+        """Become the owner, unless there is one, and do all waiting work.
 
         Args:
-            fd: a link's socket that can be read.
+            fd: descriptor of a link's socket that can be read.
         """
         if fd is not None:
             self._readable.append(fd)
@@ -216,7 +216,7 @@ class Delivery:
 
     @property
     def _something(self) -> object:
-        """Whether there is something to do."""
+        """Whether work waits."""
         if self._new or self._jobs:
             return True
         return (self._readable or self._local or self._begun) and not self._held
@@ -231,7 +231,7 @@ class Delivery:
         cooperative = self.links.driver.cooperative
         while not self._closed and self._something:
             self._run_jobs()
-            # One turn for each that is there by now: whoever comes meanwhile comes after them.
+            # One turn for each source in line now: others come after them.
             for _ in range(len(self._new)):
                 # If callbacks fall behind, `_catch_up` takes the others, too.
                 if self._new and (frames := self.links.open(link := self._new.popleft())):
@@ -266,12 +266,12 @@ class Delivery:
             self._rearm(link)
 
     def _rearm(self, link: TcpSource) -> None:
-        """Wait for a link again: one that is neither lost nor waited for, nor has its turn to come, would be deaf."""
+        """Wait for a link's socket again; a link without a wait, or a turn ahead, would never receive again."""
         if not self._is_begun(link):
             self.links.rearm(link)
 
     def _is_begun(self, link: TcpSource) -> bool:
-        """Whether a link still has to deliver what it has received: until then, it receives nothing."""
+        """Return whether a link has received messages that it must deliver before it receives more."""
         return any(rest.link is link for rest in self._begun)
 
     def _go_on(self, rest: Rest) -> None:
@@ -300,7 +300,7 @@ class Delivery:
     def _receive(self, link: TcpSource, wait: bool = False) -> bool:
         """Receive once and deliver; return whether there may be more."""
         frames = self.links.receive(link, wait)
-        if self._jobs:  # they are older than what was waited for: a new subscriber must get it
+        if self._jobs:  # these frames are older than the next receive: a new subscriber must get them first
             self._run_jobs()
         if frames is None:
             return False
@@ -311,7 +311,7 @@ class Delivery:
         return True
 
     def _take(self, link: TcpSource, frames: list[tuple[int, int]]) -> None:
-        if frames[-1][1] > LARGE and len(frames) == 1:  # a body that stands alone is not copied again
+        if frames[-1][1] > LARGE and len(frames) == 1:  # a single body is not copied again
             self._take_item(link, link.buffer.take_bodies(frames)[0])
             return
         data = link.buffer.take(frames)
@@ -332,7 +332,7 @@ class Delivery:
                 return
 
     def _deliver_frames(self, link: TcpSource, data: bytes, frames: list[tuple[int, int]], position: int) -> None:
-        """Deliver all frames from a position on; or some, if others wait and the link's turn is over."""
+        """Deliver the frames from a position on; not all, if others wait and the link's turn is over."""
         deliver, stride, begun = self._deliver, 1, perf_counter()
         while not self._closed:
             for start, end in frames[position : position + stride]:
@@ -376,10 +376,10 @@ class Delivery:
             while backlog and perf_counter() < behind:
                 self._deliver_item(*backlog.take())
             if not backlog and perf_counter() < behind:
-                return  # callbacks are quick again
+                return  # callbacks keep up again
 
     def _gather(self, backlog: Backlog[Source, Item]) -> None:
-        """Take what has arrived, from all."""
+        """Receive what has arrived on all links."""
         for _ in range(len(self._new)):
             link = self._new.popleft()
             backlog.put_frames(link, self.links.open(link))
@@ -420,7 +420,7 @@ class Delivery:
             self._forget(inbox)
 
     def forget(self, source: Source) -> None:
-        """A source that hands over its messages has ended. By the owner."""
+        """Forget a source whose inbox has ended. Called by the owner."""
         for inbox in list(self.handover.inboxes):
             if inbox.source is source and not len(inbox):
                 self._forget(inbox)

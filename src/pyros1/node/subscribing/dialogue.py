@@ -1,4 +1,4 @@
-"""What a subscription has to do to be linked to one publisher: a state machine without sockets, clocks or threads.
+"""The dialogue of a subscription with one publisher: a state machine without sockets, clocks or threads.
 
 States::
 
@@ -9,15 +9,15 @@ States::
        └────────────┴──────────────────┴─────────────────┴─────────────────┘
           failed, silent too long, or lost: rest, longer after each failure
 
-* REFUSED: the publisher answered with an error, or its type is not ours. Asking again would get the same answer, so
-  nothing is done until the master announces the publishers anew.
+* REFUSED: the publisher answered with an error, or its type differs. Another attempt would get the same answer, so
+  nothing is done until the master announces the publishers again.
 * A publisher in the same process, and one that sends datagrams (UDPROS), are LINKED right after ASKING.
-* A publisher that the master no longer lists is not tried again. What is under way goes on: its node may have taken us
-  already, for a publisher that is not announced yet. A link that is up stays until the publisher closes it, so that its
-  last messages are not lost. GONE: the publisher is not listed, and nothing is linked or under way.
+* A publisher that the master no longer lists is not tried again. An attempt under way goes on: the node may have
+  accepted the connection already, for a publisher that is not announced yet. An open link stays until the publisher
+  closes it, so that its last messages are not lost. GONE: the publisher is not listed, there is no link and no attempt.
 
-Each event is a method, and returns what is to be done, in order. Whoever drives the machine does that (`connector`),
-and passes on no event of an attempt that `Drop` has ended.
+Each event is a method that returns the actions to take, in order. The driver (`connector`) takes them, and passes on no
+events of an attempt that `Drop` has ended.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ LONGEST_REST = 20.0
 
 
 class State(Enum):
-    """See the module."""
+    """State of a dialogue; see the module's docstring."""
 
     RESTING = "resting"
     ASKING = "asking"
@@ -54,14 +54,14 @@ class Ask(NamedTuple):
     """Call the publisher's ``requestTopic``, or link to it if it is in this process.
 
     Attributes:
-        watched: report `Dialogue.silent` if there is no link after a while.
+        watched: whether to report `Dialogue.silent` if there is no link after a while.
     """
 
     watched: bool
 
 
 class Connect(NamedTuple):
-    """Open a TCP connection, and give up the sockets that were offered for datagrams."""
+    """Open a TCP connection, and close the socket that was offered for datagrams."""
 
     host: str
     port: int
@@ -72,11 +72,11 @@ class Greet(NamedTuple):
 
 
 class Link(NamedTuple):
-    """The connection is a link now.
+    """Make the connection a link.
 
     Attributes:
-        header: the publisher's.
-        rest: what came behind it.
+        header: the publisher's connection header.
+        rest: bytes that came after the header.
     """
 
     header: dict[str, str]
@@ -84,12 +84,12 @@ class Link(NamedTuple):
 
 
 class LinkDatagrams(NamedTuple):
-    """The socket that was offered for datagrams is a link now.
+    """Make the socket that was offered for datagrams a link.
 
     Attributes:
-        header: the publisher's.
-        place: its host and port.
-        number: that it gave the link.
+        header: the publisher's connection header.
+        place: the publisher's host and port.
+        number: the connection number that the publisher gave.
     """
 
     header: dict[str, str]
@@ -98,7 +98,7 @@ class LinkDatagrams(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """Report `Dialogue.rested` after so many seconds."""
+    """Report `Dialogue.rested` after ``seconds``."""
 
     seconds: float
 
@@ -108,19 +108,19 @@ class Drop(NamedTuple):
 
 
 class EndDatagrams(NamedTuple):
-    """End the link of datagrams, whose publisher has gone."""
+    """End the link over UDP, since its publisher has gone."""
 
 
 class Forget(NamedTuple):
-    """This publisher needs no dialogue any more."""
+    """End the dialogue with this publisher."""
 
 
 class Tell(NamedTuple):
     """Log something about the publisher.
 
     Attributes:
-        is_error: it is an error, else a warning.
-        text, args: what it is, as for the log.
+        is_error: whether it is an error, not a warning.
+        text, args: the message, as for the log.
     """
 
     is_error: bool
@@ -129,14 +129,14 @@ class Tell(NamedTuple):
 
 
 class TellHost(NamedTuple):
-    """Say that the publisher's host is not known here."""
+    """Log that the publisher's host name cannot be resolved here."""
 
     error: UnknownHostError
 
 
 Action = Ask | Connect | Greet | Link | LinkDatagrams | Rest | Drop | EndDatagrams | Forget | Tell | TellHost
 
-_SILENT = "no messages of %s from the publisher at %s yet: it does not answer. Is it stopped, or out of reach?"
+_SILENT = "no messages of %s from the publisher at %s yet: it does not answer. Is it stopped, or unreachable?"
 
 
 class Dialogue:
@@ -145,11 +145,11 @@ class Dialogue:
     Args:
         topic: full name.
         uri: the publisher's slave API.
-        wanted: returns the type that the subscription wants, which may become narrower.
-        takes_tcp: the subscription takes messages over TCP.
+        wanted: returns the type that the subscription wants; ``*`` may become a certain type.
+        takes_tcp: whether the subscription accepts messages over TCP.
 
     Attributes:
-        state: see the module.
+        state: the current state.
         listed: whether the master lists the publisher.
     """
 
@@ -160,18 +160,18 @@ class Dialogue:
         self._uri = uri
         self._wanted = wanted
         self._takes_tcp = takes_tcp
-        self._datagrams = False  # the link is one of datagrams
-        self._again = False  # announced anew while an attempt was under way, whose answer may be that of the old one
-        self._told = ""  # why it refused us
-        self._named = False  # in the log, as one that does not answer
+        self._datagrams = False  # the link is over UDP
+        self._again = False  # announced again during an attempt, whose answer may come from the old publisher
+        self._told = ""  # why it refused
+        self._named = False  # logged as one that does not answer
         self._rest = FIRST_REST
         self._header = HeaderReader()
 
     # From the master --------------------------------------------------------------------------------------------------
 
     def announced(self) -> list[Action]:
-        """The master lists the publisher, again or for the first time."""
-        # Notices of a publisher that left and one that came may have become one.
+        """Take the event that the master lists the publisher, again or for the first time."""
+        # The notices of a publisher that left and of one that came may have been merged.
         self._again = self.state in UNDER_WAY
         self.listed = True
         if self.state in UNDER_WAY or self.state is State.LINKED:
@@ -182,17 +182,17 @@ class Dialogue:
         return self._ask()
 
     def vanished(self) -> list[Action]:
-        """The master no longer lists the publisher."""
+        """Take the event that the master no longer lists the publisher."""
         self.listed = False
         if self.state in UNDER_WAY:
             return []
-        if self.state is State.LINKED:  # no datagram says that the publisher has gone
+        if self.state is State.LINKED:  # no datagram tells that the publisher has gone
             return [EndDatagrams()] if self._datagrams else []
         self.state = State.GONE
         return [Drop(), Forget()]
 
     def stop(self) -> list[Action]:
-        """Nobody subscribes any more. A link is not touched."""
+        """Take the event that the subscription has ended. An open link is not touched."""
         self.listed = False
         self.state = State.GONE
         return [Drop()]
@@ -200,16 +200,16 @@ class Dialogue:
     # From the driver --------------------------------------------------------------------------------------------------
 
     def rested(self) -> list[Action]:
-        """The rest is over."""
+        """Take the event that the rest is over."""
         return self._ask()
 
     def linked(self) -> list[Action]:
-        """The publisher is in this process, and linked."""
+        """Take the event that the publisher is in this process, and linked."""
         self._succeed()
         return []
 
     def answered(self, value: Any, *, offered: bool = False) -> list[Action]:
-        """The publisher's node has answered ``requestTopic``.
+        """Take the event that the publisher's node has answered ``requestTopic``.
 
         Args:
             value: the answer.
@@ -219,20 +219,20 @@ class Dialogue:
             case [1, str(), ["UDPROS", *_] as answer] if offered:
                 return self._link_datagrams(answer)
             case [0, str(reason), _] if not self._takes_tcp:
-                return self.refused(f"{self._uri} does not send {self._topic} in datagrams: {reason}")
+                return self.refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
             case [1, str(), ["TCPROS", str(host), int(port), *_]] if 0 < port < 65536:
                 self.state = State.CONNECTING
                 return [Connect(host, port)]
-        return self._retry()  # it is not a publisher (yet, or any more), or talks nonsense
+        return self._retry()  # it is not a publisher (not yet, or no longer), or its answer is invalid
 
     def connected(self) -> list[Action]:
-        """The connection is open."""
+        """Take the event that the connection is open."""
         self.state = State.GREETING
         self._header = HeaderReader()
         return [Greet()]
 
     def received(self, data: bytes) -> list[Action]:
-        """Bytes have come on the connection; none at its end."""
+        """Take bytes from the connection; no bytes mean its end."""
         if not data:
             return self._retry()
         try:
@@ -246,13 +246,13 @@ class Dialogue:
         return [Link(header, self._header.rest)]
 
     def failed(self, error: Exception | None = None) -> list[Action]:
-        """The publisher could not be asked or reached, or was silent for too long: that may change."""
+        """Take the event that the publisher could not be reached, or did not answer in time: that may change."""
         if isinstance(error, UnknownHostError) and self.listed:
             return [TellHost(error), *self._retry()]
         return self._retry()
 
     def refused(self, reason: str) -> list[Action]:
-        """The publisher does not want us, or is none for us."""
+        """Take the event that the publisher refused, or does not suit the subscription."""
         told: list[Action] = []
         if self.listed and reason != self._told:
             self._told = reason
@@ -263,13 +263,13 @@ class Dialogue:
         return [*told, Drop()]
 
     def silent(self) -> list[Action]:
-        """There is no link after a while. That is said once, until there is one: a process that was stopped, or a host
-        that cannot be reached, would leave the subscriber waiting without a word."""
+        """Take the event that there is no link after a while, and have it logged, once until there is one: otherwise a
+        subscriber would wait in silence for a stopped process or an unreachable host."""
         self._named = True
         return [Tell(False, _SILENT, (self._topic, self._uri))]
 
     def lost(self, reason: str | None) -> list[Action]:
-        """The link has ended; without a reason if it was the publisher's will."""
+        """Take the event that the link has ended; without a reason if the publisher closed it."""
         self._rest = FIRST_REST
         if reason is None:
             return self._retry()

@@ -1,4 +1,4 @@
-"""What runs deliveries: the node's threads (`threads.py`), or an asyncio loop (`pyros1.aio.driver`)."""
+"""Drivers, which run deliveries: the node's threads (`threads.py`), or an asyncio loop (`pyros1.aio.driver`)."""
 
 from __future__ import annotations
 
@@ -7,55 +7,55 @@ from typing import Protocol
 
 
 class Channel(Protocol):
-    """What a driver runs: a subscription's `Delivery`.
+    """A channel, which a driver runs: a subscription's `Delivery`.
 
     Attributes:
-        driver: who runs it now; it may move to another.
+        driver: its present driver, which may change.
     """
 
     @property
     def driver(self) -> Driver: ...
 
     def run(self, fd: int | None) -> None:
-        """Do what there is to do; ``fd`` can be read."""
+        """Do the waiting work; ``fd`` is a descriptor that can be read."""
 
 
 class Driver(Protocol):
-    """Calls `Channel.run` when there is something to do.
+    """A driver, which calls `Channel.run` when work waits.
 
     Attributes:
-        cooperative: whether `run` gives its thread back after each round of turns.
+        cooperative: whether `run` must return after each round of turns.
     """
 
     cooperative: bool
 
     @property
     def someone_waits(self) -> bool:
-        """Whether a thread is free for what comes next, so that this one may wait for a link."""
+        """Whether another thread waits for the next message, so that this one may wait for a link."""
 
     def register(self, fd: int, channel: Channel) -> None:
-        """Run a channel when a socket can be read: once, then again after each `rearm`."""
+        """Run a channel when a socket can be read: once, and again after each `rearm`."""
 
     def rearm(self, fd: int) -> None:
-        """Wait again for a socket for which its channel was run."""
+        """Wait again for a socket whose channel was run."""
 
     def unregister(self, fd: int) -> None:
-        """Forget a socket; to be called before it is closed."""
+        """Forget a socket; call this before closing it."""
 
     def wake(self, channel: Channel) -> None:
         """Run a channel soon. Any thread."""
 
     def call(self, function: Callable[[], None], timeout: float) -> None:
-        """Call a function that unregisters sockets, in the thread for that; wait at most ``timeout`` seconds for it."""
+        """Call a function that unregisters sockets, in the thread for that; wait for it at most ``timeout`` seconds."""
 
 
 class Holding(Protocol):
-    """A subscriber that queues its messages itself, such as an asyncio iteration."""
+    """A subscriber with its own queue, such as an asyncio iteration."""
 
     @property
     def full(self) -> bool:
-        """Whether it has too many, so that publishers are to be held back."""
+        """Whether its queue is full, so that publishers must be held back."""
 
     @property
     def urgent(self) -> bool:
-        """Whether it waits for a message that others must not hold back."""
+        """Whether it waits for a message, so that full queues of others must not hold publishers back."""

@@ -1,5 +1,5 @@
-"""Floods of single messages: a publisher that sends each by itself wakes the reader for each, which costs the publisher
-more than the sending. So they are let gather for a moment.
+"""Floods of single messages: a publisher that sends each message separately wakes the receiver for each, which costs
+the publisher more than the sending. So the receiver lets them gather for a moment.
 """
 
 from __future__ import annotations
@@ -14,14 +14,16 @@ if TYPE_CHECKING:
 FLOOD = 30e-6
 FEW = 16
 LITTLE = 65536
-"""Messages that come faster than every FLOOD seconds, FEW with each receive and of LITTLE bytes, FLOOD_RUN_UP times."""
+"""A flood: FLOOD_RUN_UP receives in a row, of at most FEW messages and LITTLE bytes each, less than FLOOD seconds
+apart.
+"""
 FLOOD_RUN_UP = 100
 GATHER = 200e-6
-"""Seconds for which a flood is left alone."""
+"""Seconds of a pause, in which messages gather."""
 
 
 class Flood:
-    """Watches one link while its reader stays with it."""
+    """Watches one link for floods while its receiver stays with it."""
 
     def __init__(self, link: TcpSource) -> None:
         self._link = link
@@ -31,7 +33,7 @@ class Flood:
         self._last = perf_counter()
 
     def pause(self) -> None:
-        """Pause after a receive, if a flood comes in small pieces."""
+        """Pause after a receive, if a flood of single messages comes."""
         link, now = self._link, perf_counter()
         count = link.messages - self._messages
         if now - self._last > count * FLOOD or link.bytes_received - self._size > LITTLE:

@@ -1,4 +1,4 @@
-"""How a subscriber wants to be linked to publishers."""
+"""Transport hints of a subscriber."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 
 class Hints(NamedTuple):
-    """How a subscriber wants to be linked to publishers (roscpp's TransportHints, C11).
+    """Transport hints of a subscriber (roscpp's TransportHints, C11).
 
     Attributes:
-        tcp_nodelay: ask publishers to send small messages at once.
+        tcp_nodelay: whether to ask publishers to send small messages at once.
         transports: "tcp" and "udp", in the order of preference.
         max_datagram_size: in bytes, for "udp".
     """
@@ -19,7 +19,7 @@ class Hints(NamedTuple):
     max_datagram_size: int = 1500
 
     def check(self) -> None:
-        """Raise ValueError for a transport or size that there is not."""
+        """Raise ValueError for an unknown transport or an impossible size."""
         if not hasattr(type(self.max_datagram_size), "__index__"):
             raise TypeError(f"max_datagram_size must be a whole number of bytes, not {self.max_datagram_size!r:.80}")
         if self.transports == ("tcp",):

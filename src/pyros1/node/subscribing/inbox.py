@@ -1,8 +1,8 @@
-"""Messages on their way from the one who hands them over to the one who delivers them, who may do so at the same time
-and without a lock.
+"""Inboxes: queues between the thread that puts messages and the thread that delivers them, which may work at the same
+time, without a lock.
 
-What is too much is dropped by the deque itself, within its `append`: so the newest can never be dropped for one that
-was taken meanwhile.
+Messages beyond the limit are dropped by the deque itself, within its `append`, so the newest message can never be
+dropped for one that was taken meanwhile.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ T = TypeVar("T")
 
 
 class _Queue(deque[T]):
-    """A deque that is equal to itself only: `remove` finds that one, and not another that is empty as well."""
+    """A deque that is equal only to itself, so that `remove` does not find another empty one."""
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__  # type: ignore[assignment]  # deques have none, since they are equal by what is in them
 
 
 class Inbox(Generic[S, T]):
-    """The messages of one source.
+    """Queue of the messages of one source.
 
     Args:
-        source: where they come from.
+        source: the source of the messages.
 
     Attributes:
-        lost: messages that were lost on their way to here, as far as the source knows; for the source to count.
-        in_line: whether the one who takes has it on his list.
+        lost: number of messages that were lost on the way here; the source counts them.
+        in_line: whether it is in the line of inboxes with messages.
     """
 
     __slots__ = ("_limit", "_newest", "_put", "_queues", "_taken", "in_line", "lost", "source")
@@ -44,7 +44,7 @@ class Inbox(Generic[S, T]):
         self.in_line = False
         self._limit: int | None = None
         self._newest: _Queue[T] = _Queue()
-        self._queues: deque[_Queue[T]] = deque([self._newest])  # with another limit begins another queue
+        self._queues: deque[_Queue[T]] = deque([self._newest])  # a new limit begins a new queue
         self._put = self._taken = 0
 
     def __len__(self) -> int:
@@ -52,23 +52,23 @@ class Inbox(Generic[S, T]):
 
     @property
     def dropped(self) -> int:
-        """Messages lost so far, here or before; off by one for a moment while others put and take."""
+        """Number of messages lost so far, here or before; may be off by one for a moment."""
         return self.lost + max(0, self._put - self._taken - len(self))
 
     def full(self, limit: int) -> bool:
-        """Tell whether the next message will cost an older one."""
+        """Return whether the next message will replace an older one."""
         return len(self._newest) >= limit
 
     def put(self, item: T, limit: int | None) -> None:
         """Add a message. One thread at a time.
 
         Args:
-            limit: most messages that wait, the oldest are dropped; 0 or None for no limit.
+            limit: most messages that wait, beyond which the oldest are dropped; 0 or None for no limit.
         """
         if limit != self._limit:
             self._limit = limit
             newest: _Queue[T] = _Queue(maxlen=limit or None)
-            self._queues.append(newest)  # from now on nothing is put into those before
+            self._queues.append(newest)  # from now on nothing is put into the earlier queues
             self._newest = newest
         self._put += 1
         self._newest.append(item)
@@ -77,13 +77,15 @@ class Inbox(Generic[S, T]):
         """Take the oldest message, None if there is none."""
         while True:
             queue = self._queues[0]
-            last = queue is self._newest  # asked first: only one that is not the last is, once empty, empty for ever
+            last = (
+                queue is self._newest
+            )  # checked first: only queues before the last one stay empty once they are empty
             try:
                 item = queue.popleft()
             except IndexError:
                 if last:
                     return None
-                with contextlib.suppress(ValueError):  # if another thread takes, too
+                with contextlib.suppress(ValueError):  # if another thread takes messages, too
                     self._queues.remove(queue)
                 continue
             self._taken += 1
@@ -91,17 +93,17 @@ class Inbox(Generic[S, T]):
 
 
 class Handover(Generic[S, T]):
-    """All inboxes of one taker.
+    """All inboxes of one delivery.
 
     Attributes:
-        line: those with messages, in the order of their turns.
-        inboxes: all.
+        line: inboxes with messages, in the order of their turns.
+        inboxes: all inboxes.
     """
 
     def __init__(self) -> None:
         self.line: deque[Inbox[S, T]] = deque()
         self.inboxes: dict[Inbox[S, T], None] = {}
-        self._dropped = 0  # by inboxes that are forgotten
+        self._dropped = 0  # in inboxes that are forgotten
         self._room = Bell()
 
     def __len__(self) -> int:
@@ -109,11 +111,11 @@ class Handover(Generic[S, T]):
 
     @property
     def dropped(self) -> int:
-        """Messages lost so far, in all inboxes."""
+        """Number of messages lost so far, in all inboxes."""
         return self._dropped + sum(inbox.dropped for inbox in list(self.inboxes))
 
     def open(self, inbox: Inbox[S, T]) -> None:
-        """Take messages out of an inbox from now on, until it is forgotten."""
+        """Begin to take messages out of an inbox, until it is forgotten."""
         self.inboxes[inbox] = None
 
     def line_up(self, inbox: Inbox[S, T]) -> None:
@@ -123,9 +125,9 @@ class Handover(Generic[S, T]):
             self.line.append(inbox)
 
     def leave_line(self, inbox: Inbox[S, T]) -> bool:
-        """Note that an inbox was taken out of the line and emptied. By who takes.
+        """Note that an inbox was taken out of the line and emptied. Called by the thread that takes messages.
 
-        What was put into it just now, by somebody who still believed it to be in the line, brings it back.
+        If a thread has just put a message into it that did not know of this, the inbox goes back into the line.
 
         Returns:
             Whether it is empty.
@@ -138,7 +140,7 @@ class Handover(Generic[S, T]):
         return True
 
     def forget(self, inbox: Inbox[S, T]) -> None:
-        """Take no more from an inbox. By who takes."""
+        """Take no more from an inbox. Called by the thread that takes messages."""
         if inbox in self.inboxes:
             self._dropped += inbox.dropped
             del self.inboxes[inbox]
@@ -149,5 +151,5 @@ class Handover(Generic[S, T]):
             self._room.wait(lambda: len(inbox) < most or ended(), 0.1)
 
     def ring(self) -> None:
-        """Let those look again who wait for room."""
+        """Wake the threads that wait for room."""
         self._room.ring()

@@ -1,4 +1,4 @@
-"""The TCP links of a delivery: which there are, who waits for them, and what each has received."""
+"""The TCP links of a delivery: it opens, closes and reads them, and registers them with a driver."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 class Links:
-    """The links; all but reading `driver` is for the owner of the delivery.
+    """The TCP links of a delivery. Only its owner may use them, except to read `driver`.
 
     Args:
         channel: the delivery.
         driver: waits for the links.
         on_closed: called with each link that is closed.
-        on_lost: called with (link, reason) when a link broke; reason is None for an orderly end.
+        on_lost: called with (link, reason) when a link has ended; reason is None for an orderly end.
     """
 
     def __init__(
@@ -44,11 +44,11 @@ class Links:
         return iter(list(self._links.values()))
 
     def get(self, fd: int) -> TcpSource | None:
-        """Return the link with that descriptor, if it is still there."""
+        """Return the link with that descriptor, None if it is closed."""
         return self._links.get(fd)
 
     def open(self, link: TcpSource) -> list[tuple[int, int]]:
-        """Wait for a new link; return the frames that came together with its header."""
+        """Begin to wait for a new link; return the frames that came together with its header."""
         if self.driver.cooperative:
             link.patient = False
         self._links[link.fd] = link
@@ -61,7 +61,7 @@ class Links:
             self.driver.rearm(link.fd)
 
     def move(self, driver: Driver) -> None:
-        """Let another driver wait for the links from now on."""
+        """Move the links to another driver."""
         for fd in self._links:
             self.driver.unregister(fd)
         self.driver = driver
@@ -77,10 +77,10 @@ class Links:
             link.sock.close()
 
     def receive(self, link: TcpSource, wait: bool = False) -> list[tuple[int, int]] | SplitBody | None:
-        """Receive once.
+        """Receive once from a link.
 
         Args:
-            wait: wait for a moment, see `TcpSource.receive`.
+            wait: whether to wait for a moment, see `TcpSource.receive`.
 
         Returns:
             The frames in the link's buffer, or a large message; None if nothing has come, or the link was lost.

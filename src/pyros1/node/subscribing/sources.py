@@ -1,4 +1,4 @@
-"""Where a subscription's messages come from, and what waits of them."""
+"""Sources of a subscription's messages, and items that wait."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.tcp_source import TcpSource
 
 UNBOUNDED_LIMIT = 1000
-"""Messages that wait at most when neither side set a queue size; the publisher then waits, as with TCP."""
+"""Most messages that wait if neither side set a queue size; beyond that the publisher waits, as with TCP."""
 Item = bytes | SplitBody | Message | AnyMsg
 """A message that waits: encoded, or handed over by a publisher in this process."""
 
 
 class Source(Protocol):
-    """Where frames come from: a link to a publisher."""
+    """A link to a publisher."""
 
     header: dict[str, str]
 
@@ -27,7 +27,7 @@ class Source(Protocol):
 
 
 class HandingSource(Source, Protocol):
-    """A source that hands over its messages itself, into an inbox: in this process, or over UDP."""
+    """A source that puts its messages into an inbox: in this process, or over UDP."""
 
     uri: str
     transport: str
@@ -38,23 +38,23 @@ class HandingSource(Source, Protocol):
 
 
 class Receiver(Protocol):
-    """What a source that hands over its messages itself needs of the subscription: its `Delivery`."""
+    """The part of a subscription's `Delivery` that a source with an inbox needs."""
 
     def open(self, inbox: Inbox[Source, Item]) -> None:
-        """Take messages out of an inbox from now on."""
+        """Begin to take messages out of an inbox."""
 
     def push(self, inbox: Inbox[Source, Item], item: Item, limit: int | None) -> None:
-        """Take a message; see `Delivery.push`."""
+        """Put a message into an inbox; see `Delivery.push`."""
 
     def recover(self, inbox: Inbox[Source, Item]) -> None:
-        """Look for what waits in an inbox, in case that was not said."""
+        """Look for messages in an inbox; see `Delivery.recover`."""
 
     def wait_for_room(self, inbox: Inbox[Source, Item]) -> None:
         """Wait until not too many messages wait; see `Delivery.wait_for_room`."""
 
 
 class Rest(NamedTuple):
-    """What a link has received and had no time to deliver in its turn: the frames of ``data`` from ``position`` on."""
+    """Frames that a link had no time to deliver in its turn: those of ``data`` from ``position`` on."""
 
     link: TcpSource
     data: bytes

@@ -1,4 +1,4 @@
-"""Messages that wait for `spin`: the newest of each source. Their calls wait in the node's queue (``callbacks.py``)."""
+"""Queues of messages that wait for `spin`: the newest of each source. Their callbacks wait in ``callback_queue.py``."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ T = TypeVar("T")
 
 
 class SpinQueue(Generic[S, T]):
-    """The messages of one source that wait for `spin`: as many calls are queued as there are messages.
+    """The messages of one source that wait for `spin`; one call is queued for each.
 
     Args:
-        source: where they come from.
+        source: the source of the messages.
         deliver: called with (source, item).
     """
 
@@ -30,17 +30,17 @@ class SpinQueue(Generic[S, T]):
 
     @property
     def dropped(self) -> int:
-        """Messages lost so far."""
+        """Number of messages lost so far."""
         return self._inbox.dropped
 
     def put(self, item: T, limit: int) -> bool:
         """Add a message. One thread at a time.
 
         Returns:
-            Whether `deliver_next` must be called once more than so far.
+            Whether one more call of `deliver_next` must be queued.
         """
         self._inbox.put(item, limit)
-        if len(self._calls) >= limit:  # there are no more messages than that
+        if len(self._calls) >= limit:  # there are no more messages than calls
             return False
         self._calls.append(None)
         return True
@@ -63,14 +63,14 @@ class Spinning(Generic[S, T]):
     def __init__(self, deliver: Callable[[S, T], None]) -> None:
         self._deliver = deliver
         self._queues: dict[S, SpinQueue[S, T]] = {}
-        self._dropped = 0  # by queues that are forgotten
+        self._dropped = 0  # in queues that are forgotten
 
     def __len__(self) -> int:
         return sum(map(len, list(self._queues.values())))
 
     @property
     def dropped(self) -> int:
-        """Messages lost so far."""
+        """Number of messages lost so far."""
         return self._dropped + sum(queue.dropped for queue in list(self._queues.values()))
 
     def put(self, source: S, item: T, limit: int) -> Callable[[], None] | None:
@@ -80,7 +80,7 @@ class Spinning(Generic[S, T]):
             limit: most messages that wait of each source; the oldest are dropped.
 
         Returns:
-            What must be called for it, in the order of arrival; None if enough calls are under way.
+            The call to queue for it; None if enough calls are queued.
         """
         queue = self._queues.get(source)
         if queue is None:
@@ -88,7 +88,7 @@ class Spinning(Generic[S, T]):
         return queue.deliver_next if queue.put(item, limit) else None
 
     def forget(self, source: S) -> None:
-        """A source has ended. What waits of it is still delivered by the calls that are under way."""
+        """Forget a source that has ended. Its waiting messages are still delivered by the calls that are queued."""
         queue = self._queues.pop(source, None)
         if queue is not None:
             self._dropped += queue.dropped

@@ -21,7 +21,7 @@ Decode = Callable[[bytes, int, int], Any]
 
 
 def array_view(arrays: str | None) -> View | None:
-    """Return what makes the numeric arrays of a subscriber's messages.
+    """Return the function that makes the numeric arrays of a subscriber's messages.
 
     Args:
         arrays: None for bytes, tuples and lists; "memoryview"; "numpy".
@@ -74,7 +74,7 @@ class Subscriber(Generic[_M]):
         view: View | None = None,
         stream: Stream | None = None,
     ) -> None:
-        self.direct = direct  # called in the reader thread even in a node that spins
+        self.direct = direct  # called in the thread that receives, even in a node that spins
         self.name = subscription.topic
         self.type = message_class
         self.queue_size = queue_size
@@ -99,7 +99,7 @@ class Subscriber(Generic[_M]):
             return item
         if isinstance(item, SplitBody):
             return decode_split(self.type, self._layout, item, self._view)
-        if not isinstance(item, bytes):  # of the same type, but from another definition; or to be viewed
+        if not isinstance(item, bytes):  # of the same type, but from another definition; or with another kind of arrays
             cls: Any = item.__class__
             item = cls._encode(item)
         body: bytes = item  # type: ignore[assignment]
@@ -112,7 +112,7 @@ class Subscriber(Generic[_M]):
         try:
             self._callback(message)
         except NodeShutdownError:
-            pass  # the callback waited for something when the node was told to stop
+            pass  # the callback waited for something when the node began to shut down
         except SystemExit as error:
             if self._subscription.context.callbacks is not None and not self.direct:
                 raise  # it runs in the program's own thread
@@ -137,7 +137,7 @@ class Subscriber(Generic[_M]):
 
     @property
     def dropped(self) -> int:
-        """Messages thrown away on this side because the callbacks were too slow."""
+        """Number of messages dropped on this side because the callbacks were too slow."""
         return self._subscription.delivery.dropped
 
     def wait_for_publishers(self, count: int = 1, timeout: float | None = None) -> bool:
@@ -147,7 +147,7 @@ class Subscriber(Generic[_M]):
             timeout: seconds; None waits until the node shuts down.
 
         Returns:
-            Whether they are there.
+            Whether that many are connected.
         """
         return wait_for_links(self._subscription, count, timeout)
 

@@ -1,4 +1,4 @@
-"""Subscribing: one Subscription per topic and node; the users' handles are in ``subscriber.py``.
+"""The subscription: one per topic and node; the users' handles are in ``subscriber.py``.
 
 Several subscribers of one topic in a node share its links and its thread, as in rospy and roscpp: a publisher sees one
 connection per node. https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
@@ -36,7 +36,7 @@ class Stream(Holding, Protocol):
 
 
 class Taker(Protocol):
-    """What a subscription needs of a subscriber; see `subscriber.Subscriber`.
+    """The part of a subscriber that a subscription needs; see `subscriber.Subscriber`.
 
     Attributes:
         stream: gets the messages undecoded, in place of a callback.
@@ -49,7 +49,7 @@ class Taker(Protocol):
     decode: Callable[[Any, int, int], Any]
 
     def take(self, item: Item) -> Any:
-        """Return the message that an item is."""
+        """Return the message of an item."""
 
     def call(self, message: Any) -> None:
         """Run the callback."""
@@ -62,8 +62,8 @@ class Subscription:
         context: the node.
         topic: full name.
         message_class: of the first subscriber; AnyMsg takes every type.
-        hints: how to be linked to publishers.
-        driver: receives, as long as all subscribers are streams; None for the node's threads.
+        hints: transports and options for links to publishers.
+        driver: receives while all subscribers are streams; None: the node's threads.
     """
 
     def __init__(
@@ -80,10 +80,10 @@ class Subscription:
         self._local_links: tuple[HandingSource, ...] = ()
         self._latched: dict[int, tuple[Source, Item]] = {}  # as delivered
         self._arrived_latched: dict[int, tuple[Source, Item]] = {}  # in a node that spins: as arrived
-        self._lock = threading.RLock()  # a signal handler may end the node while its thread is in here
+        self._lock = threading.RLock()  # a signal handler may end the node on top of a method of this object
         self._closed = False
         self._direct: tuple[Taker, ...] = ()
-        # Those of both that have got what came before them, and get what comes from now on.
+        # Those of both that have received the latched messages, and now get all further messages.
         self._active: tuple[Taker, ...] = ()
         self._active_direct: tuple[Taker, ...] = ()
         self._streams: tuple[Stream, ...] = ()
@@ -99,17 +99,16 @@ class Subscription:
     # Subscribers ------------------------------------------------------------------------------------------------------
 
     def add(self, subscriber: Taker) -> None:
-        """Add a subscriber; latched messages that came before are handed to it (T18).
+        """Add a subscriber and give it earlier latched messages (T18).
 
         Raises:
-            NodeError: this topic is subscribed with another type in this node already.
+            NodeError: this node already subscribes to the topic with another type.
         """
         wanted = topic_type(subscriber.type)
         with self._lock:
             if ANY not in (wanted.md5sum, self.type.md5sum) and wanted.md5sum != self.type.md5sum:
                 raise NodeError(
-                    f"{self.topic} is subscribed as {self.type.name} in this node already, "
-                    f"it cannot be {wanted.name} too"
+                    f"this node already subscribes to {self.topic} as {self.type.name}, not as {wanted.name}"
                 )
             if self.type.md5sum == ANY:
                 self.type = wanted
@@ -134,7 +133,7 @@ class Subscription:
         return bool(self.subscribers or self._direct)
 
     def _activate(self, subscriber: Taker) -> None:
-        """Hand over the latched messages, and let all that come from now on be delivered. By the reader's owner."""
+        """Deliver the latched messages to a subscriber, and from now on all others. Called by the delivery's owner."""
         with self._lock:
             early = subscriber.direct and self.context.callbacks is not None
             latched = list((self._arrived_latched if early else self._latched).values())
@@ -151,7 +150,10 @@ class Subscription:
         self.delivery.wake()  # who held publishers back may be gone
 
     def _set_limit(self) -> None:
-        """The links are shared, so the most patient subscriber decides how much may wait; streams limit themselves."""
+        """Set how many messages may wait: the links are shared, so the largest limit of the subscribers counts.
+
+        Streams limit themselves.
+        """
         sizes = [subscriber.queue_size for subscriber in self.subscribers]
         no_limit = None in sizes or all(subscriber.stream is not None for subscriber in self.subscribers)
         self.delivery.limit = None if no_limit else max(size for size in sizes if size is not None)
@@ -159,16 +161,16 @@ class Subscription:
     # Publishers -------------------------------------------------------------------------------------------------------
 
     def request_header(self) -> dict[str, str]:
-        """Return the connection header to greet publishers with."""
+        """Return the connection header that is sent to publishers."""
         return subscriber_header(self.context.name, self.topic, self.type, self.hints.tcp_nodelay)
 
     def update_publishers(self, uris: list[str], complete: bool = True) -> None:
         """Take the master's list of publishers. On the loop.
 
         Args:
-            uris: slave API addresses.
-            complete: publishers that are not in the list are gone. (The answer to a registration may be older than an
-                update that overtook it, so it only adds.)
+            uris: slave API URIs.
+            complete: whether publishers that are not in the list are gone. (The answer to a registration may be older
+                than an update that overtook it, so it only adds.)
         """
         if self._closed:
             return
@@ -181,13 +183,13 @@ class Subscription:
                 self._connectors[uri].vanished()
 
     def forget(self, uri: str) -> None:
-        """Drop the connector of a publisher: it has nothing to do any more. On the loop."""
+        """Drop the connector of a publisher, as it has nothing left to do. On the loop."""
         connector = self._connectors.get(uri)
         if connector is not None and connector.gone:
             del self._connectors[uri]
 
     def link(self, link: TcpSource) -> None:
-        """A connector has reached its publisher. On the loop."""
+        """Take the link of a connector that has reached its publisher. On the loop."""
         if self._closed:
             link.sock.close()
             return
@@ -205,10 +207,10 @@ class Subscription:
         self.add_local(publication.connect_local(self.delivery, uri, self.request_header(), self._local_closed))
 
     def offer_datagrams(self, uri: str) -> UdpSource:
-        """Return a socket to offer to a publisher; see `add_local`. On the loop.
+        """Return a UDP socket to offer to a publisher; see `add_local`. On the loop.
 
         Raises:
-            OSError: there is none to be had.
+            OSError: no socket can be opened.
         """
         from pyros1.node.subscribing.udp_source import UdpSource  # noqa: PLC0415 - few nodes need it
 
@@ -217,14 +219,14 @@ class Subscription:
         return UdpSource(context.loop, self.delivery, header, uri, context.address, size, self._local_closed)
 
     def add_local(self, link: HandingSource) -> None:
-        """Take a link that hands over its messages itself. On the loop."""
+        """Take a link that puts messages into an inbox. On the loop."""
         with self._lock:
-            if link.connected:  # not so if the publisher ended meanwhile, on its own thread
+            if link.connected:  # not if the publisher has ended meanwhile, on its own thread
                 self._local_links = (*self._local_links, link)
         self._changed()
 
     def _local_closed(self, link: HandingSource) -> None:
-        """A link that hands over its messages itself has ended. Any thread."""
+        """Take note that a link that puts messages into an inbox has ended. Any thread."""
         with self._lock:
             self._local_links = tuple(other for other in self._local_links if other is not link)
         self.delivery.submit(lambda: self._ended(link))
@@ -258,13 +260,13 @@ class Subscription:
 
     @property
     def links(self) -> tuple[TcpSource | HandingSource, ...]:
-        """The links that are up."""
+        """The open links."""
         return self._in_links + self._local_links
 
     # Messages, on the reader thread or the one that spins -------------------------------------------------------------
 
     def _arrived(self, source: Source, item: Item) -> bool:
-        """A node that spins has received a message: serve those who do not wait for the spinning; say if others do."""
+        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others wait for it."""
         if source.header.get("latching") == "1" and source.connected:
             self._arrived_latched[id(source)] = (source, item)
         if self._active_direct:
@@ -292,9 +294,9 @@ class Subscription:
             stream.put(source, item)
 
     def _keep(self, source: Source, item: Item) -> tuple[Taker, ...]:
-        """Keep a latched message for those who subscribe later; return who gets it now."""
+        """Keep a latched message for later subscribers; return the subscribers that get it now."""
         with self._lock:
-            if source.connected:  # not what waited here when its publisher went
+            if source.connected:  # not a message that waited here when its publisher left
                 self._latched[id(source)] = (source, item)
             return self._active
 
@@ -302,7 +304,7 @@ class Subscription:
         """Run the callbacks.
 
         Args:
-            data: a frame's body at ``start`` to ``end``; or an item, if ``end`` is -1.
+            data: a buffer with a frame's body from ``start`` to ``end``; or an item, if ``end`` is -1.
         """
         header = source.header
         message = made_by = None
@@ -370,7 +372,7 @@ class Subscription:
 
 
 def _learn(source: Source, message: Any, size: int) -> None:
-    """Tell a link where the array of a large message was."""
+    """Tell a link where the array of a large message was in its frame."""
     where = layout(type(message))
     if where is not None and isinstance(source, TcpSource):
         array = len(getattr(message, where.field))

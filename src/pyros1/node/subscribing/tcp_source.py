@@ -13,7 +13,7 @@ from pyros1.wire.framing import FrameBuffer
 LARGE = 1 << 17
 """Size in bytes from which a frame is received in pieces, its array straight into its final object."""
 TRUSTED = 16 << 20
-"""Largest array for which memory is set aside before it has come, unless one half as large came before."""
+"""Largest array, in bytes, for which memory is reserved before it arrives, unless one half as large came before."""
 
 PATIENCE = 0.02
 """Seconds that a patient `receive` waits."""
@@ -23,13 +23,13 @@ _read_size = struct.Struct("<I").unpack_from
 
 
 class Expected(NamedTuple):
-    """Where the array of the next large frame will be, if it is like the one before.
+    """Place of the array in the next large frame, if that is like the one before.
 
     Attributes:
-        begin: bytes before the array, the frame's length and the array's included.
-        tail: bytes behind it.
-        most: largest array that may come.
-        counted: whether the array's own length stands before it; else it is the whole frame.
+        begin: bytes before the array, with the length fields of frame and array.
+        tail: bytes after it.
+        most: largest array that is accepted, in bytes.
+        counted: whether the array has a length field; otherwise it is the whole frame.
     """
 
     begin: int
@@ -44,11 +44,11 @@ class TcpSource:
     Attributes:
         header: the publisher's connection header.
         uri: the publisher's slave API.
-        messages, bytes_received: so far.
+        messages, bytes_received: numbers so far.
         connected: whether the link is up.
-        patient: `receive` can wait for PATIENCE seconds; else it never waits.
-        last_time: when the socket was last found readable, in `perf_counter` seconds.
-        expected: the shape of large frames, as learnt from the last one; None: all goes through the buffer.
+        patient: whether `receive` can wait for PATIENCE seconds; otherwise it never waits.
+        last_time: time at which the socket was last readable, in `perf_counter` seconds.
+        expected: the shape of large frames, from the last one; None: all frames go through the buffer.
     """
 
     transport = "TCPROS"
@@ -75,13 +75,13 @@ class TcpSource:
         """Receive into the buffer, or a large frame in pieces.
 
         Args:
-            wait: wait up to PATIENCE seconds, if the link is patient.
+            wait: whether to wait up to PATIENCE seconds, if the link is patient.
 
         Returns:
             The number of bytes that came into the buffer, 0 at the end of the stream; or a whole frame's body.
 
         Raises:
-            BlockingIOError: nothing has come.
+            BlockingIOError: no bytes have come.
             OSError: the connection is broken.
         """
         flags = 0 if wait else _AT_ONCE
@@ -90,10 +90,10 @@ class TcpSource:
         return self.sock.recv_into(self.buffer.writable(), 0, flags)
 
     def split(self, count: int) -> list[tuple[int, int]]:
-        """Count what came into the buffer, and return where its whole frames are.
+        """Count the bytes that came into the buffer, and return (start, end) of its complete frames.
 
         Args:
-            count: bytes that came.
+            count: number of bytes.
 
         Raises:
             ProtocolError: a frame is too large.
@@ -104,22 +104,22 @@ class TcpSource:
         return frames
 
     def expect(self, size: int, array: int, tail: int, counted: bool) -> None:
-        """Learn from a large frame where the arrays of those like it are.
+        """Note where the array of a large frame is, for frames of the same shape.
 
         Args:
-            size: of the frame's body in bytes.
-            array: of its array in bytes.
-            tail: of what follows the array in bytes.
-            counted: whether the array's own length stands before it.
+            size: size of the frame's body in bytes.
+            array: size of its array in bytes.
+            tail: bytes after the array.
+            counted: whether the array has a length field.
         """
         begin = size - tail - array + 4
         if self.patient and _ALL and begin >= 4:
             self.expected = Expected(begin, tail, max(TRUSTED, 2 * array), counted)
 
     def _receive_large(self, expected: Expected, flags: int) -> int | SplitBody:
-        """Receive a frame of the expected shape; whatever else comes goes to the buffer.
+        """Receive a frame of the expected shape; all other bytes go to the buffer.
 
-        The array's own wait is short, as that of any receive: the rest of a slow frame arrives in the buffer too.
+        The wait for the array is short, like that of any receive: the rest of a slow frame goes to the buffer, too.
         """
         begin, tail, most, counted = expected
         got = self.sock.recv(begin, flags)
@@ -147,7 +147,7 @@ class TcpSource:
 
 
 def _make_patient(sock: socket.socket) -> bool:
-    """Let a plain receive wait in the kernel, but not for long, if the system can do both that and not waiting."""
+    """Let a plain receive wait in the kernel for a short time, if the system supports calls with and without a wait."""
     if _AT_ONCE and bound_waits(sock, PATIENCE):
         return True
     sock.setblocking(False)

@@ -1,9 +1,9 @@
 """The threads that receive for a node's subscriptions.
 
-All quiet subscriptions share them: two wait for whatever comes first. A thread that gets something runs the callbacks,
-and stays with that subscription while messages flow, faster than 50 in a second; when no thread is left that waits,
-another one is started. So there are as many threads as subscriptions are busy at the same time, and two more: a node
-with hundreds of idle links has two, and the callbacks of different topics never wait for each other.
+All quiet subscriptions share two threads, which wait for messages. A thread that gets one runs the callbacks, and stays
+with that subscription while messages flow, faster than 50 per second; if no thread is left that waits, another one is
+started. So there are two threads more than busy subscriptions: a node with hundreds of idle links has two, and the
+callbacks of different topics never wait for each other.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.drivers import Channel
 
 SPARE = 2
-"""Threads that wait for ever."""
+"""Number of threads that wait without a limit."""
 REST = 5.0
-"""Seconds after which further threads end that nothing woke."""
+"""Seconds after which a further thread ends if nothing wakes it."""
 
 
 class DeliveryThreads:
-    """The threads and the sockets of one node.
+    """The receiving threads of one node, and their sockets.
 
     Args:
-        name: of the node, for the threads' names.
+        name: the node's name, for the names of the threads.
         on_error: called with an exception that a channel did not handle.
     """
 
@@ -44,25 +44,25 @@ class DeliveryThreads:
         self._poller = Poller()
         self._channels: dict[int, Channel] = {}
         self._woken: deque[Channel] = deque()
-        self._lock = threading.RLock()  # a signal handler may wake a channel while its thread is in here
+        self._lock = threading.RLock()  # a signal handler may wake a channel on top of a method of this object
         self._waiting = 0
-        self._refused = False  # the system would start no further thread
+        self._refused = False  # the system could not start another thread
         self._threads: set[threading.Thread] = set()
         self._started = 0
         self._closed = False
 
     def register(self, fd: int, channel: Channel) -> None:
-        """Run a channel when a socket can be read: once, then again after each `rearm`."""
+        """Run a channel when a socket can be read: once, and again after each `rearm`."""
         self._channels[fd] = channel
         self._poller.register(fd)
         self._begin()
 
     def rearm(self, fd: int) -> None:
-        """Wait again for a socket for which its channel was run."""
+        """Wait again for a socket whose channel was run."""
         self._poller.rearm(fd)
 
     def unregister(self, fd: int) -> None:
-        """Forget a socket; to be called before it is closed."""
+        """Forget a socket; call this before closing it."""
         self._channels.pop(fd, None)
         self._poller.unregister(fd)
 
@@ -83,7 +83,7 @@ class DeliveryThreads:
             self._closed = True
             threads = [thread for thread in self._threads if thread is not threading.current_thread()]
             if not self._threads:
-                self._poller.close()  # else the last thread does it
+                self._poller.close()  # otherwise the last thread does it
         for _ in threads:
             self._poller.wake()
         for thread in threads:
@@ -103,9 +103,11 @@ class DeliveryThreads:
             self._threads.add(thread)
             try:
                 thread.start()
-            except RuntimeError as error:  # the system has no more threads; who is busy now will wait afterwards
+            except RuntimeError as error:  # the system has no more threads; a busy one will wait afterwards
                 self._leave(thread)
-                raise RuntimeError(f"topics wait for each other: {error}") from error
+                raise RuntimeError(
+                    f"no further thread can be started, so callbacks of several topics share one: {error}"
+                ) from error
             self._refused = False
 
     def _work(self) -> None:
@@ -114,7 +116,7 @@ class DeliveryThreads:
             fd = wait(-1 if self._waiting <= SPARE else REST)
             with self._lock:
                 if fd is None and self._waiting > SPARE:
-                    self._leave(threading.current_thread())  # under the same lock, or all would leave at once
+                    self._leave(threading.current_thread())  # under the same lock, or all would end at once
                     return
                 if fd is None or self._closed:
                     continue
@@ -142,15 +144,15 @@ class DeliveryThreads:
             self._on_error(error)
         except Exception as other:  # noqa: BLE001  this thread must go on
             with contextlib.suppress(Exception):
-                sys.stderr.write(f"{self._name}: {error!r}, and that could not be told: {other!r}\n")
+                sys.stderr.write(f"{self._name}: {error!r}; reporting this failed, too: {other!r}\n")
 
     @property
     def someone_waits(self) -> bool:
-        """Whether a thread is free for what comes next; one that is not needed may stay away then."""
+        """Whether a thread waits for the next message; a busy one then need not return at once."""
         return self._waiting > 0
 
     def _leave(self, thread: threading.Thread) -> None:
-        """The thread does not wait any more. With the lock."""
+        """Note that the calling thread no longer waits. With the lock."""
         self._waiting -= 1
         self._threads.discard(thread)
         if self._closed and not self._threads:
@@ -167,5 +169,5 @@ class DeliveryThreads:
         except IndexError:
             return  # another thread was quicker
         if self._woken:
-            self._poller.wake()  # so many at once that not each could ring
+            self._poller.wake()  # too many at once for a ring each
         channel.run(None)

@@ -1,6 +1,6 @@
 """The receiving end of a link over UDP: a socket that is offered to a publisher, which then sends to it (T57-T62).
 
-No datagram says that the publisher has gone: the master does.
+No datagram tells that the publisher has gone: only the master does.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.sources import Item, Receiver, Source
 
 _AT_ONCE = 256
-"""Datagrams that are received before the loop sees to its other work."""
+"""Most datagrams that are received before the loop does other work."""
 _BUFFER = 4 << 20
-"""Bytes that the system is asked to keep for a subscriber; it may allow less."""
+"""Wanted size of the receive buffer in bytes; the system may allow less."""
 _LENGTH = 4
 
 
@@ -32,20 +32,20 @@ class UdpSource:
     """The receiving end: a socket that is offered to a publisher, and a link once that has answered. On the loop.
 
     Args:
-        loop: of the node.
+        loop: the node's loop.
         receiver: takes the messages.
         header: the subscriber's connection header.
         uri: the publisher's slave API.
-        address: where to listen.
+        address: address to listen on.
         size: bytes of the largest datagram.
         on_closed: called once, when the link is gone.
 
     Attributes:
         header: the publisher's connection header.
-        messages, bytes_received: so far.
+        messages, bytes_received: numbers so far.
 
     Raises:
-        OSError: there is no such socket to be had.
+        OSError: the socket cannot be opened.
     """
 
     transport = "UDPROS"
@@ -89,17 +89,17 @@ class UdpSource:
         return self._open
 
     def offer(self) -> list[Any]:
-        """Return what `requestTopic` is told of it (T58)."""
+        """Return the offer for the call of `requestTopic` (T58)."""
         header = encode_header(self._header)[_LENGTH:]
         return ["UDPROS", header, self._host, self._sock.getsockname()[1], self._size]
 
     def begin(self, header: dict[str, str], place: tuple[str, int], connection: int) -> None:
-        """The publisher has accepted: receive.
+        """Begin to receive, since the publisher has accepted.
 
         Args:
-            header: the publisher's.
-            place: its host and port.
-            connection: the number that it gave the link.
+            header: the publisher's connection header.
+            place: the publisher's host and port.
+            connection: the number that the publisher gave the link.
         """
         self.header = header
         self._assembler = Assembler(connection)
@@ -128,7 +128,7 @@ class UdpSource:
                 return
 
     def close(self) -> None:
-        """End the link, or take the offer back. Any thread."""
+        """End the link, or withdraw the offer. Any thread."""
         begun, self._open = self._open, False
         self._loop.call_soon(self._close_socket)
         if begun:

@@ -1,4 +1,4 @@
-"""Euler angles, of each of the 24 kinds: see `pyros1.tf.transformations`."""
+"""Conversions of Euler angles in all 24 conventions: see `pyros1.tf.transformations`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Axes = str | tuple[int, int, int, int]
 
 
 def _name(first: int, odd: int, twice: int, turning: int) -> str:
-    """The letters that a code of four integers stands for: those of axes that turn are in it in the opposite order."""
+    """Return the name of an axis sequence, such as ``sxyz``, for its code of four integers."""
     j = (first + 1 + odd) % 3
     letters = "".join("xyz"[axis] for axis in (first, j, first if twice else 3 - first - j))
     return "r" + letters[::-1] if turning else "s" + letters
@@ -28,7 +28,7 @@ _CODES = {key: code for code in product(range(3), range(2), range(2), range(2)) 
 def _code(axes: Axes) -> tuple[int, int, int, int]:
     key = axes.lower() if isinstance(axes, str) else axes
     if key not in _CODES:
-        raise KeyError(f"axes must be s or r and three of x, y, z, no two alike in a row, not {axes!r}")
+        raise KeyError(f"axes must be s or r and three of x, y, z, without repetition of neighbours, not {axes!r}")
     return _CODES[key]
 
 
@@ -36,12 +36,12 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: Axes = "sxyz") 
     """Return the quaternion (4,) of three rotations, by default roll, pitch and yaw.
 
     Raises:
-        KeyError: there are no such axes.
+        KeyError: the axes are unknown.
     """
     i, odd, twice, turning = _code(axes)
-    if turning:  # about axes that turn is about axes that stand still, in the opposite order
+    if turning:  # rotations about rotating axes are those about static axes, in the opposite order
         ai, ak = ak, ai
-    sign = -0.5 if odd else 0.5  # left-handed axes turn the other way
+    sign = -0.5 if odd else 0.5  # left-handed axes rotate the other way
     a, b, c = sign * ai, sign * aj, sign * ak
     if twice:
         x, y, z, w = cos(b) * sin(c + a), sin(b) * cos(c - a), sin(b) * sin(c - a), cos(b) * cos(c + a)
@@ -72,7 +72,7 @@ def euler_from_matrix(matrix: ArrayLike, axes: Axes = "sxyz") -> tuple[float, fl
     Where only the sum or the difference of two angles is determined (pitch of 90 degrees), one of them is 0.
 
     Raises:
-        KeyError: there are no such axes.
+        KeyError: the axes are unknown.
     """
     i, odd, twice, turning = _code(axes)
     j, k = (i + 1 + odd) % 3, (i + 2 - odd) % 3

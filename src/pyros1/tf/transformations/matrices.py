@@ -1,4 +1,4 @@
-"""Homogeneous matrices, made and multiplied: see `pyros1.tf.transformations`."""
+"""Creates and multiplies homogeneous matrices: see `pyros1.tf.transformations`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PERPENDICULAR = 1e-6
 
 
 def identity_matrix() -> Array:
-    """Return the matrix (4, 4) that changes nothing."""
+    """Return the identity matrix (4, 4)."""
     return np.identity(4)
 
 
@@ -34,7 +34,7 @@ def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None 
 
 
 def random_rotation_matrix(rand: ArrayLike | None = None) -> Array:
-    """Return the matrix (4, 4) of `random_quaternion`."""
+    """Return the matrix (4, 4) of a random rotation, see `random_quaternion`."""
     return quaternion_matrix(random_quaternion(rand))
 
 
@@ -55,10 +55,10 @@ def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: A
     """Return the matrix (4, 4) that shears by an angle, in a direction, along the plane through a point.
 
     Args:
-        angle: by which what is perpendicular to the plane leans, in radians.
-        direction: in the plane (3,).
-        point: of the plane (3,).
-        normal: of the plane (3,).
+        angle: angle in radians by which perpendiculars of the plane lean.
+        direction: direction in the plane (3,).
+        point: a point of the plane (3,).
+        normal: the plane's normal (3,).
 
     Raises:
         ValueError: direction and normal are not perpendicular.
@@ -79,18 +79,18 @@ def projection_matrix(
     """Return the matrix (4, 4) that projects onto the plane through a point.
 
     Args:
-        point: of the plane (3,).
-        normal: of the plane (3,).
-        direction: along which to project (3,); None and no ``perspective`` means along the normal.
+        point: a point of the plane (3,).
+        normal: the plane's normal (3,).
+        direction: direction of projection (3,); None without ``perspective``: along the normal.
         perspective: the point (3,) through which all rays go.
-        pseudo: keep the depth behind the plane, so that projecting along the normal afterwards is what is left to do.
+        pseudo: whether to keep the depth behind the plane: only a projection along the normal is then left to do.
     """
     n = _unit(normal)
     if perspective is None:
         d = n if direction is None else numbers(direction, 3)
         return _about(np.identity(3) - np.outer(d, n) / (d @ n), point)
     p, height = numbers(perspective, 3), numbers(point, 3) @ n
-    # Of a point x: (distance x - p n.x + height p) / (p.n - x.n); pseudo adds what is not in the plane, along n.
+    # For a point x: (distance x - p n.x + height p) / (p.n - x.n); pseudo adds the part outside the plane, along n.
     q = p + n if pseudo else p
     matrix = np.empty((4, 4))
     matrix[:3, :3] = (p @ n - height) * np.identity(3) - np.outer(q, n)
@@ -102,7 +102,7 @@ def projection_matrix(
 def clip_matrix(
     left: float, right: float, bottom: float, top: float, near: float, far: float, perspective: bool = False
 ) -> Array:
-    """Return the matrix (4, 4) that takes a box, or a frustum seen from the origin, to the cube from -1 to 1.
+    """Return the matrix (4, 4) that maps a box, or a frustum seen from the origin, to the cube from -1 to 1.
 
     Raises:
         ValueError: the box has no volume, or the frustum begins behind the eye.
@@ -126,11 +126,11 @@ def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
     """Return the matrix (4, 4) from a crystal cell's coordinates to perpendicular ones.
 
     Args:
-        lengths: of the cell's edges a, b, c (3,).
-        angles: in degrees (3,), between b and c, a and c, a and b.
+        lengths: lengths of the cell's edges a, b, c (3,).
+        angles: angles in degrees (3,), between b and c, a and c, a and b.
 
     Raises:
-        ValueError: there is no cell with such angles.
+        ValueError: no cell has such angles.
     """
     a, b, c = numbers(lengths)
     alpha, beta, _ = radians = np.radians(angles)
@@ -157,9 +157,9 @@ def compose_matrix(
 
     Args:
         scale: factors of x, y, z (3,).
-        shear: of x by y, x by z, y by z (3,).
-        angles: roll, pitch and yaw (3,).
-        translate: where to move (3,).
+        shear: shear factors of x by y, x by z, y by z (3,).
+        angles: roll, pitch and yaw in radians (3,).
+        translate: vector of the translation (3,).
         perspective: the matrix's last row (4,).
     """
     matrix = np.identity(4)
@@ -180,16 +180,16 @@ def compose_matrix(
 
 
 def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, usesvd: bool = True) -> Array:
-    """Return the matrix (4, 4) that brings points as near as possible to others: by rotating and moving, and scaling.
+    """Return the matrix (4, 4) that brings points as near as possible to others, by rotation, translation and scaling.
 
     Args:
-        v0: the points' x, y and z, as three rows (3, n), n at least 3; more rows are not looked at.
-        v1: where they should be (3, n).
-        scaling: whether a common factor is found, too.
-        usesvd: no matter here; both of stock's ways have the same result.
+        v0: the points' x, y and z, as three rows (3, n), n at least 3; further rows are ignored.
+        v1: the other points (3, n).
+        scaling: whether to scale by a common factor, too.
+        usesvd: ignored; both methods of stock have the same result.
 
     Raises:
-        ValueError: the rows are not alike, or too few.
+        ValueError: the rows have different lengths, or there are too few.
     """
     start, end = numbers(v0, 3), numbers(v1, 3)
     if start.shape != end.shape or min(start.shape) < 3:
@@ -197,7 +197,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
     middle0, middle1 = start.mean(1), end.mean(1)
     start, end = start - middle0[:, None], end - middle1[:, None]
     left, _, right = np.linalg.svd(end @ start.T)  # W. Kabsch, 1976
-    left[:, 2] *= np.sign(np.linalg.det(left @ right))  # a rotation, no reflection
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))  # a rotation, not a reflection
     linear = left @ right
     if scaling:
         linear *= np.linalg.norm(end) / np.linalg.norm(start)
@@ -207,21 +207,21 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 
 
 def concatenate_matrices(*matrices: ArrayLike) -> Array:
-    """Return the product (4, 4) of matrices (4, 4): the last is applied first."""
+    """Return the product (4, 4) of matrices (4, 4); the last one is applied first."""
     return reduce(np.dot, matrices, np.identity(4))
 
 
 def inverse_matrix(matrix: ArrayLike) -> Array:
-    """Return the matrix (n, n) that undoes what this one (n, n) does.
+    """Return the inverse (n, n) of a matrix (n, n).
 
     Raises:
-        numpy.linalg.LinAlgError: there is none.
+        numpy.linalg.LinAlgError: the matrix is singular.
     """
     return np.linalg.inv(np.asarray(matrix, np.float64))
 
 
 def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
-    """Tell whether two matrices (4, 4) do the same; a common factor does not matter."""
+    """Return whether two matrices (4, 4) are equal, up to a common factor."""
     one, other = np.asarray(matrix0, np.float64), np.asarray(matrix1, np.float64)
     return np.allclose(one / one[3, 3], other / other[3, 3])
 
@@ -231,7 +231,7 @@ def _unit(direction: ArrayLike) -> Array:
 
 
 def _about(linear: Array, point: ArrayLike | None) -> Array:
-    """The matrix (4, 4) that does about a point (3,) what ``linear`` (3, 3) does about the origin."""
+    """Return the matrix (4, 4) that acts about a point (3,) as ``linear`` (3, 3) does about the origin."""
     matrix = np.identity(4)
     matrix[:3, :3] = linear
     if point is not None:

@@ -12,7 +12,7 @@ from pyros1.tf.transformations.vectors import Array, numbers, unit_vector
 
 
 def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array:
-    """Return the rotation (4,) that is ``quaternion0`` (4,) first and ``quaternion1`` (4,) then."""
+    """Return the product (4,) of ``quaternion1`` and ``quaternion0``, both (4,); ``quaternion0`` is applied first."""
     x1, y1, z1, w1 = numbers(quaternion1).tolist()  # single numbers are faster as floats
     x0, y0, z0, w0 = numbers(quaternion0).tolist()
     return np.array(
@@ -26,18 +26,18 @@ def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:
-    """Return the quaternion (4,) with the opposite axis; of a unit quaternion that is the inverse."""
+    """Return the conjugate (4,) of a quaternion (4,), which is the inverse if that has unit length."""
     return numbers(quaternion, 4) * (-1.0, -1.0, -1.0, 1.0)
 
 
 def quaternion_inverse(quaternion: ArrayLike) -> Array:
-    """Return the quaternion (4,) that multiplied with this one (4,) gives [0, 0, 0, 1]."""
+    """Return the inverse (4,) of a quaternion (4,): their product is [0, 0, 0, 1]."""
     q = numbers(quaternion, 4)
     return quaternion_conjugate(q) / (q @ q)
 
 
 def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
-    """Return the rotation (4,) by an angle about an axis (3,), of any length."""
+    """Return the quaternion (4,) of a rotation by an angle in radians about an axis (3,), of any length."""
     x, y, z = numbers(axis, 3).tolist()
     length = sqrt(x * x + y * y + z * z)
     scale = 1.0 if length <= EPS else sin(angle / 2.0) / length
@@ -47,14 +47,14 @@ def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
 def quaternion_slerp(
     quat0: ArrayLike, quat1: ArrayLike, fraction: float, spin: int = 0, shortestpath: bool = True
 ) -> Array:
-    """Return the rotation (4,) on the way from one to another, at constant angular velocity.
+    """Return the quaternion (4,) between two rotations, interpolated at constant angular velocity.
 
     Args:
-        quat0: where it begins (4,), of any length.
-        quat1: where it ends (4,), of any length.
+        quat0: the first rotation (4,), of any length.
+        quat1: the last rotation (4,), of any length.
         fraction: 0 for ``quat0``, 1 for ``quat1``.
-        spin: half turns to make in addition.
-        shortestpath: take the nearer of ``quat1`` and its negative, which is the same rotation.
+        spin: additional half turns.
+        shortestpath: whether to take the nearer of ``quat1`` and its negative, which is the same rotation.
     """
     start, end = unit_vector(numbers(quat0, 4)), unit_vector(numbers(quat1, 4))
     if fraction in (0.0, 1.0):
@@ -72,10 +72,10 @@ def quaternion_slerp(
 
 
 def random_quaternion(rand: ArrayLike | None = None) -> Array:
-    """Return a rotation (4,), all being equally likely.
+    """Return a random unit quaternion (4,); all rotations are equally likely.
 
     Args:
-        rand: three numbers from 0 to 1 that decide; None takes random ones.
+        rand: three numbers from 0 to 1 (3,) that determine the result; None: random ones.
     """
     a, b, c = np.random.rand(3) if rand is None else numbers(rand)
     near, far, b, c = np.sqrt(1.0 - a), np.sqrt(a), 2.0 * pi * b, 2.0 * pi * c
@@ -83,7 +83,7 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
 
 
 def quaternion_matrix(quaternion: ArrayLike) -> Array:
-    """Return the matrix (4, 4) of a rotation (4,) of any length; length 0 is no rotation."""
+    """Return the rotation matrix (4, 4) of a quaternion (4,) of any length; length 0 gives the identity."""
     x, y, z, w = numbers(quaternion, 4).tolist()
     square = x * x + y * y + z * z + w * w
     if square < EPS:
@@ -102,7 +102,7 @@ def quaternion_matrix(quaternion: ArrayLike) -> Array:
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     """Return the unit quaternion (4,) of the rotation in a matrix (4, 4).
 
-    Its w is positive, or, where the rotation is more than 120 degrees, its largest other part.
+    Its w is positive or, for rotations by more than 120 degrees, its largest other part.
     """
     m = np.asarray(matrix, np.float64).tolist()  # see quaternion_multiply
     factor, trace = m[3][3], m[0][0] + m[1][1] + m[2][2]

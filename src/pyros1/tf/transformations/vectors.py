@@ -1,4 +1,4 @@
-"""Lengths and directions of vectors: see `pyros1.tf.transformations`."""
+"""Lengths and unit vectors: see `pyros1.tf.transformations`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 def numbers(values: ArrayLike, most: int | None = None) -> Array:
-    """Return values as floats, shape (n,), those after the first ``most`` left out; an array may be a view."""
+    """Return at most ``most`` values as an array of floats, shape (n,), which may be a view."""
     return np.asarray(values, np.float64)[:most]
 
 
@@ -20,7 +20,7 @@ def vector_norm(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | No
 
     Args:
         data: numbers, of any shape.
-        axis: that of the vectors; None takes all numbers as one.
+        axis: axis along which the vectors lie; None: all numbers are one vector.
         out: the array for the result; None for a new one.
 
     Returns:
@@ -40,11 +40,11 @@ def unit_vector(data: ArrayLike, axis: int | None = None, out: None = None) -> A
 @overload
 def unit_vector(data: ArrayLike, axis: int | None = None, *, out: NDArray[Any]) -> None: ...
 def unit_vector(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | None = None) -> Array | None:
-    """Return the vector of length 1 in the same direction, or that of each vector along an axis.
+    """Return the unit vector in the same direction, or that of each vector along an axis.
 
     Args:
         data: numbers, of any shape.
-        axis: that of the vectors; None takes all numbers as one.
+        axis: axis along which the vectors lie; None: all numbers are one vector.
         out: the array for the result, of data's shape; None for a new one.
 
     Returns:
@@ -57,5 +57,5 @@ def unit_vector(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | No
 
 
 def random_vector(size: int | tuple[int, ...]) -> Array:
-    """Return random numbers from 0 to 1, in an array of a size or shape; `numpy.random.seed` makes them repeat."""
+    """Return an array of random numbers from 0 to 1, of a given size or shape; `numpy.random.seed` sets their seed."""
     return np.random.random(size)

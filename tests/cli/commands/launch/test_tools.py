@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import pytest
 
+from pyros1.cli.main import entry
+
 SOURCES = Path(__file__).resolve().parents[4] / "src"
 PACKAGE = """<package format="2"><name>mine</name><version>1.0.0</version><description>d</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license>
@@ -126,6 +128,30 @@ def test_a_folder_is_checked_with_all_below_l174(ask: Ask) -> None:
     lines = ["checking *.launch in directory good", "checking good/b.launch", "checking good/deep/a.launch", "passed"]
     assert out.splitlines() == lines
     assert ask("--check", "good", "no_setting").code == 2
+
+
+def test_the_check_under_its_stock_name_l174(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], ask: Ask, tmp_path: Path
+) -> None:
+    """As the programs that `pyros1 setup` makes run it."""
+    monkeypatch.chdir(tmp_path / "mine")
+    monkeypatch.setattr("sys.argv", ["/somewhere/roslaunch-check"])
+
+    def check(*words: str) -> Answer:
+        try:
+            code = entry(["pyros1", "launch", "--check", *words])
+        except SystemExit as end:
+            code = int(str(end.code))
+        return Answer(code, *capsys.readouterr())
+
+    code, out, _ = check("-h")
+    assert code == 0 and out.startswith("Usage: roslaunch-check [options] <file|folder>")
+    assert all(option in out for option in ("-o FILE", "-t, --use-test-depends", "-i, --ignore-unset-args"))
+    assert "pyros1 launch" not in out
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "mine"))
+    assert check("-i", "launch/needs.launch", "SET_HERE=1") == (0, "checking launch/needs.launch\npassed\n", "")
+    assert check("launch/needs.launch", "SET_HERE=1", "a:=2").code == 0
+    assert check("launch/needs.launch").code == 1 and check().code == check("no/such").code == 2
 
 
 def test_what_a_check_can_be_told_l174(ask: Ask) -> None:

@@ -55,13 +55,16 @@ def test_what_counts_as_a_move() -> None:
     [
         (["change_notifier", "_frame_pairs:=5"], "~frame_pairs must be a list"),
         (["change_notifier", "_frame_pairs:=[5]"], "~frame_pairs must be a list"),
-        (["change_notifier", "_frame_pairs:=[{source_frame: a}]"], "target_frame must be the name of a frame"),
-        (["change_notifier", "_frame_pairs:=[{source_frame: a, target_frame: 3}]"], "target_frame must be the name"),
+        (["change_notifier", "_frame_pairs:=[{source_frame: a}]"], "target_frame must be a frame name"),
+        (
+            ["change_notifier", "_frame_pairs:=[{source_frame: a, target_frame: 3}]"],
+            "target_frame must be a frame name",
+        ),
         (["change_notifier", "_angular_update_distance:=far"], "~angular_update_distance must be a number"),
         (["change_notifier", "_translational_update_distance:=-1"], "~translational_update_distance must be"),
-        (["change_notifier", "_polling_frequency:=0"], "~polling_frequency must be above 0"),
-        (["buffer_server", "_buffer_size:=0"], "~buffer_size must be a number of seconds above 0"),
-        (["buffer_server", "_buffer_size:=long"], "~buffer_size must be a number of seconds above 0"),
+        (["change_notifier", "_polling_frequency:=0"], "~polling_frequency must be greater than 0"),
+        (["buffer_server", "_buffer_size:=0"], "~buffer_size must be a number of seconds greater than 0"),
+        (["buffer_server", "_buffer_size:=long"], "~buffer_size must be a number of seconds greater than 0"),
     ],
 )
 def test_wrong_parameters(

@@ -32,7 +32,7 @@ def test_each_has_help_and_a_node(tool: str, run: Run) -> None:
         (["relay"], 1, "usage: relay IN_TOPIC [OUT_TOPIC]"),
         (["drop", "/a", "1", "x"], 1, "Y must be a whole number, not 'x'"),
         (["drop", "/a", "1", "0"], 1, "Y must be at least 1"),
-        (["throttle", "words", "/a", "1"], 1, "there is messages and bytes, not 'words'"),
+        (["throttle", "words", "/a", "1"], 1, "unknown limit 'words': use messages or bytes"),
         (["throttle", "messages", "/a", "0"], 1, "MSGS_PER_SEC must be greater than 0"),
         (["throttle", "messages", "/a", "nan"], 1, "MSGS_PER_SEC must be greater than 0"),
         (["throttle", "bytes", "/a", "10"], 1, "usage: throttle"),

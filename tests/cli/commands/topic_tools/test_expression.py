@@ -84,12 +84,12 @@ def test_nothing_else_can_be_reached(text: str) -> None:
 
 
 def test_other_modules_are_refused() -> None:
-    with pytest.raises(ModuleError, match="no 'os' for expressions"):
+    with pytest.raises(ModuleError, match="cannot import 'os'"):
         modules("os")
 
 
 def test_a_wrong_expression_is_refused_at_once() -> None:
-    with pytest.raises(ExpressionError, match="there is no name 'x'"):
+    with pytest.raises(ExpressionError, match="unknown name 'x'"):
         transformer("x + m", modules())
     with pytest.raises(ExpressionError, match="not an expression"):
         transformer("m +", modules())

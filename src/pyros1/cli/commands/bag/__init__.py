@@ -7,11 +7,11 @@ from pyros1.cli.records import Command
 
 COMMAND = Command(
     "bag",
-    "record, play, look at and change bags",
+    "record, play, inspect and edit bags",
     group="files",
     stock="rosbag",
     heading="Usage: {program} <subcommand> [options] [args]\n\n"
-    "A bag is a file of recorded ROS messages: record, play, look at and change them.\n\n"
+    "A bag is a file of recorded ROS messages. {program} records, plays, inspects and edits bags.\n\n"
     "Available subcommands:",
     row="   {name:13} {about}",
     footing="\nType {program} <subcommand> -h for more detailed usage",

@@ -1,4 +1,4 @@
-"""What ``bag`` says of bags that cannot be read, and of files that cannot be written."""
+"""Error texts of ``bag`` for bags that cannot be read and files that cannot be written."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _WRITING = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
 
 
 def failure(error: Exception) -> str | None:
-    """Return the text of an error of a bag or file, None if it is another."""
+    """Return the text of an error about a bag or file, None for any other error."""
     if isinstance(error, UnindexedError):
         return f"ERROR bag unindexed: {error}"
     if isinstance(error, BagError):
@@ -24,7 +24,7 @@ def failure(error: Exception) -> str | None:
 
 
 def report_bag_error(error: BagError | OSError, path: str) -> None:
-    """Print what is wrong with one bag of several, and what to do, to stderr."""
+    """Print to stderr what is wrong with one of several bags, and what to do."""
     flush()
     if isinstance(error, BagError):
         print(failure(error), file=sys.stderr)

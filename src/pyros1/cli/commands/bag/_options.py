@@ -1,4 +1,4 @@
-"""Options that several verbs of ``bag`` have: which messages are wanted, times, and compression."""
+"""Options of several verbs of ``bag``: selection of messages, times, and compression."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TOPICS = Option(
     "--topics",
     action="append",
     metavar="T1,T2",
-    help="only these topics, separated by commas; * stands for any characters. Can be given several times",
+    help="only these topics, separated by commas; * matches any characters. Can be repeated",
 )
 CHOICE = (
     TOPICS,
@@ -27,18 +27,18 @@ CHOICE = (
         "--from",
         dest="begin",
         metavar="TIME",
-        help="only from TIME on: seconds from the beginning of the bag, or from its end if negative; "
+        help="start at TIME: seconds from the start of the bag, or from its end if negative; "
         "@1795205431.7: seconds since 1970; 2026-11-20T20:10:31: local time",
     ),
-    Option("--to", dest="end", metavar="TIME", help="only until TIME, as for --from"),
+    Option("--to", dest="end", metavar="TIME", help="end at TIME, in the same forms as --from"),
     Option(
         "--drop-connections",
         action="append",
         metavar="C1,C2",
-        help="leave out what came from these: names of nodes, or numbers of connections",
+        help="leave out messages from these publishers: node names or connection numbers",
     ),
 )
-"""Which messages of a bag are wanted: see `choice_of`."""
+"""Options that select messages of a bag, see `choice_of`."""
 
 
 def compression(default: str) -> tuple[Option, Option]:
@@ -51,14 +51,14 @@ def compression(default: str) -> tuple[Option, Option]:
 
 
 def choice_of(options: Any, bag: BagReader) -> Choice:
-    """Return what the options of `CHOICE` choose.
+    """Return what the options of `CHOICE` select.
 
     Args:
         options: their values.
-        bag: the one whose times seconds are counted from.
+        bag: relative times are relative to its start or end.
 
     Raises:
-        CommandError: a time is none, or there is nothing between the times.
+        CommandError: a time cannot be read, or the start is later than the end.
     """
     begin = None if options.begin is None else parse_time(options.begin, bag, "--from")
     end = None if options.end is None else parse_time(options.end, bag, "--to")
@@ -73,7 +73,7 @@ def chosen(options: Any) -> bool:
 
 
 def warn_of_strangers(choice: Choice, bags: Sequence[BagReader]) -> None:
-    """Say which of the topics and connections that were named are in none of the bags: misspelt ones, most likely."""
+    """Warn about selected topics and connections that are in none of the bags: most likely they are misspelt."""
     connections = [one for bag in bags for one in bag.connections.values()]
     topics = {one.topic for one in connections}
     for name in choice.topics:
@@ -82,11 +82,11 @@ def warn_of_strangers(choice: Choice, bags: Sequence[BagReader]) -> None:
     callers = {one.callerid for one in connections}
     for name in sorted(choice.drop):
         if name not in callers and name not in {str(one.id) for one in connections}:
-            print(f"WARNING: no connection of the bag is {name}{did_you_mean(name, callers)}", file=sys.stderr)
+            print(f"WARNING: the bag has no connection from {name}{did_you_mean(name, callers)}", file=sys.stderr)
 
 
 def parted(texts: list[str] | None) -> list[str]:
-    """Return the words of an option that takes some, parted by commas, and can be given several times."""
+    """Return all words of an option that takes a list separated by commas and can be repeated."""
     return [word for text in texts or () for word in text.split(",") if word]
 
 
@@ -94,13 +94,13 @@ def parse_time(text: str, bag: BagReader | None, option: str) -> int:
     """Return a time from the command line, in nanoseconds.
 
     Args:
-        text: seconds from the beginning of the bag, or from its end if negative; ``@`` and seconds since 1970; or a
+        text: seconds from the start of the bag, or from its end if negative; ``@`` and seconds since 1970; or a
             local date and time such as ``2026-11-20T20:10:31``.
         bag: the bag; None if only an absolute time makes sense.
         option: named in errors.
 
     Raises:
-        CommandError: it is none of these.
+        CommandError: the text has none of these forms.
     """
     try:
         if text.startswith("@"):
@@ -111,8 +111,8 @@ def parse_time(text: str, bag: BagReader | None, option: str) -> int:
             return round(datetime.fromisoformat(text).timestamp() * 1e6) * 1000
     except (InvalidOperation, ValueError, OverflowError):
         raise CommandError(
-            f"{option}: {text!r} is not a time: give seconds from the beginning (negative ones count from the end), "
-            "@ and seconds since 1970, or a date such as 2026-11-20T20:10:31",
+            f"{option}: {text!r} is not a time: give seconds from the start of the bag (negative: from its end), "
+            "@ followed by seconds since 1970, or a date such as 2026-11-20T20:10:31",
             2,
         ) from None
     if bag is None:

@@ -15,7 +15,7 @@ from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print what the messages of a bag need to fit the definitions of this system."""
+    """Print the migrations that the messages of a bag need to match the definitions on this system."""
     if not args:
         raise UsageError("You must specify a bag file to check.")
     if options.append and options.rulefile is None:
@@ -36,7 +36,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "check",
-    "see whether the messages fit the definitions of this system",
+    "check whether messages match the definitions on this system",
     CHUNK_LIMIT_OPTION,
     Option("-g", "--genrules", dest="rulefile", help="generate a rulefile named RULEFILE"),
     Flag("-a", "--append", help="append to the end of an existing rulefile after loading it"),
@@ -55,7 +55,7 @@ VERB = Verb(
 
 
 def _write_rules(needed: list[Migration], path: str | None) -> str:
-    """Append the rules that are missing to a file, if one is named; return what there is to say."""
+    """Append the missing rules to a file, if one is given. Return the text to print."""
     missing = {old._md5sum: (old, new) for _, _, steps in needed for old, new in steps}
     if path is None and missing:
         return "To generate rules, please run with -g <rulefile>"

@@ -14,12 +14,12 @@ from pyros1.cli.shared.progress import Progress
 
 
 def compress(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Make new bags, compressed as the options say."""
+    """Rewrite bags with the compression that the options select."""
     return _recompress(options, args, options.compression)
 
 
 def decompress(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Make new bags without compression."""
+    """Rewrite bags without compression."""
     return _recompress(options, args, "none")
 
 

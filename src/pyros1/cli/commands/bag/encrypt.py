@@ -16,15 +16,15 @@ from pyros1.cli.shared.progress import Progress
 
 
 def encrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Make new bags, encrypted for a user of gpg."""
+    """Rewrite bags, encrypted for a gpg user."""
     if options.plugin not in ENCRYPTORS:
         hint = did_you_mean(options.plugin, ENCRYPTORS)
-        raise CommandError(f"there is no encryptor {options.plugin!r}{hint}; there are {', '.join(ENCRYPTORS)}")
+        raise CommandError(f"unknown encryptor {options.plugin!r}{hint}; known encryptors: {', '.join(ENCRYPTORS)}")
     return _rewrite(options, args, options.param if options.plugin == AES else None)
 
 
 def decrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Make new bags, not encrypted."""
+    """Rewrite bags without encryption."""
     return _rewrite(options, args, None)
 
 
@@ -39,13 +39,14 @@ VERBS = [
             "--param",
             default="*",
             metavar="PARAM",
-            help="encryptor plugin parameter: whose public key of gpg is used (Default: %default, gpg's default key)",
+            help="encryptor plugin parameter: the gpg user whose public key is used "
+            "(Default: %default, gpg's default key)",
         ),
         *compression("none"),
         BAGS,
         usage=USAGE,
         description="Encrypt one or more bag files.",
-        examples=[("-r robot@example.com run.bag", "who has the secret key of that address can read it")],
+        examples=[("-r robot@example.com run.bag", "for the owner of the secret key of that address")],
         run=encrypt,
     ),
     Verb(
@@ -56,14 +57,14 @@ VERBS = [
         BAGS,
         usage=USAGE,
         description="Decrypt one or more bag files.",
-        examples=[("run.bag", "with your secret key of gpg")],
+        examples=[("run.bag", "with your secret gpg key")],
         run=decrypt,
     ),
 ]
 
 
 def _rewrite(options: Any, paths: list[str], user: str | None) -> int:
-    """Make new bags, encrypted for a user of gpg, or plain."""
+    """Rewrite bags, encrypted for a gpg user, or plain."""
 
     def operation(source: str, target: str) -> None:
         with BagReader(source) as bag, Progress(source, bag.content_size(), quiet=options.quiet) as progress:
@@ -74,7 +75,7 @@ def _rewrite(options: Any, paths: list[str], user: str | None) -> int:
 
 
 def _cipher(user: str | None) -> Cipher | None:
-    """Return a cipher with a key of its own for each bag."""
+    """Return a cipher with a new key for each bag."""
     try:
         return None if user is None else new_cipher(user)
     except KeyUnavailableError as error:

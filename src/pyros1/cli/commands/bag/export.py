@@ -1,4 +1,4 @@
-"""``bag export``: what is in bags as CSV, JSON, images, videos, MCAP or a ROS 2 bag."""
+"""``bag export``: writes bags as CSV, JSON, images, videos, MCAP or a ROS 2 bag."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FORMATS = {
     "mcap": ".mcap",
     "ros2": "_ros2",
 }
-"""Format -> what the output's name ends with if none is given."""
+"""Format -> suffix of the output's name if no output is given."""
 
 _EXTENSIONS = {
     ".csv": "csv",
@@ -49,7 +49,7 @@ _SHOWN_NAMES = 20
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Write what is in bags for other programs."""
+    """Write the contents of bags in a format for other programs."""
     if not args:
         raise UsageError("You must specify at least one bag file.")
     kind = _format(options)
@@ -69,7 +69,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         progress = stack.enter_context(Progress(target, wanted.size, quiet=options.quiet or target == _STDOUT))
         count = wanted.into(writer, progress)
         if not count and not wanted.skipped:
-            raise CommandError(f"there are no messages of the times chosen in {', '.join(args)}")
+            raise CommandError(f"no messages between the selected times in {', '.join(args)}")
         writer.close()
     for text in (*wanted.skipped_texts(), *_renamed(writer)):
         print(text, file=sys.stderr)
@@ -87,18 +87,23 @@ VERB = Verb(
         choices=list(FORMATS),
         metavar="F",
         help="csv: a table per topic, as `topic echo -b -p` prints it; jsonl: a line of JSON per message; "
-        "images: image files; video: a video per topic; mcap: an MCAP file with ROS 2 messages, or with --ros1 (names "
-        "that ROS 2 does not allow are changed: timeStamp to time_stamp, package Mocap to mocap); "
-        "ros2: a ROS 2 bag. Not needed if the output's name says it",
+        "images: image files; video: a video per topic; mcap: an MCAP file with ROS 2 messages, or ROS 1 messages with "
+        "--ros1; ros2: a ROS 2 bag. Names that ROS 2 does not allow are changed: timeStamp to time_stamp, package "
+        "Mocap to mocap. Default: the format that the output's name ends with",
     ),
-    Option("-o", "--output", metavar="OUT", help="file or folder to write; - prints CSV of one topic, and JSON"),
-    Flag("-f", "--force", help="replace what is there"),
+    Option(
+        "-o",
+        "--output",
+        metavar="OUT",
+        help="file or folder to write; - is standard output, for JSON or for CSV of one topic",
+    ),
+    Flag("-f", "--force", help="replace existing files"),
     QUIET,
     *CHOICE,
-    Flag("--nostr", help="csv, jsonl: leave out texts"),
+    Flag("--nostr", help="csv, jsonl: leave out strings"),
     Flag("--noarr", help="csv, jsonl: leave out arrays"),
     Flag("--bare", help="jsonl: messages only, without topic and time"),
-    Flag("--mosaic", help="images: leave Bayer images as the sensor has them"),
+    Flag("--mosaic", help="images: keep raw Bayer images instead of converting them to color"),
     Option("--storage", choices=["sqlite3", "mcap"], default="sqlite3", help="ros2: sqlite3 or mcap"),
     Option(
         "--distro",
@@ -108,11 +113,11 @@ VERB = Verb(
     ),
     Flag(
         "--ros1",
-        help="mcap: leave messages as they are, of ROS 1, instead of making them of ROS 2; `bag import` takes both",
+        help="mcap: keep ROS 1 messages instead of converting them to ROS 2; `bag import` reads both",
     ),
     Argument("BAGFILE", "bag", many=True),
     usage="[options] BAGFILE1 [BAGFILE2 ...]",
-    description="Write what is in bags for other programs.",
+    description="Write the contents of bags in a format for other programs.",
     examples=[
         ("run.bag --format csv --topics /odom,/imu", "tables run_csv/odom.csv and run_csv/imu.csv"),
         ("run.bag -o - --format jsonl | jq .message", "lines of JSON for other programs"),
@@ -128,26 +133,26 @@ VERB = Verb(
 
 
 def _renamed(writer: Any) -> Iterator[str]:
-    """Yield what is to be said about names that ROS 2 does not allow."""
+    """Yield notes about names that were changed because ROS 2 does not allow them."""
     changed = writer.names.changed if hasattr(writer, "names") else {}
     for what, name in list(changed.items())[:_SHOWN_NAMES]:
-        yield f"NOTE: {what} is called {name}, since ROS 2 does not allow its name"
+        yield f"NOTE: {what} was renamed to {name}: ROS 2 does not allow its name"
     if len(changed) > _SHOWN_NAMES:
-        yield f"NOTE: and {len(changed) - _SHOWN_NAMES} more"
+        yield f"NOTE: {len(changed) - _SHOWN_NAMES} more names were changed"
 
 
 def _format(options: Any) -> str:
     output = options.output
     guess = _EXTENSIONS.get(_extension(output)) if output else None
     if options.format is None and guess is None:
-        raise UsageError("You must specify --format, or an output whose name says it: NAME.csv, .jsonl, .mcap, .mp4")
+        raise UsageError("You must specify --format, or an output whose name ends with .csv, .jsonl, .mcap or .mp4")
     kind = str(options.format or guess)
     if guess is not None and guess != kind:
-        raise UsageError(f"--format {kind} and an output named {output} do not go together")
+        raise UsageError(f"--format {kind} does not match the output name {output}")
     if output == _STDOUT and kind not in ("csv", "jsonl"):
         raise UsageError(f"--format {kind} needs a file or folder as output")
     if options.ros1 and kind != "mcap":
-        raise UsageError(f"--ros1 goes with --format mcap, not {kind}")
+        raise UsageError(f"--ros1 needs --format mcap, not {kind}")
     return kind
 
 
@@ -157,7 +162,7 @@ def _extension(path: str) -> str:
 
 def _writer(kind: str, part: str, topics: list[str], options: Any) -> Any:
     if kind in ("csv", "jsonl"):
-        # Here and below: what is needed, and no more.
+        # Here and below only the modules for the format are imported.
         from pyros1.cli.commands.bag._writing.text import CsvWriter, JsonWriter  # noqa: PLC0415
 
         return CsvWriter(part, topics, options) if kind == "csv" else JsonWriter(part, options)
@@ -178,7 +183,9 @@ def _writer(kind: str, part: str, topics: list[str], options: Any) -> Any:
 
     if options.distro not in distributions():
         hint = did_you_mean(options.distro, distributions())
-        raise CommandError(f"--distro: there is no {options.distro!r}{hint or ': ' + ', '.join(distributions())}", 2)
+        raise CommandError(
+            f"--distro: unknown distribution {options.distro!r}{hint or '; known: ' + ', '.join(distributions())}", 2
+        )
     if kind == "mcap":
         return McapWriter(part, options.distro)
     return Ros2Writer(part, options.storage, options.distro)
@@ -190,7 +197,8 @@ def _video_path(part: str, topics: list[str]) -> Callable[[str], str]:
     if _extension(part) in _EXTENSIONS:
         if len(topics) > 1:
             raise CommandError(
-                f"a video shows one topic, and {len(topics)} are chosen: name one with --topics, or a folder as output"
+                f"a video shows one topic, but {len(topics)} are selected: select one with --topics, "
+                "or give a folder as output"
             )
         return lambda topic: part
     os.mkdir(part)
@@ -199,20 +207,20 @@ def _video_path(part: str, topics: list[str]) -> Callable[[str], str]:
 
 
 class _Export:
-    """The messages that are wanted, into a writer.
+    """Feeds the selected messages to a writer.
 
     Args:
-        bags: open.
-        choice: of topics and times.
+        bags: the bags, open.
+        choice: the selected topics and times.
         images: only topics with images.
 
     Attributes:
-        topics: with messages that are wanted, sorted.
-        size: bytes of the bags' contents.
-        skipped: topic -> why -> how many.
+        topics: topics with selected messages, sorted.
+        size: size of the bags' contents in bytes.
+        skipped: topic -> reason -> number of messages left out.
 
     Raises:
-        CommandError: there is nothing to write.
+        CommandError: no message is selected.
     """
 
     def __init__(self, bags: list[Bag], choice: Choice, *, images: bool) -> None:
@@ -228,20 +236,20 @@ class _Export:
         known = {topic for bag in bags for topic in bag.topics}
         for name in choice.topics:
             if not any(Choice([name]).connections(bag.reader) for bag in bags):
-                raise CommandError(f"there is no topic {name} in {bags[0].path}{did_you_mean(name, known)}")
+                raise CommandError(f"no topic {name} in {bags[0].path}{did_you_mean(name, known)}")
         self.size = sum(bag.reader.header(chunk).size for bag in bags for chunk in bag.reader.chunks)
         self.skipped: dict[str, dict[str, int]] = {}
 
     def into(self, writer: Any, progress: Callable[[int], object]) -> int:
-        """Write all; returns how many messages were written.
+        """Write all selected messages. Return how many were written.
 
         Args:
-            writer: its `write_raw` takes stored messages, or its `write_message` decoded ones.
-            progress: called with bytes of `size` done.
+            writer: has `write_raw` for stored messages, or `write_message` for decoded ones.
+            progress: called with the number of bytes done, of `size`.
 
         Raises:
             BagError: a bag cannot be read, or a message cannot be converted.
-            OSError: the disk is full, ...
+            OSError: the output cannot be written, for example because the disk is full.
         """
         raw = hasattr(writer, "write_raw")
         begin = max(min(bag.reader.start for bag in self._bags), self._choice.start or 0)
@@ -262,16 +270,16 @@ class _Export:
             except MessageError as error:
                 reasons = self.skipped.setdefault(topic, {})
                 reasons[str(error)] = reasons.get(str(error), 0) + 1
-            del stored, message  # they may be large, and are not to be in memory while the next one is read
+            del stored, message  # it may be large, and must not stay in memory while the next one is read
         return count
 
     def skipped_texts(self) -> Iterator[str]:
-        """Yield what is to be said about messages that were left out."""
+        """Yield warnings about messages that were left out."""
         for topic, reasons in self.skipped.items():
             for reason, number in list(reasons.items())[:_SHOWN_SKIPPED]:
                 yield f"WARNING: {topic}: {number} message{'s' if number > 1 else ''} left out: {reason}"
             if len(reasons) > _SHOWN_SKIPPED:
-                yield f"WARNING: {topic}: and more, for {len(reasons) - _SHOWN_SKIPPED} other reasons"
+                yield f"WARNING: {topic}: more messages left out, for {len(reasons) - _SHOWN_SKIPPED} other reasons"
 
     def _messages(self) -> Iterator[RawMessage]:
         start, end = self._choice.start, self._choice.end
@@ -282,18 +290,18 @@ class _Export:
         names = ", ".join(bag.path for bag in self._bags)
         topics = {topic for bag in self._bags for topic in bag.topics}
         if not topics:
-            return f"there are no messages in {names}"
+            return f"no messages in {names}"
         for name in self._choice.topics:
             if not any(Choice([name]).connections(bag.reader) for bag in self._bags):
-                return f"there is no topic {name} in {names}{did_you_mean(name, topics)}"
+                return f"no topic {name} in {names}{did_you_mean(name, topics)}"
         choice = self._choice
         chosen = choice.topics or choice.drop or choice.start is not None or choice.end is not None
-        where = " of the topics and times chosen" if chosen else ""
-        return f"there are no {'images' if images else 'messages'}{where} in {names}"
+        where = " for the selected topics and times" if chosen else ""
+        return f"no {'images' if images else 'messages'}{where} in {names}"
 
 
 def _wanted(bag: Bag, choice: Choice, types: tuple[str, ...] | None) -> set[int]:
-    """Return the ids of the connections wanted, those with messages in the time wanted."""
+    """Return the ids of the selected connections that have messages between the selected times."""
     used = {
         number
         for chunk in bag.reader.chunks

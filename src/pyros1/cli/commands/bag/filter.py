@@ -23,7 +23,7 @@ from pyros1.timing import Time
 
 _USAGE = """[options] INBAG OUTBAG [EXPRESSION]
 
-EXPRESSION is one in Python, of which the harmless part is allowed.
+EXPRESSION is a Python expression. Only a safe part of Python is allowed.
 
 The following variables are available:
  * topic: name of topic
@@ -32,7 +32,7 @@ The following variables are available:
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write the messages of a bag that are wanted into another."""
+    """Write the selected messages of a bag to another bag."""
     source, target, text = _arguments(options, args)
     if not os.path.isfile(source):
         raise CommandError(f"Cannot locate input bag file [{source}]", 2, plain=True)
@@ -52,7 +52,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "filter",
-    "choose messages by an expression, topics, times",
+    "select messages by expression, topic or time",
     CHUNK_LIMIT_OPTION,
     Option(
         "-p",
@@ -68,8 +68,14 @@ VERB = Verb(
     usage=_USAGE,
     description="Filter the contents of the bag.",
     examples=[
-        ("run.bag out.bag \"topic == '/odom' and m.twist.twist.linear.x > 1\"", "by an expression"),
-        ("run.bag out.bag --topics '/camera/*,/tf' --from 10 --to -5", "topics, and a part of the time"),
+        (
+            "run.bag out.bag \"topic == '/odom' and m.twist.twist.linear.x > 1\"",
+            "the messages that match an expression",
+        ),
+        (
+            "run.bag out.bag --topics '/camera/*,/tf' --from 10 --to -5",
+            "some topics, from 10 s after the start to 5 s before the end",
+        ),
     ],
     run=run,
 )
@@ -94,7 +100,7 @@ class _Test:
         text: the expression.
 
     Raises:
-        ExpressionError: it is malformed or uses what is not allowed.
+        ExpressionError: the expression is malformed or uses something that is not allowed.
     """
 
     def __init__(self, text: str) -> None:
@@ -102,17 +108,19 @@ class _Test:
         self._decodes = re.search(r"\bm\b", text) is not None
 
     def __call__(self, bag: Bag, stored: RawMessage) -> Any:
-        """Return the expression's value for a message, which is decoded only if the expression speaks of it.
+        """Return the expression's value for a message. The message is decoded only if the expression uses it.
 
         Raises:
-            CommandError: it cannot be evaluated.
+            CommandError: the expression cannot be evaluated.
         """
         names = {"topic": stored.connection.topic, "t": Time.from_nsec(stored.time)}
         try:
             return self._expression({**names, "m": bag.decode(stored) if self._decodes else None})
         except ExpressionError as error:
             where = f"{stored.connection.topic} at {stored.time / 1e9:.6f} ({stored.connection.type})"
-            raise CommandError(f"{error}, for the message on {where}; is `topic == ...` missing before?") from None
+            raise CommandError(
+                f"{error}, in the message on {where}: does `topic == ... and` need to come first?"
+            ) from None
 
 
 def _passing(

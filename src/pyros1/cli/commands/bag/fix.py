@@ -16,7 +16,7 @@ from pyros1.cli.shared.progress import Progress
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Write a bag with the messages of another, brought to the definitions of this system."""
+    """Write a bag with the messages of another, migrated to the definitions on this system."""
     if not args:
         raise UsageError("You must pass input and output bag files.")
     if len(args) < 2:
@@ -28,7 +28,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     migrator = make_migrator(rules)
     with Bag(source, unindexed=False) as bag:
         if not len(bag):
-            raise BagError(source, f"there are no messages in it; {target} was not written")
+            raise BagError(source, f"the bag has no messages; {target} was not written")
         failing = [migration for migration in migrations(bag, migrator) if migration[2]]
         if failing and not options.force:
             print("Bag could not be migrated.  The following migrations could not be performed:")
@@ -46,7 +46,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 VERB = Verb(
     "fix",
-    "bring the messages to the definitions of this system",
+    "migrate messages to the definitions on this system",
     CHUNK_LIMIT_OPTION,
     Flag("-n", "--noplugins", help="do not load rulefiles via plugins"),
     Flag("--force", help="proceed with migrations, even if not all rules defined"),
@@ -56,6 +56,6 @@ VERB = Verb(
     usage="INBAG OUTBAG [EXTRARULES1 EXTRARULES2 ...]",
     description="Repair the messages in a bag file so that it can be played in the current system. "
     "Rule files are Python programs, and are executed.",
-    examples=[("old.bag new.bag rules.bmr", "with rules made by `check -g rules.bmr`")],
+    examples=[("old.bag new.bag rules.bmr", "with rules from `check -g rules.bmr`")],
     run=run,
 )

@@ -1,4 +1,4 @@
-"""``bag import``: bags of ROS 2 bags and MCAP files."""
+"""``bag import``: converts ROS 2 bags and MCAP files to bags."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         done = import_bag(source, part, compression=options.compression, wanted=wanted, progress=progress)
         if patterns and not done.topics:
             hint = did_you_mean(patterns[0], there)
-            raise CommandError(f"there is no topic {' '.join(patterns)} in {source}{hint}")
+            raise CommandError(f"no topic {' '.join(patterns)} in {source}{hint}")
         if not done.messages:
             reasons = "".join(f"; {topic} is left out: {reason}" for topic, reason in done.skipped.items())
-            raise CommandError(f"there are no messages in {source}{reasons}; {target} was not written")
+            raise CommandError(f"no messages in {source}{reasons}; {target} was not written")
     for topic, reason in done.skipped.items():
         print(f"WARNING: {topic} is left out: {reason}", file=sys.stderr)
     if not options.quiet:
@@ -52,17 +52,20 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "import",
-    "make a bag of a ROS 2 bag or MCAP file",
+    "convert a ROS 2 bag or MCAP file to a bag",
     CHUNK_LIMIT_OPTION,
-    Option("-o", "--output", metavar="OUT", help="the bag to write; without it SOURCE.bag"),
-    Flag("-f", "--force", help="replace the bag if it is there"),
+    Option("-o", "--output", metavar="OUT", help="the bag to write (default: SOURCE.bag)"),
+    Flag("-f", "--force", help="replace the bag if it exists"),
     QUIET,
     TOPICS,
     *compression("none"),
     Argument("SOURCE", "file"),
-    description="Make a bag of a ROS 2 bag: its folder, or an .mcap or .db3 file; or of an .mcap file with messages of "
-    "ROS 1.",
-    examples=[("run.mcap -o run.bag", "of ROS 1 or ROS 2"), ("rosbag2_folder", "into rosbag2_folder.bag")],
+    description="Convert a ROS 2 bag to a ROS 1 bag. SOURCE is the folder of the ROS 2 bag, or an .mcap or .db3 file. "
+    "An .mcap file may also hold ROS 1 messages.",
+    examples=[
+        ("run.mcap -o run.bag", "from an MCAP file of ROS 1 or ROS 2"),
+        ("rosbag2_folder", "into rosbag2_folder.bag"),
+    ],
     stock="",
     run=run,
 )

@@ -20,7 +20,7 @@ _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(-?\d+)\]")
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print what is in bags."""
+    """Print a summary of bags."""
     if not args:
         raise UsageError("You must specify at least 1 bag file.")
     if options.key and not options.yaml:
@@ -62,7 +62,7 @@ VERB = Verb(
     usage="[options] BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
     description="Summarize the contents of one or more bag files.",
     examples=[
-        ("run.bag", "what a bag holds"),
+        ("run.bag", "what a bag contains"),
         ("-y -k topics[0].type run.bag", "one value, for scripts"),
         ("--json run.bag", "for programs"),
     ],
@@ -71,7 +71,7 @@ VERB = Verb(
 
 
 def _typed(value: Any) -> Any:
-    """Return values as YAML reads them: numbers that were texts with a fixed number of digits."""
+    """Return values as YAML reads them: strings of digits become numbers."""
     if isinstance(value, dict):
         return {name: _typed_field(name, item) for name, item in value.items()}
     if isinstance(value, list):

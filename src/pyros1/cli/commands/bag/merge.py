@@ -18,7 +18,7 @@ from pyros1.cli.shared.progress import Progress
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write the messages of several bags into one."""
+    """Write the messages of several bags to one bag."""
     if len(args) < 2:
         raise UsageError("You must specify an out bag and at least one in bag.")
     target, *sources = args
@@ -39,15 +39,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "merge",
-    "make one bag of several",
+    "merge several bags into one",
     CHUNK_LIMIT_OPTION,
     *CHOICE,
     *compression("none"),
     Argument("OUTBAG", "bag"),
     Argument("INBAG", "bag", many=True),
     usage="[options] OUTBAG INBAG1 [INBAG2 ...]",
-    description="Merge bags into one, by time.",
-    examples=[("all.bag a.bag b.bag", "by time")],
+    description="Merge bags into one, in the order of time.",
+    examples=[("all.bag a.bag b.bag", "in the order of time")],
     stock="",
     run=run,
 )

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 _SWITCH_INTERVAL = 0.00005
-"""Seconds after which the thread that reads ahead lets the one that plays go on."""
+"""Interpreter switch interval in seconds: how long the reading thread may keep the playing thread waiting."""
 
 _COLLECT_AFTER = 100_000
-"""Objects made, beyond those gone again, until cycles are looked for: messages read ahead stay below, and a look at all
-of them takes up to 90 ms."""
+"""Threshold of the garbage collector, in new objects. Messages read ahead stay below it, since one collection of all
+objects takes up to 90 ms."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -51,7 +51,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         try:
             node = Node(f"play_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
         except SystemExit:
-            return 0  # Ctrl-C while the master was waited for
+            return 0  # Ctrl-C while waiting for the master
         control = Control(options.pause)
         try:
             catch(lambda *_: control.end())
@@ -64,7 +64,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _words(option: Any, opt: str, value: Any, parser: Any) -> None:
-    """Take the words up to the next option."""
+    """Take the words up to the next option as the option's value."""
     words = []
     while parser.rargs and not parser.rargs[0].startswith("-"):
         words.append(parser.rargs.pop(0))
@@ -125,7 +125,7 @@ VERB = Verb(
         dest="pause_topics",
         help="topics to pause on during playback",
     ),
-    Option("--bags", action="append", help="bags files to play back from"),
+    Option("--bags", action="append", help="bag files to play back"),
     Flag("--wait-for-subscribers", help="wait for at least one subscriber on each topic before publishing"),
     Option(
         "--rate-control-topic",
@@ -145,7 +145,7 @@ VERB = Verb(
     usage="BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
     description="Play back the contents of one or more bag files in a time-synchronized fashion.",
     examples=[
-        ("run.bag", "at the pace of the recording; space pauses, s steps"),
+        ("run.bag", "at the original speed; space pauses, s steps"),
         ("--clock -r 0.5 -s 60 -u 10 run.bag", "ten seconds in slow motion, with simulated time"),
         ("run.bag --topics /scan /tf /tf_static", "some topics"),
         ("a.bag b.bag /scan:=/old/scan", "two bags together, one topic renamed"),
@@ -155,7 +155,7 @@ VERB = Verb(
 
 
 def _wake_on_time() -> None:
-    """Have Linux end this thread's waits when they are over, and not up to 50 us later."""
+    """Tell Linux to end this thread's waits on time. The default is up to 50 us late."""
     with contextlib.suppress(OSError), open("/proc/self/timerslack_ns", "w", encoding="ascii") as slack:
         slack.write("1")
 
@@ -194,22 +194,22 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
             _tell(options, "\nHit space to toggle paused, or 's' to step.")
         player.run()
         if not control.ended and options.keep_alive:
-            line.say("All messages are played; staying alive for the latched topics. Ctrl-C ends.")
+            line.say("All messages were played; still running for the latched topics. Press Ctrl-C to end.")
             while not control.ended:
                 control.wait(1.0)
     line.clear()
     if not player.wait_until_taken():
-        node.log.warn("subscribers that were too slow did not get all messages")
+        node.log.warn("slow subscribers did not receive all messages")
     dropped = player.dropped()
     if dropped:
-        node.log.warn("%d messages were lost by subscribers that were too slow; see --queue", dropped)
+        node.log.warn("%d messages were dropped because subscribers were too slow; see --queue", dropped)
     if not control.ended:
         _tell(options, "\nDone.")
     return 0
 
 
 def _tell(options: Any, text: str, end: str = "\n") -> None:
-    """Print, unless the user wants quiet; that nobody reads it any more does not end the playing."""
+    """Print, unless --quiet is given. A closed output does not end playback."""
     if not options.quiet:
         with contextlib.suppress(OSError, ValueError):
             print(text, end=end, flush=True)
@@ -222,7 +222,7 @@ def _sleep(control: Control, seconds: float) -> None:
 
 
 def _pause(control: Control, paused: bool) -> tuple[bool, str]:
-    """Answer the service ~pause_playback (B29)."""
+    """Handle a call of the service ~pause_playback (B29)."""
     what = "paused" if paused else "resumed"
     if control.set_paused(paused):
         return True, f"Playback is now {what}"
@@ -230,7 +230,7 @@ def _pause(control: Control, paused: bool) -> tuple[bool, str]:
 
 
 def _control_rate(node: Node, player: Player, topic: str) -> None:
-    """Let a topic's stamps hold the player back (B38); the times of arrival, if the topic has no header."""
+    """Make the player wait for a topic's stamps (B38), or for its arrival times if it has no header."""
     from pyros1.cli.shared.subscribing import Decoder  # noqa: PLC0415
     from pyros1.msgs import AnyMsg  # noqa: PLC0415
 
@@ -250,10 +250,10 @@ def _control_rate(node: Node, player: Player, topic: str) -> None:
 
 
 def _check_content(bags: Bags, options: Any) -> None:
-    """Say what would be played in vain.
+    """Warn about options that have no effect on these bags.
 
     Raises:
-        CommandError: nothing would be.
+        CommandError: there is nothing to play.
     """
     recorded = {connection.topic for reader in bags.readers for connection in reader.connections.values()}
     known = set(map(_plain, recorded))
@@ -261,12 +261,13 @@ def _check_content(bags: Bags, options: Any) -> None:
         if _plain(topic) not in known:
             print(f"WARNING: {topic} is not in the bag{did_you_mean(topic, recorded)}", file=sys.stderr)
     if options.topics is not None and known.isdisjoint(map(_plain, options.topics)):
-        raise CommandError("none of the topics to play is in the bag; `pyros1 bag info` lists them")
+        raise CommandError("none of the selected topics is in the bag; `pyros1 bag info` lists its topics")
     if not any(chunk.counts for reader in bags.readers for chunk in reader.chunks):
-        print("WARNING: there are no messages to play", file=sys.stderr)
+        print("WARNING: no messages to play", file=sys.stderr)
     if options.clock and "clock" in known and (options.topics is None or "clock" in map(_plain, options.topics)):
         print(
-            "WARNING: the bag holds /clock, which --clock publishes too: time will jump back and forth", file=sys.stderr
+            "WARNING: the bag contains /clock, and --clock publishes it too: time will jump back and forth",
+            file=sys.stderr,
         )
     length = (bags.end - bags.start) / 1e9
     if options.start > length:
@@ -302,8 +303,8 @@ def _check(options: Any) -> None:
     for name in ("delay", "start", "duration", "skip_empty", "rate_control_max_delay"):
         value = getattr(options, name)
         if value is not None and not (isfinite(value) and value >= 0):
-            raise UsageError(f"--{name.replace('_', '-')} must be a number, and not negative")
+            raise UsageError(f"--{name.replace('_', '-')} must be a number that is not negative")
     if options.queue < 0:
-        raise UsageError("--queue must not be negative; 0 is without limit")
+        raise UsageError("--queue must not be negative; 0 means no limit")
     if options.topics is not None and not options.topics:
-        raise UsageError("--topics: which?")
+        raise UsageError("--topics needs at least one topic")

@@ -26,7 +26,7 @@ _SECONDS = {"": 1, "s": 1, "m": 60, "h": 3600}
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Write what topics bring into bags."""
+    """Record topics to bags."""
     selection = _selection(options, [*args, *(options.topics or ())])
     settings = _settings(options)
     from pyros1.bag.record.follow import Ending  # noqa: PLC0415 - help does without
@@ -35,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     try:
         node = Node(f"record_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
     except SystemExit:
-        return 0  # Ctrl-C while the master was waited for
+        return 0  # Ctrl-C while waiting for the master
     try:
         ending = Ending(node)
         if options.snapshot:
@@ -48,7 +48,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words; the old form of ``--split`` takes a value, which options of this kind cannot."""
+    """Parse the words. The old form of ``--split`` takes a value, which an option without values cannot."""
     words = [
         part for word in invocation.args for part in (word.split("=", 1) if word.startswith("--split=") else [word])
     ]
@@ -56,7 +56,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def _split(option: Any, opt: str, value: Any, parser: Any) -> None:
-    """Take ``--split`` alone, or in its old form with a number of MB behind it (B19)."""
+    """Accept ``--split`` alone, or in its old form followed by a number of MB (B19)."""
     parser.values.split = True
     if parser.rargs and parser.rargs[0].isdigit():
         print(
@@ -72,39 +72,38 @@ VERB = Verb(
     "record a bag file with the contents of specified topics",
     Flag("-a", "--all", help="record all topics"),
     Flag("-e", "--regex", help="match topics using regular expressions"),
-    Flag("-p", "--publish", help="publish a msg when the record begin"),
+    Flag("-p", "--publish", help="publish a message when the recording begins"),
     Option(
         "-x",
         "--exclude",
         metavar="EXCLUDE_REGEX",
         default="",
-        help="exclude topics matching the follow regular expression (subtracts from -a or regex)",
+        help="exclude topics that match the regular expression, from those of -a or -e",
     ),
     Flag("-q", "--quiet", help="suppress console output"),
     Option(
         "-o",
         "--output-prefix",
         metavar="PREFIX",
-        help="prepend PREFIX to beginning of bag name (name will always end with date stamp)",
+        help="begin the bag's name with PREFIX; the name ends with the date and time",
     ),
-    Option("-O", "--output-name", metavar="NAME", help="record to bag with name NAME.bag"),
+    Option("-O", "--output-name", metavar="NAME", help="record to NAME.bag"),
     Option(
         "--split",
         action="callback",
         callback=_split,
         dest="split",
         default=False,
-        help="split the bag when maximum size or duration is reached",
+        help="start a new bag when the maximum size or duration is reached",
     ),
     Option(
         "--max-splits",
         type="int",
         default=0,
-        help="Keep a maximum of N bag files, when reaching the maximum erase the oldest one to keep a constant "
-        "number of files.",
+        help="keep at most MAX_SPLITS bag files: remove the oldest one when a new one begins",
     ),
-    Option("--size", type="int", help="record a bag of maximum size SIZE MB. (Default: infinite)"),
-    Option("--duration", help="record a bag of maximum duration DURATION in seconds, unless 'm', or 'h' is appended."),
+    Option("--size", type="int", help="maximum size of a bag in MB (Default: infinite)"),
+    Option("--duration", help="maximum duration of a bag in seconds, or in minutes or hours with 'm' or 'h' appended"),
     Option(
         "-b",
         "--buffsize",
@@ -118,15 +117,15 @@ VERB = Verb(
         type="int",
         default=768,
         metavar="SIZE",
-        help="Advanced. Record to chunks of SIZE KB (Default: %default)",
+        help="write chunks of SIZE KB (Default: %default)",
     ),
     Option("-l", "--limit", type="int", default=0, metavar="NUM", help="only record NUM messages on each topic"),
     Option("--node", default="", help="record all topics subscribed to by a specific node"),
     Flag("-j", "--bz2", help="use BZ2 compression"),
     Flag("--lz4", help="use LZ4 compression"),
-    Flag("--tcpnodelay", help="Use the TCP_NODELAY transport hint when subscribing to topics (always so here)."),
-    Flag("--udp", help="Use the UDP transport hint when subscribing to topics; TCP where a publisher has no UDP."),
-    Flag("--repeat-latched", help="Repeat latched msgs at the start of each new bag file."),
+    Flag("--tcpnodelay", help="use the TCP_NODELAY transport hint when subscribing to topics (pyros1 always does)"),
+    Flag("--udp", help="use the UDP transport hint when subscribing to topics; TCP if a publisher has no UDP"),
+    Flag("--repeat-latched", help="repeat latched messages at the start of each new bag file"),
     Option(
         "-L",
         "--min-space",
@@ -138,7 +137,7 @@ VERB = Verb(
     Flag(
         "--snapshot",
         own=True,
-        help="write nothing, but keep the last messages in memory; the service ~snapshot writes them to a bag",
+        help="write nothing, but keep the latest messages in memory; the service ~snapshot writes them to a bag",
     ),
     Option(
         "--snapshot-duration",
@@ -161,9 +160,9 @@ VERB = Verb(
     description="Record a bag file with the contents of specified topics.",
     examples=[
         ("/odom /scan -O run", "two topics into run.bag"),
-        ("-a -x '/camera/.*' -o day", "all but some, into day_<date>.bag; new topics too"),
+        ("-a -x '/camera/.*' -o day", "all topics but some, also new ones, into day_<date>.bag"),
         ("-a --lz4 --split --duration 10m --max-splits 6", "the last hour, in files of ten minutes"),
-        ("-a --snapshot --snapshot-duration 60", "the last minute, when somebody calls ~snapshot"),
+        ("-a --snapshot --snapshot-duration 60", "the last minute, whenever ~snapshot is called"),
     ],
     parse=_parse,
     run=run,
@@ -199,7 +198,9 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
 
     def subscribe(name: str) -> None:
         if not names.is_legal_name(name) and (options.all or options.regex or options.node):
-            warn(f"'{name}' is not a legal name: it is not recorded")  # somebody else's fault must not end the rest
+            warn(
+                f"'{name}' is not a legal name and is not recorded"
+            )  # a fault of another node must not end the recording
             return
         line.say(f"Subscribing to {one_line(name)}")
         recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))
@@ -211,7 +212,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     if not options.quiet:
         print(record_table(recorder), flush=True)
     if recorder.error is not None:
-        node.log.error("recording has ended: %s", _reason(recorder.error))
+        node.log.error("recording ended: %s", _reason(recorder.error))
         return 1
     return 0
 
@@ -234,15 +235,15 @@ def _reason(error: Exception) -> str:
 def _selection(options: Any, topics: list[str]) -> Selection:
     everything = options.all
     if options.exclude and not (everything or options.regex or options.node or topics):
-        print("-x alone: all topics are recorded but those excluded", file=sys.stderr)
+        print("only -x is given: recording all topics except those excluded", file=sys.stderr)
         everything = True
     if not (topics or everything or options.node):
         raise UsageError("You must specify a topic name or else use the '-a' option.")
     for name in topics:
         if not options.regex and not name.strip("/"):
-            raise CommandError(f"{name!r} is not the name of a topic")
+            raise CommandError(f"{name!r} is not a legal topic name")
     if options.limit and (everything or options.regex or options.node):
-        raise CommandError("--limit goes with named topics only, not with -a, -e, -x or --node")
+        raise CommandError("--limit works only with named topics, not with -a, -e, -x or --node")
     from pyros1.bag.record.names import Selection  # noqa: PLC0415
 
     try:
@@ -259,9 +260,9 @@ def _settings(options: Any) -> RecordOptions:
         raise UsageError("Split specified without giving a maximum duration or size")
     for name in ("size", "max_splits", "buffsize", "chunksize", "limit", "snapshot_duration", "snapshot_size"):
         if not 0 <= (getattr(options, name) or 0) < float("inf"):
-            raise UsageError(f"--{name.replace('_', '-')} must be a number, and not negative")
+            raise UsageError(f"--{name.replace('_', '-')} must be a number that is not negative")
     if options.bz2 and options.lz4:
-        raise UsageError("choose one of --bz2 and --lz4")
+        raise UsageError("use only one of --bz2 and --lz4")
     from pyros1.bag.record.model import RecordOptions  # noqa: PLC0415
     from pyros1.bag.record.names import FileNames  # noqa: PLC0415
 
@@ -282,7 +283,7 @@ def _settings(options: Any) -> RecordOptions:
 
 
 def _measure(option: str, text: str, units: dict[str, int]) -> float:
-    """Read a number with a unit behind it."""
+    """Return the value of a number followed by a unit."""
     number = text.rstrip("".join(units) + "".join(units).upper() + "B")
     unit = text[len(number) :].lower().removesuffix("b")
     try:
@@ -290,5 +291,7 @@ def _measure(option: str, text: str, units: dict[str, int]) -> float:
     except (ValueError, KeyError):
         value = -1.0
     if not 0 <= value < float("inf"):
-        raise UsageError(f"{option}: {text!r} is not a number with one of the units {', '.join(filter(None, units))}")
+        raise UsageError(
+            f"{option}: {text!r} is not a number, or a number with one of the units {', '.join(filter(None, units))}"
+        )
     return value

@@ -17,20 +17,20 @@ _SHOWN_DAMAGES = 5
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Make new bags of what can be read of the old ones."""
+    """Rewrite bags with all messages that can be read."""
 
     def operation(source: str, target: str) -> None:
         with Progress(source, os.path.getsize(source), quiet=options.quiet) as progress:
             saved = reindex(source, target, progress)
         if not saved.messages:
-            raise BagError(source, f"{_no_messages(saved)}; the file is left as it is")
+            raise BagError(source, f"{_no_messages(saved)}; the file was not changed")
         if options.quiet:
             return
         for damage in saved.damages[:_SHOWN_DAMAGES]:
             print(f"{source}: at byte {damage.offset}: {damage.reason}", file=sys.stderr)
         if len(saved.damages) > _SHOWN_DAMAGES:
-            print(f"{source}: and {len(saved.damages) - _SHOWN_DAMAGES} more", file=sys.stderr)
-        lost = f"; {saved.lost} have lost their connection record, or have an impossible time" if saved.lost else ""
+            print(f"{source}: {len(saved.damages) - _SHOWN_DAMAGES} more damaged places", file=sys.stderr)
+        lost = f"; {saved.lost} are lost, without a connection record or a valid time" if saved.lost else ""
         print(f"{source}: {saved.messages} messages{lost}")
 
     return rewrite_each(options, args, operation)
@@ -38,18 +38,18 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 VERB = Verb(
     "reindex",
-    "save bags that were not closed or are damaged",
+    "repair bags that were not closed or are damaged",
     *OPTIONS,
     BAGS,
     usage=USAGE,
-    description="Reindexes one or more bag files: saves what can be read of damaged ones.",
-    examples=[("run.bag.active", "save a bag that was not closed")],
+    description="Reindexes one or more bag files, and saves what can be read of damaged ones.",
+    examples=[("run.bag.active", "repair a bag that was not closed")],
     run=run,
 )
 
 
 def _no_messages(saved: Saved) -> str:
     if saved.lost:
-        return f"the {saved.lost} messages found in it have lost their connection record, or have an impossible time"
+        return f"the {saved.lost} messages found in it have no connection record or no valid time"
     reasons = "".join(f"; at byte {damage.offset}: {damage.reason}" for damage in saved.damages[:1])
     return f"no messages were found in it{reasons}"

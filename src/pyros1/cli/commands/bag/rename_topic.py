@@ -18,7 +18,7 @@ from pyros1.names import is_legal_name
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write a bag with the messages of another, some of its topics with other names."""
+    """Write a copy of a bag in which some topics are renamed."""
     if len(args) < 4 or len(args) % 2:
         raise UsageError("You must specify an in bag, an out bag, and pairs of an old and a new name.")
     source, target, *names = args
@@ -26,7 +26,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     pairs = dict(zip(names[::2], names[1::2], strict=True))
     for new in pairs.values():
         if not is_legal_name(new.rstrip("/")):
-            raise CommandError(f"{new!r} is not a legal name of a topic")
+            raise CommandError(f"{new!r} is not a legal topic name")
     with BagReader(source) as bag:
         topics = {connection.topic for connection in bag.connections.values()}
         for old in pairs:
@@ -53,7 +53,7 @@ VERB = Verb(
     Argument("OUTBAG", "file"),
     Argument("NAME", many=True),
     usage="[options] INBAG OUTBAG OLD NEW [OLD NEW ...]",
-    description="Rename topics. OLD/ and NEW/ with a slash at their ends rename all topics of a namespace.",
+    description="Rename topics. If OLD and NEW end with a slash, all topics of that namespace are renamed.",
     examples=[
         ("run.bag out.bag /scan /front/scan", "one topic"),
         ("run.bag out.bag /robot1/ /robot2/", "all topics of a namespace"),

@@ -19,7 +19,7 @@ from pyros1.timing import Time
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write a bag with the messages of another at other times."""
+    """Write a copy of a bag in which the messages have other times."""
     _check(options, args)
     source, target = args
     different(source, target)
@@ -45,20 +45,20 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "retime",
-    "move the times of messages",
+    "change the times of messages",
     CHUNK_LIMIT_OPTION,
     Option("--offset", metavar="SEC", help="add SEC seconds"),
-    Option("--start", metavar="TIME", help="let the bag begin at TIME, as --from of `filter` has it"),
-    Option("--rate", type="float", default=1.0, metavar="F", help="bring messages F times closer together"),
-    Flag("--header-stamp", help="take the stamps of messages with a header"),
+    Option("--start", metavar="TIME", help="make the bag start at TIME, in the same forms as `filter --from`"),
+    Option("--rate", type="float", default=1.0, metavar="F", help="divide the time between messages by F"),
+    Flag("--header-stamp", help="use the header stamps of messages that have a header"),
     *compression("none"),
     Argument("INBAG", "bag"),
     Argument("OUTBAG", "file"),
     usage="[options] INBAG OUTBAG",
-    description="Move the times at which messages were recorded. What is in the messages stays as it is.",
+    description="Change the times at which messages were recorded. The messages themselves do not change.",
     examples=[
-        ("run.bag out.bag --offset -3600", "an hour earlier"),
-        ("run.bag out.bag --header-stamp", "as the messages' headers say"),
+        ("run.bag out.bag --offset -3600", "one hour earlier"),
+        ("run.bag out.bag --header-stamp", "the times in the message headers"),
     ],
     stock="",
     run=run,
@@ -71,11 +71,11 @@ def _check(options: Any, args: list[str]) -> None:
     if options.offset is not None and options.start is not None:
         raise UsageError("You can only specify one of --offset and --start.")
     if options.header_stamp and (options.offset or options.start or options.rate != 1.0):
-        raise UsageError("--header-stamp does not go with the other options")
+        raise UsageError("--header-stamp cannot be combined with the other options")
     if not options.header_stamp and options.offset is None and options.start is None and options.rate == 1.0:
         raise UsageError("You must specify --offset, --start, --rate or --header-stamp.")
     if not 0 < options.rate < float("inf"):
-        raise UsageError("--rate must be more than 0")
+        raise UsageError("--rate must be greater than 0")
 
 
 def _stamp_of(bag: Bag) -> Callable[[RawMessage], int]:

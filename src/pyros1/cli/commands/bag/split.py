@@ -23,21 +23,21 @@ _UNITS = {"s": 1, "m": 60, "h": 3600}
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write the messages of a bag into several."""
+    """Write the messages of a bag to several bags."""
     if len(args) != 1:
         raise UsageError("You must specify one bag.")
     if options.size is None and options.duration is None and options.count is None:
         raise UsageError("You must specify --size, --duration or --count.")
     duration = None if options.duration is None else _seconds(options.duration)
     if any(limit is not None and not 0 < limit < float("inf") for limit in (options.size, duration, options.count)):
-        raise UsageError("--size, --duration and --count must be more than 0")
+        raise UsageError("--size, --duration and --count must be greater than 0")
     stem, extension = os.path.splitext(args[0])
     if options.output_dir is not None:
         stem = os.path.join(options.output_dir, os.path.basename(stem))
     extension = extension or ".bag"
     if not options.force:  # they may be the recorder's own splits
         _refuse_parts(stem, extension)
-    with BagReader(args[0]) as bag, interruptible("the files so far are whole"):
+    with BagReader(args[0]) as bag, interruptible("the files written so far are complete"):
         choice = choice_of(options, bag)
         warn_of_strangers(choice, [bag])
         with Progress(args[0], bag.content_size()) as progress:
@@ -55,23 +55,23 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if paths:
         print("\n".join(paths))
     else:
-        print(f"{args[0]}: there are no such messages; nothing was written", file=sys.stderr)
+        print(f"{args[0]}: no messages are selected; nothing was written", file=sys.stderr)
 
 
 VERB = Verb(
     "split",
-    "make several bags of one",
+    "split a bag into several",
     CHUNK_LIMIT_OPTION,
-    Option("--size", type="float", metavar="MB", help="begin another file after MB mebibytes"),
-    Option("--duration", metavar="SEC", help="begin another file after SEC seconds; also 5m, 2h"),
-    Option("--count", type="int", metavar="N", help="begin another file after N messages"),
-    Flag("--repeat-latched", help="begin every file with the latched messages so far"),
+    Option("--size", type="float", metavar="MB", help="start a new file after MB mebibytes"),
+    Option("--duration", metavar="SEC", help="start a new file after SEC seconds; also 5m, 2h"),
+    Option("--count", type="int", metavar="N", help="start a new file after N messages"),
+    Flag("--repeat-latched", help="start every file with the latched messages so far"),
     Option("--output-dir", metavar="DIR", help="write to directory DIR"),
-    Flag("-f", "--force", help="replace files of these names"),
+    Flag("-f", "--force", help="replace existing files"),
     *CHOICE,
     *compression("none"),
     Argument("INBAG", "bag"),
-    description="Split a bag into NAME_0.bag, NAME_1.bag, ... at every limit given.",
+    description="Split a bag into NAME_0.bag, NAME_1.bag, ... whenever a given limit is reached.",
     examples=[("run.bag --duration 5m --repeat-latched", "into run_0.bag, run_1.bag, ...")],
     stock="",
     run=run,
@@ -82,10 +82,10 @@ def _refuse_parts(stem: str, extension: str) -> None:
     folder, name = os.path.split(stem)
     part = re.compile(re.escape(name) + r"_\d+" + re.escape(extension))
     there: list[str] = []
-    with contextlib.suppress(OSError):  # of a folder that is not there the writer says so
+    with contextlib.suppress(OSError):  # the writer reports a missing folder
         there = sorted(filter(part.fullmatch, os.listdir(folder or ".")))
     if there:
-        raise CommandError(f"{os.path.join(folder, there[0])} already exists; --force replaces such files")
+        raise CommandError(f"{os.path.join(folder, there[0])} already exists: use --force to replace it")
 
 
 def _seconds(text: str) -> float:

@@ -10,7 +10,7 @@ from pyros1.launch.running.logs import log_folder, ros_home
 
 
 def folders() -> Iterator[tuple[Path, str]]:
-    """Yield the folders that are there, with their name in texts; what they link to, if they are links."""
+    """Yield the log folders that exist, links resolved, each with its name for messages."""
     for folder, label in (
         (log_folder(os.environ), "ROS node logs"),
         (ros_home(os.environ) / "rosmake", "rosmake logs"),

@@ -13,7 +13,7 @@ from pyros1.doctor.disk import folder_size, human_size
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print how much is there."""
+    """Print the size of the log folders."""
     rows = [(label, folder, folder_size(folder, on_disk=True)) for folder, label in folders()]
     if options.json:
         print_json([{"what": label, "folder": str(folder), "bytes": size} for label, folder, size in rows])
@@ -26,7 +26,7 @@ VERB = Verb(
     "check",
     "Check usage of log files",
     JSON,
-    examples=[("", "how much is there")],
+    examples=[("", "how much space they use")],
     parse=leave_words,  # the command parses
     run=run,
 )

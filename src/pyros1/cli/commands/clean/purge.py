@@ -19,11 +19,13 @@ _MEGABYTE = 1024 * 1024
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Remove all, or the oldest until the rest is small enough; the exit code is 1 if something could not be."""
+    """Remove all logs, or the oldest until the rest is small enough. Return 1 if something could not be removed."""
     done = True
     for folder, label in folders():
         if _holds_home(folder):
-            print(f"will not remove {folder}: that is no folder of logs only; is ROS_LOG_DIR right?", file=sys.stderr)
+            print(
+                f"will not remove {folder}: it is your home folder or contains it; correct ROS_LOG_DIR", file=sys.stderr
+            )
             return 1
         kept = set() if options.running else _in_use(folder)
         removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept)
@@ -34,12 +36,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         done = done and removed
         if kept:
             names = ", ".join(sorted(kept))
-            print(f"kept, since running programs write to it: {names} (--running removes it, too)", file=sys.stderr)
+            print(
+                f"kept, because running programs write to it: {names} (use --running to remove it, too)",
+                file=sys.stderr,
+            )
     return 0 if done else 1
 
 
 def _in_use(folder: Path) -> set[str]:
-    """The entries of a folder in which running programs have files open, and links to these, such as ``latest``."""
+    """Return the entries of a folder in which running programs have files open, and links to these, as ``latest``."""
     used = {path.relative_to(folder).parts[0] for path in files_in_use(folder)}
     real = folder.resolve()
     links = {path.name for path in folder.iterdir() if path.is_symlink()} if used else set()
@@ -47,12 +52,12 @@ def _in_use(folder: Path) -> set[str]:
 
 
 def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
-    """Remove all; returns whether that went well, None if the user did not agree."""
+    """Remove all. Return whether this succeeded, None if the user did not agree."""
     print(f"Purging {label}.")
     if not options.yes:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
         quoted = f'"{folder}"' if " " in str(folder) else str(folder)
-        excepted = f" (but for {', '.join(map(shlex.quote, sorted(kept)))})" if kept else ""
+        excepted = f" (except {', '.join(map(shlex.quote, sorted(kept)))})" if kept else ""
         if not _ask(f"rm -rf {quoted}{excepted}"):
             return None
     if not kept:
@@ -62,7 +67,7 @@ def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool |
 
 
 def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
-    """Remove the oldest; returns as `_purge_all`."""
+    """Remove the oldest. Return the same as `_purge_all`."""
     limit, size = options.size * _MEGABYTE, folder_size(folder)
     if size <= limit:
         print(
@@ -89,7 +94,7 @@ def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bo
 
 
 def _ask(what: str) -> bool:
-    """Ask until there is an answer; the end of the input is a no."""
+    """Ask until the user answers. The end of the input means no."""
     print(f"Okay to perform:\n\n{what}\n(y/n)?", flush=True)
     for line in sys.stdin:
         answer = line.strip().lower()
@@ -99,14 +104,14 @@ def _ask(what: str) -> bool:
 
 
 def _remove(path: Path) -> bool:
-    """Remove a file, a link itself, or a folder with all below it, of which links are removed and not followed."""
+    """Remove a file, a link, or a folder with everything in it. Links are not followed."""
     try:
         if path.is_symlink() or not path.is_dir():
             path.unlink()
         else:
             shutil.rmtree(path)
     except FileNotFoundError:
-        pass  # somebody else was faster
+        pass  # another process has removed it
     except OSError as error:
         print(f"FAILED to execute command: cannot remove {error.filename}: {error.strerror}", file=sys.stderr)
         return False
@@ -114,7 +119,7 @@ def _remove(path: Path) -> bool:
 
 
 def _holds_home(folder: Path) -> bool:
-    """Whether a folder is the user's home or lies above it, as ``/`` does."""
+    """Return whether a folder is the user's home or above it, as ``/`` is."""
     home, folder = Path.home().resolve(), folder.resolve()
     return folder == home or folder in home.parents
 
@@ -123,10 +128,10 @@ VERB = Verb(
     "purge",
     "Remove log files",
     Flag("-y", dest="yes", help="remove without asking"),
-    Option("--size", type=int, help="keep the newest, up to this many MB in all"),
-    Flag("--running", help="also remove what running programs write to", own=True),
+    Option("--size", type=int, help="keep the newest logs, up to this many MB in total"),
+    Flag("--running", help="also remove logs of running programs", own=True),
     examples=[
-        ("", "remove all, after a question; what running programs write to is kept"),
+        ("", "remove all after asking; logs of running programs are kept"),
         ("-y --size 500", "remove the oldest, until 500 MB are left"),
     ],
     parse=leave_words,  # the command parses

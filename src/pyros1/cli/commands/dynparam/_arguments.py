@@ -1,20 +1,20 @@
-"""What verbs about one node share: the option ``-t``, and which arguments there must be."""
+"""What the verbs about one node share: the option ``-t`` and the check of the arguments."""
 
 from __future__ import annotations
 
 from pyros1.cli.failures import UsageError
 from pyros1.cli.records import Option
 
-TIMEOUT = Option("-t", "--timeout", type="float", help="seconds to wait for the node (default: without end)")
+TIMEOUT = Option("-t", "--timeout", type="float", help="seconds to wait for the node (default: no limit)")
 
 
 def check(args: list[str], *wanted: str, most: int | None = None) -> None:
-    """Refuse too few and too many arguments.
+    """Raise an error for too few or too many arguments.
 
     Args:
         args: the arguments.
-        wanted: what each necessary one is.
-        most: how many there may be, if more than these.
+        wanted: the name of each required argument, for errors.
+        most: the largest number of arguments, if optional ones are allowed.
     """
     if len(args) < len(wanted):
         raise UsageError(f"invalid arguments. Please specify {wanted[len(args)]}")

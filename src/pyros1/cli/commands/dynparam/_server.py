@@ -1,4 +1,4 @@
-"""The node to configure: reading and changing its configuration, and what is said if that cannot be."""
+"""The node to configure: reading and changing its configuration, and error messages."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 _SERVICE = "/set_parameters"
 _PATIENCE = 1.0
-"""Seconds after which the user is told what is waited for."""
+"""Seconds after which the command prints what it waits for."""
 
 
 def known(invocation: Invocation) -> list[str]:
-    """Return the nodes that can be configured, by their service, as everybody finds them."""
+    """Return the nodes that can be configured: those that offer the service ``set_parameters``."""
     services = invocation.graph.state().services
     return sorted(name.removesuffix(_SERVICE) for name in services if name.endswith(_SERVICE))
 
 
 def change(invocation: Invocation, name: str, values: dict[str, Any], timeout: float | None) -> int:
-    """Do what `apply` does, with a node of its own."""
+    """Do what `apply` does, with a new node."""
     code = 0
     with invocation.open_node() as node:
         code = apply(invocation, node, name, values, timeout)
@@ -38,10 +38,10 @@ def apply(invocation: Invocation, node: Node, name: str, values: dict[str, Any],
 
     Args:
         invocation: the command.
-        node: of the command.
-        name: of the node to configure.
-        values: as `Server.change` takes them.
-        timeout: as `Server` takes it.
+        node: the command's node.
+        name: the name of the node to configure.
+        values: see `Server.change`.
+        timeout: in seconds, see `Server`.
 
     Returns:
         The exit code.
@@ -58,12 +58,12 @@ def apply(invocation: Invocation, node: Node, name: str, values: dict[str, Any],
 
 
 def refuse(invocation: Invocation, text: str, hint: str = "") -> int:
-    """Print why nothing was done, where the stock tool does; return the exit code.
+    """Print why nothing was done, on the stream that the stock tool uses. Return the exit code.
 
     Args:
         invocation: the command.
-        text: why.
-        hint: what the stock tool would not say; it goes to stderr.
+        text: the reason.
+        hint: more than the stock tool prints; it goes to stderr.
     """
     print(text, flush=True)
     if hint:
@@ -72,7 +72,7 @@ def refuse(invocation: Invocation, text: str, hint: str = "") -> int:
 
 
 def failed(invocation: Invocation) -> int:
-    """Return the exit code: the stock tool ends with 0 although nothing was set; scripts should know."""
+    """Return the exit code. The stock tool returns 0 even if nothing was set; under our name it is 1, for scripts."""
     return 0 if invocation.as_stock else 1
 
 
@@ -81,12 +81,12 @@ class Server:
 
     Args:
         invocation: the command.
-        node: of the command.
-        name: of the node to configure, as the user wrote it.
-        timeout: seconds to wait for anything; None or 0 waits for ever, and says so.
+        node: the command's node.
+        name: the name of the node to configure, as the user wrote it.
+        timeout: seconds to wait for each answer; None or 0 waits for ever, and prints that it waits.
 
     Raises:
-        WaitTimeoutError: the node is not there.
+        WaitTimeoutError: the node does not offer its service in time.
     """
 
     def __init__(self, invocation: Invocation, node: Node, name: str, timeout: float | None) -> None:
@@ -111,7 +111,7 @@ class Server:
             return wait(None)
 
     def _message(self, topic: str, type_name: str, what: str) -> Any:
-        """The latched message of one of the node's topics."""
+        """Return the latched message of one of the node's topics."""
         full = f"{self.name}/{topic}"
         return self._await(lambda seconds: self._node.wait_for_message(full, type_name, seconds), what)
 
@@ -122,7 +122,7 @@ class Server:
         return self._message("parameter_updates", "dynamic_reconfigure/Config", "configuration")
 
     def configuration(self) -> dict[str, Any] | None:
-        """Return the values of all parameters and groups; None if the node does not tell them in time."""
+        """Return the values of all parameters and groups, None if the node does not publish them in time."""
         from pyros1.cli.commands.dynparam._values import configuration  # noqa: PLC0415
 
         try:
@@ -138,9 +138,9 @@ class Server:
             values: parameter -> value, ``groups`` -> group -> state.
 
         Raises:
-            ParameterError: there is no such parameter, or it cannot have the value.
+            ParameterError: a parameter does not exist, or cannot have the value.
             WaitTimeoutError: the node does not describe its parameters in time.
-            CommandError: the node refused.
+            CommandError: the node refused the change.
         """
         from pyros1.cli.commands.dynparam._values import request  # noqa: PLC0415
         from pyros1.msgs import load_service  # noqa: PLC0415

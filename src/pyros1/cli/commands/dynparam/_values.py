@@ -1,4 +1,4 @@
-"""Configurations of dynamic_reconfigure as plain values: out of messages, into requests, and as YAML files (L200)."""
+"""Configurations of dynamic_reconfigure as plain values: from messages, to requests, and as YAML files (L200)."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from pyros1.suggest import did_you_mean
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
 
 KINDS: dict[str, Callable[[Any], Any]] = {"bool": bool, "int": int, "str": str, "double": float}
-"""Type of a parameter, as descriptions name it -> what makes its values."""
+"""Type name in descriptions -> function that converts to this type."""
 _FIELDS = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
 _WORDS = {
     **dict.fromkeys(("yes", "true", "t", "on", "1"), True),
     **dict.fromkeys(("no", "false", "f", "off", "0"), False),
 }
 _TAG = "!!python/object/new:dynamic_reconfigure.encoding.Config"
-"""What stock writes before each mapping of a file; only Python with that package can read such a file as YAML."""
+"""The tag that stock writes before each mapping of a file. Only Python with that package can read the tag as YAML."""
 
 
 class ParameterError(Error):
-    """A configuration cannot be changed like this.
+    """A configuration cannot be changed in this way.
 
     Args:
         text: what is wrong.
-        hint: what may have been meant, to be put behind it; may be empty.
+        hint: what may have been meant, to append to the text; may be empty.
     """
 
     def __init__(self, text: str, hint: str = "") -> None:
@@ -76,13 +76,13 @@ def request(changes: Mapping[str, Any], description: Any, config: Any = None) ->
     """Return the fields of a dynamic_reconfigure/Config that asks for changes.
 
     Args:
-        changes: parameter -> value; ``groups`` -> either group -> whether it is on, or a tree as `configuration`
-            makes it. Texts are understood as the parameter's type, or as the name of one of its choices.
+        changes: parameter -> value; ``groups`` -> a dictionary of group -> whether it is on, or a tree from
+            `configuration`. Strings are converted to the parameter's type, or name one of its choices.
         description: the dynamic_reconfigure/ConfigDescription of the node.
-        config: its dynamic_reconfigure/Config, which says how the other groups are; only needed for ``groups``.
+        config: its dynamic_reconfigure/Config with the states of the other groups; only needed for ``groups``.
 
     Raises:
-        ParameterError: there is no such parameter or group, or it cannot have the value.
+        ParameterError: a parameter or group does not exist, or cannot have the value.
     """
     parameters = {each.name: each for group in description.groups for each in group.parameters}
     fields: dict[str, list[dict[str, Any]]] = {}
@@ -99,18 +99,18 @@ def request(changes: Mapping[str, Any], description: Any, config: Any = None) ->
 
 
 def converted(value: Any, parameter: Any) -> Any:
-    """Return a value as the type of a parameter.
+    """Return a value converted to the type of a parameter.
 
     Args:
         value: a plain value.
         parameter: a dynamic_reconfigure/ParamDescription.
 
     Raises:
-        ParameterError: it cannot be that.
+        ParameterError: the value does not fit the type.
     """
     name, kind = parameter.name, KINDS.get(parameter.type)
     if kind is None:
-        raise ParameterError(f"parameter '{name}' has a type that is not known: {parameter.type}")
+        raise ParameterError(f"parameter '{name}' has an unknown type: {parameter.type}")
     if isinstance(value, str):
         chosen = choices(parameter.edit_method)
         by_name = {choice.lower(): each for choice, each in chosen.items()}
@@ -122,7 +122,7 @@ def converted(value: Any, parameter: Any) -> Any:
                 raise ParameterError(f"can't set parameter '{name}' of {kind}: {value!r} is neither true nor false")
             value = _WORDS[word]
         elif chosen and kind is not str and not _is_number(value):
-            wanted = f"{value!r} is none of {', '.join(chosen)}"
+            wanted = f"{value!r} is not one of {', '.join(chosen)}"
             raise ParameterError(f"can't set parameter '{name}' of {kind}: {wanted}", did_you_mean(value, chosen))
     try:
         result = kind(value)
@@ -134,7 +134,7 @@ def converted(value: Any, parameter: Any) -> Any:
 
 
 def choices(edit_method: str) -> dict[str, Any]:
-    """Return the names and values that a parameter's description offers; none if it has no list, or a broken one."""
+    """Return the choices of a parameter, name -> value. Empty if its description has no list, or a broken one."""
     try:
         constants = ast.literal_eval(edit_method)["enum"]
         return {str(each["name"]): KINDS[each["type"]](each["value"]) for each in constants}
@@ -151,7 +151,7 @@ def _is_number(text: str) -> bool:
 
 
 def _groups(wanted: Any, description: Any, config: Any) -> dict[str, list[dict[str, Any]]]:
-    """The field for groups; none if all are as wanted: stock's server in Python cannot take any."""
+    """Return the field for groups. Empty if nothing changes: stock's server in Python does not accept groups."""
     states = {group.id: group.state for group in config.groups} if config is not None else {}
     if not isinstance(wanted, Mapping):
         raise ParameterError(f"groups must be a dictionary of names and states, not {wanted!r}")
@@ -173,7 +173,7 @@ def _groups(wanted: Any, description: Any, config: Any) -> dict[str, list[dict[s
 
 
 def _states(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """The states in a tree of groups."""
+    """Return the states in a tree of groups."""
     found = {str(tree.get("name")): tree.get("state")}
     children = tree.get("groups")
     for child in children.values() if isinstance(children, Mapping) else ():
@@ -186,7 +186,7 @@ def _states(tree: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def file_text(values: dict[str, Any]) -> str:
-    """Return a configuration as the stock tool writes it, so that either can load what the other has written."""
+    """Return a configuration as the stock tool writes it, so that each can load the other's files."""
     lines = dump_yaml(_wrapped(values)).splitlines()
     for number, line in enumerate(lines[:-1]):
         below = lines[number + 1].strip()
@@ -203,14 +203,14 @@ def _wrapped(value: Any) -> Any:
 
 
 def read_file_text(text: str, where: str) -> dict[str, Any]:
-    """Return the values in a file: what `file_text` makes, or plain YAML; several documents are put together.
+    """Return the values in a file from `file_text`, or in plain YAML. Several documents are merged.
 
     Args:
-        text: of the file.
-        where: its name, for errors.
+        text: the file's text.
+        where: the file's name, for errors.
 
     Raises:
-        ParameterError: that is no configuration.
+        ParameterError: the text is not a configuration.
     """
     values: dict[str, Any] = {}
     try:
@@ -219,7 +219,7 @@ def read_file_text(text: str, where: str) -> dict[str, Any]:
         raise ParameterError(str(error)) from None
     for document in documents:
         if not isinstance(document, dict):
-            raise ParameterError(f"{where}: a dictionary of parameters is needed, not {document!r}")
+            raise ParameterError(f"{where}: expected a dictionary of parameters, not {document!r}")
         values.update(_unwrapped(document))
     return values
 

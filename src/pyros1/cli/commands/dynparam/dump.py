@@ -13,7 +13,7 @@ from pyros1.cli.records import Argument, Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Write a node's configuration into a file."""
+    """Write a node's configuration to a file."""
     from pyros1.cli.commands.dynparam._values import file_text  # noqa: PLC0415 - help does without
 
     check(args, "a node name", "an output file")
@@ -30,11 +30,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 VERB = Verb(
     "dump",
-    "write a node's configuration into a file",
+    "write a node's configuration to a file",
     TIMEOUT,
     Argument("node", "configurable"),
     Argument("file", "file"),
-    examples=[("/camera outdoors.yaml", "into a file")],
+    examples=[("/camera outdoors.yaml", "write it to a file")],
     parse=parse_with_negative_numbers,
     run=run,
 )

@@ -13,10 +13,10 @@ from pyros1.cli.shared.printing import print_json
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print a node's configuration as Python writes a dictionary, which is also YAML."""
+    """Print a node's configuration as a Python dictionary, which is also YAML."""
     check(args, "a node name")
     values = None
-    with invocation.open_node() as node:  # which ends quietly, and with it this block, when Ctrl-C ends the waiting
+    with invocation.open_node() as node:  # Ctrl-C ends the wait, and this block silently
         values = Server(invocation, node, args[0], options.timeout).configuration()
     if values is None:
         return

@@ -25,6 +25,6 @@ VERB = Verb(
     "list nodes that can be configured",
     JSON,
     usage="",
-    examples=[("", "the nodes that can be configured while they run")],
+    examples=[("", "the nodes whose parameters can be changed while they run")],
     run=run,
 )

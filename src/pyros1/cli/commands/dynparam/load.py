@@ -13,7 +13,7 @@ from pyros1.cli.records import Argument, Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Set the parameters of a node to what a file holds."""
+    """Set the parameters of a node from a file."""
     from pyros1.cli.commands.dynparam._values import read_file_text  # noqa: PLC0415 - help does without
 
     check(args, "a node name", "an input file")
@@ -32,7 +32,7 @@ VERB = Verb(
     TIMEOUT,
     Argument("node", "configurable"),
     Argument("file", "file"),
-    examples=[("/camera outdoors.yaml", "what `dump` has written, or plain YAML")],
+    examples=[("/camera outdoors.yaml", "a file from `dump`, or plain YAML")],
     parse=parse_with_negative_numbers,
     run=run,
 )

@@ -38,7 +38,7 @@ VERB = Verb(
     Argument("value", optional=True),
     usage="[options] node (parameter value | values)",
     examples=[
-        ("/camera exposure 0.02", "one parameter; choices by their name"),
+        ("/camera exposure 0.02", "one parameter; choices can be given by name"),
         ('/camera "{exposure: 0.02, auto: false}"', "several at once"),
     ],
     parse=parse_with_negative_numbers,

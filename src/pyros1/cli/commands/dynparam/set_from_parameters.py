@@ -32,7 +32,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 VERB = Verb(
     "set_from_parameters",
-    "set parameters of a node to the private parameters of this one",
+    "set parameters of a node to the private parameters of this command",
     TIMEOUT,
     Argument("node", "configurable"),
     usage="[options] node [_parameter:=value ...]",

@@ -6,7 +6,7 @@ import os
 from typing import Any
 
 from pyros1.cli.failures import UsageError
-from pyros1.cli.invocation import Invocation
+from pyros1.cli.invocation import Invocation, called_as
 from pyros1.cli.parsing import parse_these
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.launching import launch, print_exception
@@ -14,18 +14,18 @@ from pyros1.errors import Error
 from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
 
 _EXCLUSIVE = ("node_list", "find_node", "node_args", "ros_args")
-"""Questions of which only one can be asked."""
+"""Queries that exclude each other."""
 _QUERIES = (*_EXCLUSIVE, "dump_params", "file_list", "graph", "tree")
-"""All questions that need nothing to be started."""
+"""All queries that start nothing."""
 _TOOLS = ("--deps", "--logs", "--complete")
-"""First words that make the rest the command line of another tool, see `_tools`."""
+"""First words that select another tool for the rest of the command line, see `_tools`."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Start the nodes of launch files, or answer a question about these.
+    """Start the nodes of launch files, or answer a query about them.
 
     Returns:
-        The exit code: 0, also when nodes died; 1 when a required node failed or nothing could be launched.
+        The exit code: 0, even if nodes died; 1 if a required node failed or nothing could be launched.
     """
     if options is None:
         from pyros1.cli.commands.launch._tools import run_tool  # noqa: PLC0415 - each start imports what it needs
@@ -87,39 +87,43 @@ def _run(options: Any, words: list[str], arguments: dict[str, str]) -> int:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Return the options, None for a command line of another tool, and the words that are no options."""
+    """Return the options (None for a command line of another tool) and the words that are not options."""
     words = invocation.argv
-    if words and words[0] in _TOOLS:
+    if words and (words[0] in _TOOLS or (words[0] == "--check" and called_as("roslaunch-check"))):
         return None, words
     return parse_these(invocation, verb, [word for word in words if ":=" not in word])
 
 
 _QUESTIONS = (
-    Flag("--files", dest="file_list", help="print the launch files that would be read, the included ones too"),
+    Flag("--files", dest="file_list", help="print the launch files that would be read, including included ones"),
     Option("--args", metavar="NODE_NAME", dest="node_args", help="print a node's environment and command line"),
     Flag("--nodes", dest="node_list", help="print the names of all nodes"),
-    Option("--find-node", metavar="NODE_NAME", dest="find_node", help="print the file that a node stands in"),
+    Option("--find-node", metavar="NODE_NAME", dest="find_node", help="print the file that defines a node"),
     Flag("--dump-params", help="print all parameters as YAML"),
-    Flag("--ros-args", help="print what <arg>s the file has"),
+    Flag("--ros-args", help="print the <arg>s of the file"),
     Flag("--graph", help="print files, nodes and machines as a graph for Graphviz's dot"),
     Flag("--tree", help="print files and nodes as a tree"),
     Flag(
         "--check",
-        help="start nothing: load everything, look for all packages and executables, print every problem found; exit "
-        "code 1 if there is one. Of a folder, or with -o, each *.launch file is checked, and what package.xml "
-        "declares, too",
+        help="start nothing: load the files, look for all packages and executables, and print every problem; exit "
+        "code 1 if there are any. For a folder, or with -o, check each *.launch file, and also the dependencies "
+        "that package.xml declares",
     ),
     Option("-o", "--output-file", metavar="FILE", help="with --check: write JUnit results to FILE"),
-    Flag("--use-test-depends", dest="test_depends", help="with --check: a package's <test_depend> will do"),
-    Flag("--ignore-unset-args", help="with --check: <arg>s need no value"),
+    Flag(
+        "--use-test-depends",
+        dest="test_depends",
+        help="with --check: accept <test_depend> as declaration of a dependency",
+    ),
+    Flag("--ignore-unset-args", help="with --check: accept <arg>s without a value"),
     Flag("--json", help="with --nodes and --files: print a JSON list"),
     Flag(
         "--deps",
         dest="tool_deps",
-        help="as the first word: print the packages that files need. -v: which file needs what; -w: what package.xml "
-        "lacks",
+        help="as the first word: print the packages that files need. -v: which file needs which packages; -w: packages "
+        "missing in package.xml",
     ),
-    Flag("--logs", dest="tool_logs", help="as the first word: print the folder of the running master's log files"),
+    Flag("--logs", dest="tool_logs", help="as the first word: print the log folder of the running master"),
     Flag("--complete", dest="tool_complete", help="as the first word: print the names of a file's <arg>s, for shells"),
 )
 _WAYS = (
@@ -128,44 +132,44 @@ _WAYS = (
         "--child",
         metavar="NAME",
         dest="child_name",
-        help="serve a stock parent on another machine; needs -u and --run_id",
+        help="run as the child of a stock launcher on another machine; needs -u and --run_id",
     ),
-    Option("-u", "--server_uri", metavar="URI", help="with -c: where the parent answers"),
-    Option("--run_id", metavar="RUN_ID", help="the run id; an error if the master's is another one"),
-    Flag("--local", dest="local_only", help="leave out nodes of other machines"),
-    Flag("--screen", dest="force_screen", help="all nodes' output to the screen"),
-    Flag("--log", dest="force_log", help="all nodes' output to log files"),
-    Flag("--required", dest="force_required", help="end everything when any node has ended"),
-    Flag("--prefix", help="each line on the screen begins with the node's name, in colour on a terminal"),
+    Option("-u", "--server_uri", metavar="URI", help="with -c: URI of the parent"),
+    Option("--run_id", metavar="RUN_ID", help="the run id; an error if the master has another one"),
+    Flag("--local", dest="local_only", help="do not start nodes of other machines"),
+    Flag("--screen", dest="force_screen", help="send the output of all nodes to the screen"),
+    Flag("--log", dest="force_log", help="send the output of all nodes to log files"),
+    Flag("--required", dest="force_required", help="end everything when any node ends"),
+    Flag("--prefix", help="begin each line on the screen with the node's name, in color on a terminal"),
     Option(
         "--pid",
         metavar="PID_FILE",
         dest="pid_file",
         default="",
-        help="keep this process's id in a file while it runs",
+        help="write the process id to a file while running",
     ),
-    Flag("-v", dest="verbose", help="print what is read from the files"),
+    Flag("-v", dest="verbose", help="print everything that is read from the files"),
     Flag("--no-summary", help="do not print the SUMMARY block"),
-    Flag("--disable-title", help="leave the terminal's title alone"),
-    Flag("--skip-log-check", help="accepted; the size of the log folder is never looked at"),
+    Flag("--disable-title", help="do not change the terminal's title"),
+    Flag("--skip-log-check", help="accepted for compatibility; the size of the log folder is never checked"),
     Option(
         "--sigint-timeout",
         metavar="SECONDS",
         type="float",
         default=15.0,
-        help="seconds from SIGINT to SIGTERM when nodes are to end [15]",
+        help="seconds from SIGINT to SIGTERM when ending nodes [15]",
     ),
     Option(
         "--sigterm-timeout",
         metavar="SECONDS",
         type="float",
         default=2.0,
-        help="seconds from SIGTERM to SIGKILL when nodes are to end [2]",
+        help="seconds from SIGTERM to SIGKILL when ending nodes [2]",
     ),
 )
 _MASTER = (
     Flag("--wait", dest="wait_for_master", help="wait for a master instead of starting one"),
-    Option("-p", "--port", metavar="PORT", type="int", help="port of the master that is started here"),
+    Option("-p", "--port", metavar="PORT", type="int", help="port of the master to start"),
     Flag("--core", help="start a master and rosout, and no nodes"),
     Option(
         "-w",
@@ -174,20 +178,20 @@ _MASTER = (
         dest="num_workers",
         type="int",
         default=3,
-        help="accepted; a master started here needs no workers",
+        help="accepted for compatibility; no effect",
     ),
     Option(
         "-t",
         "--timeout",
         metavar="TIMEOUT",
         type="float",
-        help="seconds that nodes have to answer a master started here",
+        help="seconds that a master started here waits for the answer of a node",
     ),
     Option(
         "--master-logger-level",
         metavar="LEVEL",
         default="",
-        help="least level in master.log of a master started here: debug, info, warn, error or fatal",
+        help="lowest level in master.log of a master started here: debug, info, warn, error or fatal",
     ),
 )
 
@@ -206,8 +210,8 @@ VERB = Verb(
 If <filename> is a single dash ('-'), launch XML is read from standard input.""",
     examples=[
         ("robot.launch", "start a file's nodes until Ctrl-C"),
-        ("my_robot robot.launch sim:=true", "a file of a package, and a value for one of its args"),
-        ("--check robot.launch", "start nothing, name every problem"),
+        ("my_robot robot.launch sim:=true", "a file of a package, with a value for one of its args"),
+        ("--check robot.launch", "start nothing, print every problem"),
         ("--nodes robot.launch", "list the nodes' names"),
     ],
     stock_examples=True,

@@ -14,11 +14,11 @@ from pyros1.launch.running.supervisor import install_signals
 
 
 def run_child(values: Any, words: list[str]) -> int:
-    """Serve the parent until all is over.
+    """Serve the parent until the launch ends.
 
     Args:
-        values: of the options.
-        words: what else is on the command line.
+        values: values of the options.
+        words: the other words on the command line.
 
     Returns:
         The exit code: 1 if the parent cannot be served.

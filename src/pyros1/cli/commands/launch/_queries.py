@@ -1,4 +1,4 @@
-"""The questions that ``pyros1 launch`` answers without starting anything (X06)."""
+"""The queries that ``pyros1 launch`` answers without starting anything (X06)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pyros1.suggest import did_you_mean
 
 
 def check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
-    """Print every problem of launch files, and what they need that is not here; return the exit code."""
+    """Print every problem of launch files, and everything they need that is missing here. Return the exit code."""
     from pyros1.launch.running.check import missing_parts  # noqa: PLC0415 - one of many questions
 
     problems: list[LaunchError] = []
@@ -28,12 +28,12 @@ def check(files: list[str], arguments: dict[str, str], resources: Resources) -> 
 
 
 def answer(files: list[str], arguments: dict[str, str], resources: Resources, options: Any) -> int:
-    """Print what one of the pure queries asked for (X06); no master is needed."""
+    """Print the answer to one of the queries (X06). No master is needed."""
     only_args = options.ros_args and not (options.dump_params or options.file_list)
     try:
         plan = load_plan(files, arguments, resources, only_args=only_args)
     except Error as error:
-        # What follows would be no parameters at all, yet scripts are used to this one not failing (X04).
+        # The parameters are unknown then, but scripts rely on exit code 0 of this query (X04).
         if not options.dump_params or options.node_args or options.find_node:
             raise
         print(f"Unable to load file {', '.join(files)}: {error}", file=sys.stderr)
@@ -48,7 +48,7 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
     elif options.find_node:
         try:
             print(_find_node(plan, options.find_node, files, resources).file)
-        except LookupError as error:  # scripts are used to this one not failing
+        except LookupError as error:  # scripts rely on exit code 0 of this query
             print(f"ERROR: {error}\nRun \n\troslaunch --nodes <files>\nto see list of node names.", file=sys.stderr)
     else:
         print(_text(plan, options))
@@ -78,11 +78,11 @@ def _names(names: list[str], options: Any) -> str:
 
 
 class _NoNodeError(LaunchError, LookupError):
-    """There is no node of that name."""
+    """No node has this name."""
 
 
 def _find_node(plan: Plan, name: str, files: list[str], resources: Resources) -> NodePlan:
-    # Nodes may have names that are not legal, so this is not the usual way to resolve one.
+    # Nodes may have illegal names, so the usual function for resolving does not work.
     full_name = canonicalize_name(ns_join("/" + resources.environ.get("ROS_NAMESPACE", ""), name))
     found = [node for node in [*plan.nodes, *plan.tests] if node.full_name == full_name]
     if not found:

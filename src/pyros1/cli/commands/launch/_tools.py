@@ -12,8 +12,9 @@ from typing import Any
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation
 from pyros1.cli.parsing import leave_words, parse_all_words, parse_these
-from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.running import run_verb
+from pyros1.cli.shared.launching import print_exception
 from pyros1.errors import Error, LaunchError, MasterError, ParameterNotSetError
 from pyros1.finding.packages import files_below, package_of
 from pyros1.launch.reading.depends import FileNeeds, file_needs, owner, undeclared
@@ -29,7 +30,7 @@ def run_tool(argv: list[str]) -> int:
     """Run a tool.
 
     Args:
-        argv: its name, and the words behind.
+        argv: the tool's name and its arguments.
 
     Returns:
         The exit code.
@@ -39,9 +40,10 @@ def run_tool(argv: list[str]) -> int:
 
 
 def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
-    """Print the packages that launch files need: ``pyros1 launch --deps``, ``roslaunch-deps``; returns the exit code.
+    """Print the packages that launch files need: ``pyros1 launch --deps``, ``roslaunch-deps``.
 
-    It is 1 when a file cannot be understood.
+    Returns:
+        The exit code: 1 if a file cannot be read.
     """
     if not files:
         raise UsageError("please specify a launch file")
@@ -75,7 +77,7 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
 
 
 def _read_if_there(path: str) -> bytes:
-    """Read a file; parameters from files that are not there, as from commands, are of no interest here."""
+    """Read a file. Parameters from files that do not exist, or from commands, do not matter here."""
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
@@ -105,10 +107,10 @@ def _parse_files(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the folder of the log files of the master that runs: ``pyros1 launch --logs``, ``roslaunch-logs``.
+    """Print the log folder of the running master: ``pyros1 launch --logs``, ``roslaunch-logs``.
 
     Returns:
-        The exit code: 2, and the folder of all runs, when no master runs.
+        The exit code: 2 if no master is running. Then the folder of all runs is printed.
     """
     if args:
         raise UsageError(f"{invocation.program} takes no arguments")
@@ -129,12 +131,12 @@ def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _complete(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the names of a file's arguments in one line: ``pyros1 launch --complete``, ``roslaunch-complete``.
+    """Print the names of a file's arguments on one line: ``pyros1 launch --complete``, ``roslaunch-complete``.
 
-    The words are what has been typed so far: a file, or a package and a file, and what may follow.
+    The words are those typed so far: a file, or a package and a file, and possibly more.
 
     Returns:
-        The exit code: 1, and no word, when there is no such file.
+        The exit code: 1 if the file does not exist. Then nothing is printed.
     """
     resources = make_resources()
     words = [word for word in invocation.argv if ":=" not in word]
@@ -147,33 +149,56 @@ def _complete(invocation: Invocation, options: Any, args: list[str]) -> int:
     return 0
 
 
+def _check(invocation: Invocation, options: Any, words: list[str]) -> int:
+    """Run ``roslaunch-check``, which has other options than ``pyros1 launch --check``."""
+    try:
+        return check_package_files(words, parse_arguments(invocation.argv), options)
+    except UsageError:
+        raise
+    except Error as error:
+        print_exception(error)
+        return 1
+
+
 TOOLS = {
     "--deps": Verb(
         "",
         "",
-        Flag("-v", "--verbose", help="print which file needs what"),
-        Flag("-w", "--warn", help="print what package.xml does not name"),
+        Flag("-v", "--verbose", help="print which file needs which packages"),
+        Flag("-w", "--warn", help="print packages missing in package.xml"),
         Argument("<file(s)...>", "launch_file", many=True),
         usage="[options] <file(s)...>",
         parse=_parse_files,
         run=_deps,
     ),
+    "--check": Verb(
+        "",
+        "",
+        Option("-o", "--output-file", metavar="FILE", help="write JUnit results to FILE"),
+        Flag(
+            "-t", "--use-test-depends", dest="test_depends", help="accept <test_depend> as declaration of a dependency"
+        ),
+        Flag("-i", "--ignore-unset-args", help="accept <arg>s without a value"),
+        usage="[options] <file|folder> [NAME=VALUE...]",
+        parse=_parse_files,
+        run=_check,
+    ),
     "--logs": Verb("", "", parse=parse_all_words, run=_logs),
     "--complete": Verb("", "", parse=leave_words, run=_complete),
 }
-"""What is the first word of a command line that is another tool's -> its record."""
+"""First word that selects another tool -> the tool's record."""
 
 
 def check_package_files(words: list[str], arguments: dict[str, str], options: Any) -> int:
-    """Check a file, or all of a folder, and write JUnit results: ``pyros1 launch --check -o``, ``roslaunch-check``.
+    """Check a file or all of a folder, and write JUnit results: ``pyros1 launch --check -o``, ``roslaunch-check``.
 
     Args:
         words: the file or folder, and ``NAME=VALUE`` for the environment.
-        arguments: ``name:=value`` of the command line.
+        arguments: values from ``name:=value`` on the command line.
         options: ``output_file``, ``test_depends`` and ``ignore_unset_args`` are used.
 
     Returns:
-        The exit code: 1 if there is a problem.
+        The exit code: 1 if there are problems.
     """
     from pyros1.launch.testing.junit import Case, Results, write_results  # noqa: PLC0415 - each tool imports what it needs
 
@@ -224,7 +249,7 @@ def _launch_files(place: str) -> list[str]:
 
 
 def _problems(file: str, arguments: dict[str, str], resources: Resources, options: Any) -> list[str]:
-    """Return what is wrong with a file: what it says, what is not here, what its package does not declare."""
+    """Return the problems of a file: errors, missing parts, and dependencies that its package does not declare."""
     errors: list[LaunchError] = []
     plan = load_plan([file], arguments, resources, problems=errors)
     if options.ignore_unset_args:

@@ -6,7 +6,7 @@ from pyros1.cli.records import Command
 
 COMMAND = Command(
     "log",
-    "show and set log levels, print log messages",
+    "get and set log levels, print log messages",
     group="look",
     stock="rosconsole",
     heading="{program} is a command-line tool for configuring the logger level of ROS nodes.\n\nCommands:",

@@ -1,4 +1,4 @@
-"""The levels, and the two services that each node offers for its log."""
+"""Log levels, and the two logging services of each node."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
-"""Names of the levels; the number of each is 1, shifted by its position."""
+"""Names of the levels. The number of a level is 1 shifted left by its index."""
 
 
 def get_loggers(invocation: Invocation, node: Node, name: str) -> dict[str, str]:
@@ -24,7 +24,7 @@ def get_loggers(invocation: Invocation, node: Node, name: str) -> dict[str, str]
 
 
 def no_logger(invocation: Invocation, node: str, logger: str, loggers: dict[str, str]) -> CommandError:
-    """Return the error that a node has no such logger."""
+    """Return the error for an unknown logger of a node."""
     what = f"node {node} does not contain logger {one_line(logger)}{did_you_mean(logger, loggers)}"
     return CommandError(f"{invocation.program}: error: {what}", 2, plain=True)
 
@@ -34,8 +34,8 @@ def call(invocation: Invocation, node: Node, name: str, what: str, request: dict
 
     Args:
         invocation: the command.
-        node: of the command.
-        name: of the node to ask.
+        node: the command's node.
+        name: the name of the node to ask.
         what: ``get_loggers`` or ``set_logger_level``.
         request: the fields of the request.
 
@@ -48,7 +48,7 @@ def call(invocation: Invocation, node: Node, name: str, what: str, request: dict
         client = node.service(service, service_type)
         return client.call(client.type._request_class(**request), NODE_TIMEOUT)
     except WaitTimeoutError:
-        text = f"node '{name}' does not answer within {NODE_TIMEOUT:g} s"
+        text = f"node '{name}' did not answer within {NODE_TIMEOUT:g} s"
     except ServiceUnavailableError:
         hint = did_you_mean(name, invocation.graph.state().nodes())
         text = f"node '{name}' doesn't exist or doesn't support query: Service [{service}] is not available.{hint}"

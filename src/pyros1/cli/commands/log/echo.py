@@ -22,11 +22,11 @@ _COLOURS = {1: "\x1b[94m", 2: "\x1b[92m", 4: "\x1b[93m", 8: "\x1b[91m", 16: "\x1
 _BOLD, _RESET = "\x1b[1m", "\x1b[0m"
 _LOOK_FOR_END = 0.2
 _LOWEST = "warn"
-"""The lowest level that is printed, unless the user says another one."""
+"""The default of the lowest level that is printed."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print messages of all nodes as they come."""
+    """Print messages of all nodes as they arrive."""
     try:
         pattern = re.compile(args[0])
     except re.error as error:
@@ -35,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     told = False
     topic = options.topic and invocation.resolve(options.topic)
     if topic is None:
-        # The aggregator has everybody's messages in one connection; without one each node is asked itself.
+        # An aggregator provides all messages over one connection. Without one, each node needs a connection.
         topic = "/rosout_agg" if invocation.graph.state().publishers.get("/rosout_agg") else "/rosout"
     colour = not options.nocolor and use_colour(sys.stdout)
     arrived: queue.SimpleQueue[Message] = queue.SimpleQueue()
@@ -52,7 +52,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                     told = True
                     wanted = _level(message.level)
                     print(
-                        f"{invocation.program} echo: what is below {_LOWEST} is hidden: see it with -l {wanted}",
+                        f"{invocation.program} echo: messages below {_LOWEST} are hidden: use -l {wanted} to see them",
                         file=sys.stderr,
                     )
                 continue
@@ -91,16 +91,16 @@ VERB = Verb(
         help=f"lowest level to print, one of {', '.join(LEVELS)} (default: {_LOWEST})",
     ),
     Flag("-1", "--once", help="print one message and exit"),
-    Option("--topic", help="topic to read (default: /rosout_agg if somebody publishes it, else /rosout)"),
-    Flag("--nocolor", help="output without color, also on a terminal"),
-    Flag("-v", "--verbose", help="print when and where it was logged, too"),
+    Option("--topic", help="topic to read (default: /rosout_agg if it is published, else /rosout)"),
+    Flag("--nocolor", help="no color, even on a terminal"),
+    Flag("-v", "--verbose", help="also print the time and place of each message"),
     Flag("--json", help="print lines of JSON", own=True),
     Argument("FILTER", "node", optional=True),
     description="Print logger messages",
     examples=[
-        ("", "warnings and worse, of all nodes"),
-        ("-l info talker", "more, of the nodes with talker in their name"),
-        ("-v -l error", "with time and place of each error"),
+        ("", "warnings and errors of all nodes"),
+        ("-l info talker", "more messages, from nodes with talker in their names"),
+        ("-v -l error", "errors with their time and place"),
     ],
     parse=_parse,
     run=run,
@@ -108,18 +108,20 @@ VERB = Verb(
 
 
 def line(message: Any, *, colour: bool = False, verbose: bool = False) -> str:
-    """Return a message as it is printed.
+    """Return a message as text.
 
     Args:
         message: a rosgraph_msgs/Log.
-        colour: with escape sequences.
-        verbose: a second line says when and where it was logged.
+        colour: use escape sequences.
+        verbose: add a second line with the time and place.
     """
     level, name = _level(message.level).upper(), one_line(message.name)
     shown = f"{level:5}"
     if colour:
         shown, name = f"{_COLOURS.get(message.level, '')}{shown}{_RESET}", f"{_BOLD}{name}{_RESET}"
-    text = f"[ {shown} ] [{name}]: " + lines(message.msg).replace("\n", "\n  ")  # so that none passes for another's
+    text = f"[ {shown} ] [{name}]: " + lines(message.msg).replace(
+        "\n", "\n  "
+    )  # so that no line looks like another message
     if not verbose:
         return text
     stamp = message.header.stamp
@@ -130,7 +132,7 @@ def line(message: Any, *, colour: bool = False, verbose: bool = False) -> str:
 
 
 def as_json(message: Any) -> dict[str, Any]:
-    """Return a message's level, node, text, time in seconds, and place, for programs."""
+    """Return a message's level, node, text, time in seconds and place, for JSON."""
     return {
         "level": _level(message.level),
         "node": message.name,
@@ -143,5 +145,5 @@ def as_json(message: Any) -> dict[str, Any]:
 
 
 def _level(number: int) -> str:
-    """The name of a level; a level that does not exist is shown as its number."""
+    """Return the name of a level, or its number if the level does not exist."""
     return next((name for bit, name in enumerate(LEVELS) if 1 << bit == number), str(number))

@@ -34,6 +34,6 @@ VERB = Verb(
     Argument("node", "node"),
     Argument("logger"),
     usage="<node> <logger>",
-    examples=[("/talker rosout", "the level of one")],
+    examples=[("/talker rosout", "the level of one logger")],
     run=run,
 )

@@ -13,7 +13,7 @@ from pyros1.errors import UnknownTypeError
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print a type's checksum. One that is not known is told on stderr, with exit code 0 as stock's."""
+    """Print a type's checksum. For an unknown type, print an error to stderr; the exit code is 0, as stock's."""
     name = type_argument(kind, args)
     names, bare = find(kind, name)
     if bare and not names:
@@ -39,4 +39,4 @@ def make_verb(kind: Kind, *examples: tuple[str, str]) -> Verb:
     )
 
 
-VERB = make_verb(MESSAGES, ("std_msgs/String", "what must be the same on both sides of a topic"))
+VERB = make_verb(MESSAGES, ("std_msgs/String", "the checksum that publisher and subscriber must share"))

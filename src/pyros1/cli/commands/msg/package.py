@@ -16,7 +16,7 @@ from pyros1.cli.shared.printing import print_json
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the types of a package."""
     if len(args) > 1:
-        raise UsageError(f"you may only specify one {kind.word} type")  # stock's words, though it is a package
+        raise UsageError(f"you may only specify one {kind.word} type")  # stock's text, although it is a package
     name = args[0] if args else from_stdin()
     if not library().has_package(name):
         from pyros1.finding.packages import PackageIndex  # noqa: PLC0415 - only what fails needs it

@@ -12,7 +12,7 @@ from pyros1.cli.shared.printing import print_json
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print packages that have such types."""
+    """Print packages that have message or service types."""
     names = [name for name in library().packages() if kind.names(library(), name)]
     if options.json:
         print_json(names)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
 MOST_LINES = 100_000
-"""Most lines that a type is shown in: each level can hold the next one many times."""
+"""Largest number of lines for one type: each level can contain the next one many times."""
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -68,30 +68,30 @@ def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
 
 VERBS = make_verbs(
     MESSAGES,
-    ("geometry_msgs/PoseStamped", "its fields, and those of the types in it"),
-    ("-r Imu", "as it was written, with comments; the package may be left out"),
-    ("-b run.bag my_robot/State", "as a bag holds it"),
+    ("geometry_msgs/PoseStamped", "its fields, with those of nested types"),
+    ("-r Imu", "the original text, with comments; the package may be left out"),
+    ("-b run.bag my_robot/State", "as stored in a bag"),
 )
 
 
 def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageSpec]) -> str:
-    """Return a definition with those of nested types below each field.
+    """Return a definition, with nested types expanded below each field.
 
     Args:
         resolve: returns the spec of a full type name.
 
     Raises:
-        DefinitionError: a type contains itself, or there are more than MOST_LINES lines.
+        DefinitionError: a type contains itself, or the text has more than MOST_LINES lines.
     """
     from pyros1.msgs.digest import Digests  # noqa: PLC0415
     from pyros1.msgs.spec import MessageSpec  # noqa: PLC0415
 
-    Digests(resolve).dependencies(spec)  # there must be an end to them
+    Digests(resolve).dependencies(spec)  # the expansion must have a limit
     parts = (spec,) if isinstance(spec, MessageSpec) else (spec.request, spec.response)
     texts = ["".join(line + "\n" for line in islice(_lines(part, resolve, ""), MOST_LINES + 1)) for part in parts]
     if any(text.count("\n") > MOST_LINES for text in texts):
         raise DefinitionError(
-            f"more than {MOST_LINES} lines with all types written out; --raw shows the text", spec.name
+            f"more than {MOST_LINES} lines with all nested types; use --raw to show the text of this type", spec.name
         )
     return "---\n".join(texts)
 
@@ -106,7 +106,7 @@ def _lines(spec: MessageSpec, resolve: Callable[[str], MessageSpec], indent: str
 
 
 def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
-    """The definitions of a type in a bag, each once."""
+    """Return the different definitions of a type in a bag."""
     if not os.path.isfile(path):
         raise CommandError(f"bag file [{path}] does not exist")
     from pyros1 import bag as bags  # noqa: PLC0415 - only here are bags needed
@@ -131,5 +131,5 @@ def _part(texts: Mapping[str, str], path: str, name: str) -> MessageSpec:
     from pyros1.msgs.spec import parse_message  # noqa: PLC0415
 
     if name not in texts:
-        raise CommandError(f"[{path}] holds no definition of {name}")
+        raise CommandError(f"[{path}] has no definition of {name}")
     return parse_message(name, texts[name], path)

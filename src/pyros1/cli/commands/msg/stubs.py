@@ -1,4 +1,4 @@
-"""``msg stubs``: what editors and type checkers know of messages and services."""
+"""``msg stubs``: type stubs of messages and services for editors and type checkers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.errors import MessageError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write stubs of packages beside those that came with pyros1, where editors and type checkers find them."""
+    """Write stubs of packages next to those of pyros1, where editors and type checkers find them."""
     from pyros1.finding import stubs  # noqa: PLC0415 - help needs none of it
 
     packages = args or library().packages()
@@ -25,8 +25,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 errors.append(str(error))
     except OSError as error:
         raise CommandError(
-            f"cannot write {error.filename}: {error.strerror}. Stubs are part of the installed pyros1: install it where"
-            " you may write, for example in a virtual environment"
+            f"cannot write {error.filename}: {error.strerror}. Stubs are written into the installed pyros1: install it "
+            "where you have write permission, for example in a virtual environment"
         ) from None
     done = {path.parent.name for path in written}
     count = len(packages) - len(errors)
@@ -37,12 +37,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "stubs",
-    "make messages and services of packages known to editors and type checkers",
+    "write type stubs of messages and services for editors and type checkers",
     Argument("package", "package", many=True, optional=True),
-    description="Those that come with pyros1 are known already. Without a package: all packages that are found.",
+    description="pyros1's own packages already have stubs. Without a package: all packages that are found.",
     examples=[
         ("my_robot", "for mypy, pyright and editors: from pyros1.msgs.my_robot.msg import State"),
-        ("", "of all packages, for example after a change"),
+        ("", "for all packages, for example after a change"),
     ],
     stock="",
     run=run,

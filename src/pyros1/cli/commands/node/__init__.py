@@ -6,7 +6,7 @@ from pyros1.cli.records import Command
 
 COMMAND = Command(
     "node",
-    "show and end nodes",
+    "list, inspect and stop nodes",
     group="look",
     stock="rosnode",
     heading="{program} is a command-line tool for printing information about ROS Nodes.\n\nCommands:",

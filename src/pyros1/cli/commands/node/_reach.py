@@ -1,4 +1,4 @@
-"""What ``ping`` and ``cleanup`` share: how long a node is waited for, and why it did not answer."""
+"""What ``ping`` and ``cleanup`` share: the timeout for a node, and why it did not answer."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pyros1.errors import DeadlineError, Error, UnknownHostError
 from pyros1.net.hosts import parse_uri
 
 PING_TIMEOUT = 3.0
-"""Seconds that a node gets to answer."""
+"""Timeout for the answer of a node in seconds."""
 
 
 def failure(error: Error, name: str, uri: str) -> str:

@@ -15,7 +15,7 @@ from pyros1.graph import Graph
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Take nodes that do not answer off the master, after a question."""
+    """Unregister nodes that do not answer, after asking."""
     if args:
         raise UsageError("too many arguments")
     graph = invocation.graph
@@ -51,7 +51,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "cleanup",
     "purge registration information of unreachable nodes",
-    examples=[("", "take nodes that do not answer off the master, after a question")],
+    examples=[("", "unregister nodes that do not answer, after asking")],
     run=run,
 )
 
@@ -59,12 +59,14 @@ VERB = Verb(
 def _answers(graph: Graph, name: str) -> bool:
     uri = graph.node_uri(name)
     if uri is None:
-        return True  # it went meanwhile
+        return True  # it ended meanwhile
     node = graph.node(uri, PING_TIMEOUT)
     try:
         node.pid()
     except Error as error:
-        sys.stderr.write(f"ERROR: {failure(error, name, uri)}\n")  # in one: others are asked at the same time
+        sys.stderr.write(
+            f"ERROR: {failure(error, name, uri)}\n"
+        )  # in one write, since other nodes are asked at the same time
         return False
     finally:
         node.close()
@@ -72,7 +74,7 @@ def _answers(graph: Graph, name: str) -> bool:
 
 
 def _unregister(invocation: Invocation, graph: Graph, name: str) -> None:
-    """Take all registrations of a node off the master, in its name."""
+    """Remove all registrations of a node from the master, in its name."""
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
     uri = graph.node_uri(name)

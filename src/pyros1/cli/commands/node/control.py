@@ -16,7 +16,7 @@ _DEADLINE = 30.0
 
 
 def _run(verb: str, done: str, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Tell launches to do something with nodes, and print what was done."""
+    """Tell launches to stop or start nodes, and print what was done."""
     if not args:
         raise UsageError("You must specify at least one node name")
     names = [invocation.resolve(arg) for arg in args]
@@ -34,7 +34,7 @@ def _run(verb: str, done: str, invocation: Invocation, options: Any, args: list[
             launch.close()
     unknown = set(names) - {entry.node for _, entry in told}
     if unknown:
-        raise CommandError("no launch has " + ", ".join(sorted(unknown)))
+        raise CommandError("no running launch has the node " + ", ".join(sorted(unknown)))
 
 
 def _verb(name: str, done: str, about: str, example: str) -> Verb:
@@ -50,19 +50,19 @@ def _verb(name: str, done: str, about: str, example: str) -> Verb:
 
 
 VERBS = [
-    _verb("stop", "stopped", "stop a node of a launch", "a node of a launch, which does not start it again"),
-    _verb("start", "started", "start a stopped node of a launch", "a node of a launch that was stopped or has ended"),
+    _verb("stop", "stopped", "stop a node of a launch", "stop a node; the launch does not start it again"),
+    _verb("start", "started", "start a stopped node of a launch", "start a node that was stopped or has ended"),
     _verb(
         "restart",
         "restarted",
         "stop a node of a launch and start it again",
-        "a node of a launch, for example after its program was changed",
+        "restart a node, for example after its program has changed",
     ),
 ]
 
 
 def _wait(launch: Launch, before: Status, verb: str) -> Status:
-    """Wait until the launch has done what it was told."""
+    """Return the node's status as soon as the launch has done what it was told."""
     deadline = time.monotonic() + _DEADLINE
     while time.monotonic() < deadline:
         after = next((entry for entry in launch.status() if entry.label == before.label), before)
@@ -73,4 +73,4 @@ def _wait(launch: Launch, before: Status, verb: str) -> Status:
         if verb == "restart" and after.starts > before.starts:
             return after
         time.sleep(_POLL)
-    raise CommandError(f"{before.node}: the launch was told to {verb} it, but that is not done after {_DEADLINE:g} s")
+    raise CommandError(f"{before.node}: the launch did not {verb} it within {_DEADLINE:g} s")

@@ -16,7 +16,7 @@ _RULE = "-" * 80
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print what nodes publish, subscribe and offer, and their connections."""
+    """Print the publications, subscriptions, services and connections of nodes."""
     if not args:
         raise UsageError("You must specify at least one node name")
     graph = invocation.graph
@@ -77,7 +77,7 @@ def _facts(graph: Graph, state: SystemState, name: str, *, contact: bool) -> dic
 
 
 def _description(name: str, state: SystemState, types: dict[str, str]) -> str:
-    """What the master knows of a node, as ``node info`` prints it."""
+    """Return what the master knows about a node, as ``node info`` prints it."""
     node = state.of_node(name)
 
     def block(title: str, entries: list[str]) -> str:

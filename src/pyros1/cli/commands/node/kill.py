@@ -57,7 +57,7 @@ VERB = Verb(
 
 
 def _choose(names: list[str]) -> str | None:
-    """Let the user choose a node by its number; None if there is none, or no answer."""
+    """Ask the user for the number of a node. Return the node, None if there are no nodes or no answer."""
     if not names:
         print("No nodes running")
         return None
@@ -80,10 +80,10 @@ def _kill(graph: Graph, name: str) -> bool:
     try:
         node.shutdown("user request")
     except DeadlineError as error:
-        print(f"[{name}]: {error}; kill -9 ends a process that hangs", file=sys.stderr)
+        print(f"[{name}]: {error}; if its process hangs, use kill -9", file=sys.stderr)
         return False
     except Error:
-        # A node may end before it has answered, and a dead one needs no killing: stock says killed in both cases.
+        # A node may end before it has answered, or be dead already: stock prints killed in both cases.
         return True
     finally:
         node.close()

@@ -14,7 +14,7 @@ from pyros1.net.hosts import parse_uri
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the machines that nodes run on, or the nodes of one."""
+    """Print the machines that nodes run on, or the nodes on one machine."""
     if len(args) > 1:
         raise UsageError("please enter only one machine name")
     graph = invocation.graph
@@ -36,10 +36,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "machine",
     "list nodes running on a particular machine or list machines",
-    Flag("--json", help="print a JSON list: machines, or the nodes of one", own=True),
+    Flag("--json", help="print a JSON list: machines, or the nodes on one machine", own=True),
     Argument("machine-name", "machine", optional=True),
     usage="[machine-name]",
-    examples=[("", "the machines that nodes run on"), ("robot1", "the nodes of one")],
+    examples=[("", "the machines that nodes run on"), ("robot1", "the nodes on one machine")],
     run=run,
 )
 

@@ -9,6 +9,7 @@ from typing import Any
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Flag, Verb
+from pyros1.cli.shared.printing import print_json
 from pyros1.launch.running.control import Status, running_launches
 from pyros1.shown import one_line
 
@@ -16,14 +17,16 @@ _SAMPLE = 0.5
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print a table of all processes of all launches."""
+    """Print a table, or JSON, of all processes of all launches."""
     if args:
         raise UsageError("too many arguments")
     before = [] if options.once else _all(invocation)
     if before:
         time.sleep(_SAMPLE)
     now = _all(invocation)
-    if not now:
+    if options.json:
+        print_json(json_form(now, before))
+    elif not now:
         print("No launch is running", file=sys.stderr)
     else:
         print(*map(one_line, table(now, before)), sep="\n")
@@ -32,8 +35,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "status",
     "list the processes of running launches: pid, CPU, memory, restarts, uptime",
-    Flag("-1", "--once", help="do not measure the CPU, which takes half a second"),
-    examples=[("", "processes of all running launches"), ("-1", "at once, without their CPU")],
+    Flag("-1", "--once", help="do not measure CPU usage, which takes half a second"),
+    Flag("--json", help="print a JSON list of objects, one for each process", own=True),
+    examples=[("", "processes of all running launches"), ("-1", "without CPU usage, which saves half a second")],
     stock="",
     run=run,
 )
@@ -51,18 +55,19 @@ def table(now: list[Status], before: list[Status]) -> list[str]:
     """Return the lines of the status table.
 
     Args:
-        now: processes.
-        before: the same some time ago; what they have used meanwhile is their CPU.
+        now: the processes.
+        before: the same at an earlier time; CPU usage is what was used since then.
     """
     former = {(entry.label, entry.pid): entry for entry in before}
     rows = [("NODE", "STATE", "PID", "CPU", "MEMORY", "RESTARTS", "UPTIME", "MACHINE")]
     for entry in now:
         machine = entry.machine or "-"
         state = entry.state if entry.state != "died" else f"died ({entry.exit_code})"
-        cpu = _cpu(entry, former.get((entry.label, entry.pid)))
+        percent = _cpu(entry, former.get((entry.label, entry.pid)))
+        cpu = f"{percent:.1f} %" if percent is not None else "-"
         memory = f"{entry.memory / 2**20:.1f} MB" if entry.memory >= 0 else "-"
         uptime = _duration(entry.uptime) if entry.uptime >= 0 else "-"
-        pid = str(entry.pid) if entry.uptime >= 0 or entry.state == "running" else "-"
+        pid = str(entry.pid) if _has_process(entry) else "-"
         rows.append((entry.node, state, pid, cpu, memory, str(max(0, entry.starts - 1)), uptime, machine))
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     right = {2, 3, 4, 5, 6}
@@ -75,10 +80,39 @@ def table(now: list[Status], before: list[Status]) -> list[str]:
     ]
 
 
-def _cpu(entry: Status, before: Status | None) -> str:
+def json_form(now: list[Status], before: list[Status]) -> list[dict[str, Any]]:
+    """Return the processes for JSON: cpu in percent, memory in bytes, uptime in seconds; None for what is unknown.
+
+    Args:
+        now: the processes.
+        before: the same at an earlier time; CPU usage is what was used since then.
+    """
+    former = {(entry.label, entry.pid): entry for entry in before}
+    return [
+        {
+            "node": entry.node,
+            "state": entry.state,
+            "exit_code": entry.exit_code,
+            "pid": entry.pid if _has_process(entry) else None,
+            "cpu": _cpu(entry, former.get((entry.label, entry.pid))),
+            "memory": entry.memory if entry.memory >= 0 else None,
+            "restarts": max(0, entry.starts - 1),
+            "uptime": entry.uptime if entry.uptime >= 0 else None,
+            "machine": entry.machine,
+        }
+        for entry in now
+    ]
+
+
+def _has_process(entry: Status) -> bool:
+    return entry.uptime >= 0 or entry.state == "running"
+
+
+def _cpu(entry: Status, before: Status | None) -> float | None:
+    """Return the CPU usage in percent, None if unknown."""
     if before is None or min(entry.cpu, before.cpu) < 0 or entry.uptime <= before.uptime:
-        return "-"
-    return f"{100 * (entry.cpu - before.cpu) / (entry.uptime - before.uptime):.1f} %"
+        return None
+    return 100 * (entry.cpu - before.cpu) / (entry.uptime - before.uptime)
 
 
 def _duration(seconds: float) -> str:

@@ -1,4 +1,4 @@
-"""``node tree``: nodes by namespace, each with what it publishes, subscribes and offers."""
+"""``node tree``: nodes by namespace, each with its publications, subscriptions and services."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "tree",
     "nodes by namespace, with their topics and services",
-    Flag("-a", "--all", help="also what every node has, such as /rosout"),
+    Flag("-a", "--all", help="also show what every node has, such as /rosout"),
     Flag("--json", help="print a JSON list of objects: node, publishes, subscribes, services", own=True),
     Argument("/namespace", "namespace", optional=True),
     examples=[("", "nodes by namespace, with what they publish and subscribe")],
@@ -43,7 +43,7 @@ VERB = Verb(
 
 
 def _facts(state: SystemState, name: str, *, everything: bool) -> dict[str, list[str]]:
-    """What a node publishes, subscribes and offers; without what all nodes have, unless ``everything``."""
+    """Return a node's publications, subscriptions and services; without what all nodes have, unless ``everything``."""
     own = state.of_node(name)
     quiet_services = () if everything else tuple(name + service for service in _QUIET_SERVICES)
     quiet_topics = () if everything else _QUIET_TOPICS

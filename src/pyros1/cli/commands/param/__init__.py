@@ -6,7 +6,7 @@ from pyros1.cli.records import Command
 
 COMMAND = Command(
     "param",
-    "show and set parameters",
+    "get and set parameters",
     group="look",
     stock="rosparam",
     heading="{program} is a command-line tool for getting, setting, and deleting parameters from the ROS Parameter "

@@ -1,4 +1,4 @@
-"""What the verbs share: the option ``-v``, and how many arguments there may be."""
+"""What the verbs share: the option ``-v``, and the check of the number of arguments."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ VERBOSE = Flag("-v", dest="verbose", help="turn on verbose output")
 
 
 def check(args: list[str], most: int, missing: str = "") -> None:
-    """Refuse too many arguments, and none where something is needed.
+    """Raise an error for too many arguments, or for none if one is required.
 
     Args:
         args: the arguments.
-        most: how many there may be.
-        missing: what the first one is, if it is needed.
+        most: the largest number of arguments.
+        missing: name of the first argument, if it is required.
     """
     if missing and not args:
         raise UsageError(f"invalid arguments. Please specify a {missing}")

@@ -1,4 +1,4 @@
-"""Setting values leaf by leaf, so that a dictionary is merged into what is there (L80)."""
+"""Setting values leaf by leaf, so that a dictionary is merged into existing parameters (L80)."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ def set_leaves(invocation: Invocation, name: str, value: Any, form: str = "") ->
     Args:
         invocation: the command.
         name: full name of the parameter.
-        value: what parameters can hold.
-        form: is printed after each leaf, with its name and value; empty: nothing is.
+        value: any value that parameters can have.
+        form: printed after each leaf, formatted with its name and value; empty prints nothing.
     """
     _check(value)
     for leaf, item in leaves(name, value):
         if item is None:
-            raise CommandError(f"Parameter [{leaf}] cannot be set to nothing (null)")
+            raise CommandError(f"Parameter [{leaf}] cannot be set to null")
         try:
             invocation.master.set_param(leaf, item)
         except MasterUnreachableError:
@@ -34,7 +34,7 @@ def set_leaves(invocation: Invocation, name: str, value: Any, form: str = "") ->
 
 
 def leaves(name: str, value: Any) -> list[tuple[str, Any]]:
-    """Return the leaves of a value with their full names."""
+    """Yield the leaves of a value with their full names."""
     if not isinstance(value, dict):
         return [(name, value)]
     prefix = name.rstrip("/")
@@ -42,7 +42,7 @@ def leaves(name: str, value: Any) -> list[tuple[str, Any]]:
 
 
 def _check(value: Any) -> None:
-    """Refuse what parameters cannot hold, before anything is set."""
+    """Raise an error for values that parameters cannot have, before anything is set."""
     if isinstance(value, dict):
         if any(not isinstance(key, str) for key in value):
             raise CommandError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")
@@ -52,4 +52,4 @@ def _check(value: Any) -> None:
         for item in value:
             _check(item)
     elif isinstance(value, int) and value not in INT_RANGE:
-        raise CommandError(f"the integer {value} does not fit into the 32 bits of a parameter")
+        raise CommandError(f"the integer {value} does not fit into the 32 bits of an integer parameter")

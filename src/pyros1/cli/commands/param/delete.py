@@ -12,7 +12,7 @@ from pyros1.errors import ParameterNotSetError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Delete a parameter, or all below a name."""
+    """Delete a parameter, or all parameters below a name."""
     check(args, 1, "parameter name")
     name = invocation.resolve(args[0])
     try:
@@ -32,6 +32,6 @@ VERB = Verb(
     "delete parameter",
     VERBOSE,
     Argument("parameter", "param"),
-    examples=[("/gain", "one"), ("/robot1", "all below")],
+    examples=[("/gain", "one"), ("/robot1", "a parameter, or all below a name")],
     run=run,
 )

@@ -14,7 +14,7 @@ from pyros1.errors import ParameterNotSetError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write parameters as YAML, into a file or to stdout."""
+    """Write parameters as YAML to a file or stdout."""
     check(args, 2)
     path = args[0] if args else None
     namespace = args[1] if len(args) > 1 else ""
@@ -45,6 +45,6 @@ VERB = Verb(
     Argument("file", "file"),
     Argument("namespace", "param", optional=True),
     usage="[options] file [namespace]",
-    examples=[("all.yaml", "everything into a file")],
+    examples=[("all.yaml", "all parameters, to a file")],
     run=run,
 )

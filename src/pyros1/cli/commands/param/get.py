@@ -15,7 +15,7 @@ from pyros1.shown import one_line
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print a parameter, or all below a name."""
+    """Print a parameter, or all parameters below a name."""
     check(args, 1, "parameter name")
     name = invocation.resolve(args[0])
     if options.verbose:
@@ -43,13 +43,13 @@ VERB = Verb(
     VERBOSE,
     JSON,
     Argument("parameter", "param"),
-    examples=[("/gain", "a value"), ("/robot1", "all below, as YAML")],
+    examples=[("/gain", "a value"), ("/robot1", "all below a name, as YAML")],
     run=run,
 )
 
 
 def _plain(value: Any) -> Any:
-    """The value for JSON: binary data as base64, times as text."""
+    """Return the value for JSON: binary data as base64, times as strings."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -69,7 +69,7 @@ def _scalar_or_block(value: Any) -> str:
 
 
 def _pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
-    """A dictionary for people: strings without quotes, longer ones as blocks."""
+    """Return a dictionary for reading: strings without quotes, long ones as blocks."""
     lines = []
     for name in sorted(value):
         item, key = value[name], one_line(name)

@@ -14,7 +14,7 @@ from pyros1.cli.records import Argument, Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Set the parameters in a file."""
+    """Set parameters from a file."""
     check(args, 2, "file name or - for stdin")
     path = args[0]
     base = invocation.resolve(args[1]) if len(args) > 1 else invocation.namespace
@@ -41,7 +41,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             if options.verbose:
                 print(f"reading parameters into namespace [{namespace}]")
         elif not isinstance(document, dict) and base == "/":
-            raise CommandError(f"{where}: the root of the parameters must be a dictionary, not {document!r}")
+            raise CommandError(f"{where}: expected a dictionary of parameters, not {document!r}")
         pending.append((namespace, document))
     for namespace, document in pending:
         set_leaves(invocation, namespace, document, "{}={}" if options.verbose else "")

@@ -14,7 +14,7 @@ from pyros1.cli.records import Argument, Option, Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Set a parameter to a value, or to what a file holds."""
+    """Set a parameter to a value, or to the content of a file."""
     check(args, 2, "parameter name")
     name = invocation.resolve(args[0])
     form = "set parameter [{}] to [{}]" if options.verbose else ""
@@ -65,7 +65,7 @@ VERB = Verb(
     Argument("value"),
     examples=[
         ("/gain 2.5", "a number"),
-        ("/name \"'42'\"", "text, by YAML's rules"),
+        ("/name \"'42'\"", "a string, quoted for YAML"),
         ("/limits '{low: 0, high: deg(90)}'", "several"),
     ],
     parse=parse_with_negative_numbers,

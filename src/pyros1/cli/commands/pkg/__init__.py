@@ -10,7 +10,7 @@ from pyros1.cli.shared.rospack.tool import run_tool
 
 
 def _dispatch(invocation: Invocation) -> int:
-    """Run a verb; options of rospack's may stand before it."""
+    """Run a verb. rospack's options may come before it."""
     words = invocation.argv
     entry = registry.verbs("pkg").get(words[0]) if words else None
     if entry is not None and not entry.of_tool:
@@ -20,7 +20,7 @@ def _dispatch(invocation: Invocation) -> int:
 
 COMMAND = Command(
     "pkg",
-    "find and make packages",
+    "find and create packages",
     group="develop",
     stock="rospack",
     also={"roscreate-pkg": ["create"]},

@@ -18,7 +18,7 @@ _MOST_CHOICES = 100
 
 
 class FilesError(Error):
-    """Ends the command with this text."""
+    """Ends the command with an error text."""
 
 
 def files_verb(
@@ -29,15 +29,15 @@ def files_verb(
     about: str,
     examples: Sequence[tuple[str, str]],
 ) -> Verb:
-    """Return the record of a verb that the stock tools have as a command of its own.
+    """Return the record of a verb that is a separate command in stock ROS.
 
     Args:
-        name: of the verb.
-        tool: the stock name, which stands before errors.
-        work: does it: takes the words behind the verb, returns the exit code.
+        name: name of the verb.
+        tool: the stock command, which is printed before errors.
+        work: runs the verb: takes the words after it, returns the exit code.
         parts: options and arguments.
-        about: one line.
-        examples: of the record.
+        about: description in one line.
+        examples: see `Verb`.
     """
 
     def run(invocation: Invocation, options: None, args: list[str]) -> int:
@@ -60,7 +60,7 @@ def files_verb(
 
 
 def special_places() -> dict[str, str]:
-    """Return the places that have names without being packages: ``log``, ``test_results``, those of ROS_LOCATIONS."""
+    """Return named folders that are not packages: ``log``, ``test_results``, and those in ROS_LOCATIONS."""
     home = os.environ.get("ROS_HOME") or os.path.expanduser("~/.ros")
     places = {
         "log": os.environ.get("ROS_LOG_DIR") or os.path.join(home, "log"),
@@ -74,10 +74,10 @@ def special_places() -> dict[str, str]:
 
 
 def folder_of(place: str) -> str:
-    """Return the folder that ``package``, ``package/folder``, ``log`` or another name of a place means.
+    """Return the folder of ``package``, ``package/folder``, ``log`` or another special name.
 
     Raises:
-        Error: there is no such package.
+        Error: the package is unknown.
     """
     name, _, inside = place.partition("/")
     path = special_places().get(name)
@@ -96,14 +96,14 @@ def home_of_packages() -> str:
     place = os.environ.get("ROS_WORKSPACE") or next(iter(spaces), None)
     if place is None:
         raise FilesError(
-            "neither ROS_WORKSPACE nor, with a workspace in it, CMAKE_PREFIX_PATH is set: "
-            "source the setup.bash of a workspace, or name a package"
+            "no workspace found: set ROS_WORKSPACE, source the setup.bash of a workspace (which sets "
+            "CMAKE_PREFIX_PATH), or name a package"
         )
     return place
 
 
 def file_of(words: list[str], usage: str) -> str:
-    """Return the file that ``PACKAGE FILE`` means, asked for if there are several of that name."""
+    """Return the file for ``PACKAGE FILE``. If several files have this name, ask the user."""
     if len(words) < 2:
         raise FilesError(f"usage: {usage}")
     folder, name = folder_of(words[0]), words[1]
@@ -114,7 +114,7 @@ def file_of(words: list[str], usage: str) -> str:
         found = [os.path.join(base, name) for base, files in files_below(folder) if name in files]
     if not found:
         everything = {file for _, files in files_below(folder) for file in files}
-        raise FilesError(f"there is no file {name} in {folder}{did_you_mean(name, everything)}")
+        raise FilesError(f"no file {name} in {folder}{did_you_mean(name, everything)}")
     return found[0] if len(found) == 1 else _choose(found)
 
 
@@ -127,5 +127,5 @@ def _choose(found: list[str]) -> str:
     print("#? ", end="", file=sys.stderr, flush=True)
     answer = sys.stdin.readline().strip()
     if not (answer.isdigit() and 0 < int(answer) <= len(found)):
-        raise FilesError("nothing was chosen")
+        raise FilesError("no file was selected")
     return found[int(answer) - 1]

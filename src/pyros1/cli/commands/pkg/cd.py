@@ -1,4 +1,4 @@
-"""``pkg cd``: what the shell function ``roscd`` asks (L184)."""
+"""``pkg cd``: prints the folder for the shell function ``roscd`` (L184)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def _cd(words: list[str]) -> int:
         raise FilesError("usage: roscd [package[/folder]]")
     path = folder_of(words[0]) if words and words[0] else home_of_packages()
     if not os.path.isdir(path):
-        raise FilesError(f"{path} is no folder")
+        raise FilesError(f"{path} is not a folder")
     print(path)
     return 0
 
@@ -24,5 +24,5 @@ VERB = files_verb(
     _cd,
     Argument("package[/folder]", "package|place", optional=True),
     about="print a package's folder",
-    examples=[("roscpp", "what `roscd roscpp` goes to")],
+    examples=[("roscpp", "the folder that `roscd roscpp` changes to")],
 )

@@ -13,7 +13,7 @@ def _cp(words: list[str]) -> int:
 
 
 def _mv(words: list[str]) -> int:
-    """``mv [-d] PACKAGE FILE TARGET``; with -d the target is ``package/folder``."""
+    """Run ``mv [-d] PACKAGE FILE TARGET``. With -d the target is ``package/folder``."""
     if words[:1] == ["-d"]:
         words = [*words[1:-1], folder_of(words[-1])]
     return _carry("mv", words)

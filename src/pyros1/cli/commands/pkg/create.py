@@ -21,19 +21,19 @@ _STOCK = ("catkin_create_pkg", "roscreate-pkg")
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Make a package.
+    """Create a package.
 
     Returns:
-        The exit code: 1 if the package could not be made, but 2 under the stock tools' names.
+        The exit code: if the package could not be created 1, or 2 under the stock tools' names.
     """
     called = _called()
     stock = called in _STOCK
     problem = name_problem(options.name)
     if problem and not stock:
-        print(f"ERROR: '{options.name}' is no name for a package: {problem}", file=sys.stderr)
+        print(f"ERROR: '{options.name}' is not a valid package name: {problem}", file=sys.stderr)
         return 1
     if problem:
-        print(f"WARNING: '{options.name}' is not a good name for a package: {problem}", file=sys.stderr)
+        print(f"WARNING: '{options.name}' is not a good package name: {problem}", file=sys.stderr)
     package = NewPackage(
         options.name,
         depends=options.dependencies,
@@ -79,22 +79,22 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 VERB = Verb(
     "create",
-    "make a package",
-    Flag("--no-examples", help="no nodes, message and launch file", own=True),
-    Flag("--meta", help="a package that only stands for others"),
-    Option("-s", "--sys-deps", nargs="*", help="what it needs of the system"),
-    Option("-b", "--boost-comps", nargs="*", help="components of Boost"),
-    Option("-V", "--pkg_version", default="0.0.0", help="first version"),
+    "create a package",
+    Flag("--no-examples", help="do not add example nodes, message and launch file", own=True),
+    Flag("--meta", help="create a metapackage"),
+    Option("-s", "--sys-deps", nargs="*", help="system dependencies"),
+    Option("-b", "--boost-comps", nargs="*", help="Boost components"),
+    Option("-V", "--pkg_version", default="0.0.0", help="initial version"),
     Option("-D", "--description", help="description"),
     Option("-l", "--license", action="append", help="licence, for example BSD"),
     Option("-a", "--author", action="append", help="an author; may be given several times"),
     Option("-m", "--maintainer", action="append", help="a maintainer, as 'Name <address>'"),
-    Option("--rosdistro", help="taken for the sake of scripts; package.xml is the same for all"),
+    Option("--rosdistro", help="accepted for compatibility; package.xml is the same for all distributions"),
     Argument("name", help="The name for the package"),
-    Argument("dependencies", "package", many=True, optional=True, help="packages that it needs"),
+    Argument("dependencies", "package", many=True, optional=True, help="packages that it depends on"),
     description="Creates a new package",
     examples=[
-        ("my_robot std_msgs", "nodes, a message and a launch file, ready to run"),
+        ("my_robot std_msgs", "with example nodes, a message and a launch file, ready to run"),
         ("my_robot --no-examples roscpp", "package.xml and CMakeLists.txt only"),
     ],
     stock="catkin_create_pkg",
@@ -104,13 +104,13 @@ VERB = Verb(
 
 
 def _warn(package: NewPackage, known: dict[str, str]) -> None:
-    """Say what may surprise: names of packages that are not here, and one that is here twice."""
+    """Warn about dependencies that are not installed, and about another package of the same name."""
     types = set(os.listdir(SHIPPED))
     for name in package.depends:
         if name not in known and name not in types:
             hint = did_you_mean(name, {*known, *types})
             print(
-                f"WARNING: there is no package '{name}' on this machine{hint}; it is named all the same",
+                f"WARNING: package '{name}' is not on this machine{hint}; the dependency was added anyway",
                 file=sys.stderr,
             )
     other = known.get(package.name)
@@ -140,7 +140,7 @@ def _say(package: NewPackage, made: list[str]) -> None:
     os.environ.clear()
     os.environ.update(set_before)
     if found != str(Path.cwd() / package.name):
-        print(f"\nIt is not found yet: export ROS_PACKAGE_PATH={here}:$ROS_PACKAGE_PATH")
+        print(f"\nTo make the package known: export ROS_PACKAGE_PATH={here}:$ROS_PACKAGE_PATH")
         return
-    print("\npyros1 finds it from this folder, and from inside it. From elsewhere:")
+    print("\npyros1 finds the package from this folder and from inside it. To find it from elsewhere:")
     print(f"  export ROS_PACKAGE_PATH={here}:$ROS_PACKAGE_PATH")

@@ -11,7 +11,7 @@ from pyros1.cli.shared.rospack.tool import Request, pack_verb
 
 
 def _generated(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print the files that rosbuild makes when it has made messages and services; catkin makes none (run)."""
+    """Print the files that rosbuild creates after it has built messages and services. catkin creates none (run)."""
     known, name = graph(request)
     if name not in known.by_name:
         print()
@@ -33,6 +33,6 @@ VERBS = [
         Argument("package", "package", optional=True),
         aliases=["deps-msgsrv"],
         run=_generated,
-        examples=[("roscpp", "the files that rosbuild has made of messages")],
+        examples=[("roscpp", "the files that rosbuild has generated from messages")],
     ),
 ]

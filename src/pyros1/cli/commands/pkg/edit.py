@@ -27,7 +27,7 @@ def _run_on(program: str, path: str) -> int:
     try:
         return subprocess.run([*words, path], check=False).returncode
     except FileNotFoundError:
-        raise FilesError(f"there is no program {words[0]}") from None
+        raise FilesError(f"program {words[0]} not found: set EDITOR to an installed editor") from None
 
 
 _FILE = (Argument("package", "package"), Argument("file", "package_file"))
@@ -38,7 +38,7 @@ VERBS = [
         _edit,
         *_FILE,
         about="edit a file of a package",
-        examples=[("my_robot robot.launch", "wherever it is in the package")],
+        examples=[("my_robot robot.launch", "a file anywhere in the package")],
     ),
     files_verb(
         "cat",
@@ -46,6 +46,6 @@ VERBS = [
         _cat,
         *_FILE,
         about="print a file of a package",
-        examples=[("roscpp package.xml", "wherever it is in the package")],
+        examples=[("roscpp package.xml", "a file anywhere in the package")],
     ),
 ]

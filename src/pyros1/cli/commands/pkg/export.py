@@ -9,7 +9,7 @@ from pyros1.cli.shared.rospack.tool import Request, pack_verb
 
 
 def _export(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print what a package, and what it needs, export to a language."""
+    """Print what a package and its dependencies export to a language."""
     language, attribute = request.option("lang", "attrib")
     known, name = graph(request)
     if name not in known.by_name:
@@ -19,7 +19,7 @@ def _export(invocation: Invocation, request: Request, args: list[str]) -> None:
 
 
 def _plugins(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print the plugins that packages have for one."""
+    """Print the plugins that packages export for a package."""
     (attribute,) = request.option("attrib")
     known, name = graph(request)
     top = request.options.get("top", "")
@@ -34,26 +34,26 @@ def _plugins(invocation: Invocation, request: Request, args: list[str]) -> None:
                 print(f"{each} {values[0]}")
 
 
-_ATTRIBUTE = Option("--attrib", metavar="ATTRIB", help="name of what is exported")
+_ATTRIBUTE = Option("--attrib", metavar="ATTRIB", help="name of the exported attribute")
 _PACKAGE = Argument("package", "package", optional=True)
 VERBS = [
     pack_verb(
         "export",
         "export [--deps-only] --lang=<lang> --attrib=<attrib> [package]",
         DEPS_ONLY,
-        Option("--lang", metavar="LANG", help="the language that it is for"),
+        Option("--lang", metavar="LANG", help="the language of the export"),
         _ATTRIBUTE,
         _PACKAGE,
         run=_export,
-        examples=[("--lang=cpp --attrib=cflags roscpp", "what its users give to the compiler")],
+        examples=[("--lang=cpp --attrib=cflags roscpp", "compiler flags for its users")],
     ),
     pack_verb(
         "plugins",
         "plugins --attrib=<attrib> [--top=<toppkg>] [package]",
         _ATTRIBUTE,
-        Option("--top", metavar="TOPPKG", help="only of this package and what it needs"),
+        Option("--top", metavar="TOPPKG", help="only this package and its dependencies"),
         _PACKAGE,
         run=_plugins,
-        examples=[("--attrib=plugin nodelet", "files that describe plugins for it")],
+        examples=[("--attrib=plugin nodelet", "plugin description files for nodelet")],
     ),
 ]

@@ -13,7 +13,7 @@ from pyros1.cli.shared.rospack.tool import PkgError, Request, pack_verb
 
 
 def _flags(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print compiler and linker flags: of catkin packages from pkg-config, of rosbuild's from their exports."""
+    """Print compiler and linker flags: of catkin packages from pkg-config, of rosbuild packages from their exports."""
     known, name = graph(request)
     must_be(known, name)
     include = request.verb.startswith("cflags")
@@ -25,7 +25,7 @@ def _flags(invocation: Invocation, request: Request, args: list[str]) -> None:
             for value in manifest.exported("cpp", "cflags" if include else "lflags"):
                 words += _of_kind(shlex.split(value), kind)
         elif not done:
-            done = manifest.name == name  # its answer has everything that it needs in it
+            done = manifest.name == name  # its answer includes all dependencies
             words += _of_kind(_pkg_config(request.verb, manifest.name), kind)
     unique = dict.fromkeys(words) if kind != "l" else dict.fromkeys(reversed(words))
     result = [*unique] if kind != "l" else [*reversed(unique)]
@@ -60,9 +60,9 @@ def _verb(name: str, width: int, about: str) -> Verb:
 
 
 VERBS = [
-    _verb("cflags-only-I", 17, "folders of headers"),
-    _verb("cflags-only-other", 17, "other flags of the compiler"),
-    _verb("libs-only-L", 15, "folders of libraries"),
+    _verb("cflags-only-I", 17, "include folders"),
+    _verb("cflags-only-other", 17, "other compiler flags"),
+    _verb("libs-only-L", 15, "library folders"),
     _verb("libs-only-l", 15, "libraries"),
-    _verb("libs-only-other", 15, "other flags of the linker"),
+    _verb("libs-only-other", 15, "other linker flags"),
 ]

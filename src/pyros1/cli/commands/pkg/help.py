@@ -11,14 +11,14 @@ from pyros1.cli.shared.rospack.tool import pack_verb
 
 _MORE = """
   Also:
-    create NAME [packages]         make a package
+    create NAME [packages]         create a package
     cd|ls|edit|cat [package[/folder]] ...   its folder and files
     --json                         with list, list-names, depends and depends-on: print JSON
 """
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the list of verbs: stock's, and behind them, under our name, those that stock's tool does not have."""
+    """Print the list of verbs: stock's verbs, and after them, under our name, those that stock lacks."""
     text = verb_list(COMMAND, invocation.program, as_stock=True)
     if not invocation.as_stock:
         text += _MORE + VERB.examples_text(invocation.program, as_stock=False)
@@ -30,7 +30,7 @@ VERB = pack_verb(
     "help",
     run=run,
     examples=[
-        ("pyros1 pkg create my_robot std_msgs", "make a package with nodes, a message and a launch file"),
+        ("pyros1 pkg create my_robot std_msgs", "create a package with nodes, a message and a launch file"),
         ("pyros1 pkg find my_robot", "where it is"),
         ("pyros1 pkg depends-why --target=std_msgs roscpp", "why one package needs another"),
     ],

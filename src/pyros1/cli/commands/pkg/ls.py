@@ -23,5 +23,5 @@ VERB = files_verb(
     _ls,
     Argument("package[/folder]", "package|place", optional=True),
     about="list a package's folder",
-    examples=[("roscpp", "its folder"), ("-l roscpp/srv", "a folder in it, with ls's options")],
+    examples=[("roscpp", "the content of its folder"), ("-l roscpp/srv", "one of its subfolders, with options of ls")],
 )

@@ -1,4 +1,4 @@
-"""``pkg rosdep`` and ``rosdep0``: what is needed of the system (L182)."""
+"""``pkg rosdep`` and ``rosdep0``: system dependencies (L182)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pyros1.cli.shared.rospack.tool import Request, pack_verb
 
 
 def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print the system packages that a package needs, and what it needs does."""
+    """Print the system packages that a package and its dependencies need."""
     known, name = graph(request)
     must_be(known, name)
     names = [name] if request.verb == "rosdep0" else [*known.needs(name), name]
@@ -18,7 +18,7 @@ def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
     for each in names:
         manifest = known.manifest(each)
         keys.update(manifest.system)
-        if catkin:  # rosbuild knows of rosdep's names only where a manifest.xml says so
+        if catkin:  # rosbuild packages name rosdep keys only in manifest.xml
             keys.update(key for _, key in manifest.depends)
     request.print_names(sorted(keys) if "json" in request.options else [f"name: {key}" for key in sorted(keys)])
 
@@ -32,7 +32,7 @@ VERBS = [
         _PACKAGE,
         aliases=["rosdeps"],
         run=_rosdep,
-        examples=[("roscpp", "system packages that it and what it needs need")],
+        examples=[("roscpp", "system packages for it and its dependencies")],
     ),
     pack_verb(
         "rosdep0",
@@ -41,6 +41,6 @@ VERBS = [
         _PACKAGE,
         aliases=["rosdeps0"],
         run=_rosdep,
-        examples=[("roscpp", "system packages that it needs itself")],
+        examples=[("roscpp", "system packages for this package only")],
     ),
 ]

@@ -9,7 +9,7 @@ from pyros1.cli.shared.rospack.tool import Request, pack_verb
 
 
 def _vcs(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print where the sources of a package, and of what it needs, are kept."""
+    """Print the version control systems of a package and its dependencies."""
     known, name = graph(request)
     must_be(known, name)
     for each in [name] if request.verb == "vcs0" else [name, *known.needs_first(name)]:
@@ -19,6 +19,6 @@ def _vcs(invocation: Invocation, request: Request, args: list[str]) -> None:
 
 _PACKAGE = Argument("package", "package", optional=True)
 VERBS = [
-    pack_verb("vcs", "vcs  [package]", _PACKAGE, run=_vcs, examples=[("roscpp", "also of what it needs")]),
-    pack_verb("vcs0", "vcs0 [package]", _PACKAGE, run=_vcs, examples=[("roscpp", "only its own")]),
+    pack_verb("vcs", "vcs  [package]", _PACKAGE, run=_vcs, examples=[("roscpp", "of it and its dependencies")]),
+    pack_verb("vcs0", "vcs0 [package]", _PACKAGE, run=_vcs, examples=[("roscpp", "of this package only")]),
 ]

@@ -6,7 +6,7 @@ from pyros1.cli.records import Command
 
 COMMAND = Command(
     "service",
-    "show and call services",
+    "list, inspect and call services",
     group="look",
     stock="rosservice",
     heading="Commands:",

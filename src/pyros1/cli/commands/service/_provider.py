@@ -1,4 +1,4 @@
-"""What verbs about one service share: its name, and what its provider tells of it."""
+"""What the verbs about one service share: its name, and the answer of its provider."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pyros1.msgs import Service
 
 ERROR = 2
-"""Exit code of errors, other than of most tools."""
+"""Exit code of errors. It differs from most tools'."""
 
 
 def one_service(invocation: Invocation, args: list[str]) -> str:
@@ -26,12 +26,12 @@ def one_service(invocation: Invocation, args: list[str]) -> str:
 
 
 def hint(graph: Graph, name: str) -> str:
-    """Return a hint at the service that was meant."""
+    """Return a hint at the service that may have been meant."""
     return did_you_mean(name, graph.state().services)
 
 
 def header(invocation: Invocation, graph: Graph, name: str) -> dict[str, str] | None:
-    """Return the connection header of the service's provider; None if nobody provides the service."""
+    """Return the connection header of the service's provider, None if no node provides the service."""
     uri = graph.service_uri(name)
     if uri is None:
         return None
@@ -41,12 +41,12 @@ def header(invocation: Invocation, graph: Graph, name: str) -> dict[str, str] | 
         text = f"Unable to communicate with service [{name}], address [{uri}]"
         if isinstance(error.__cause__, TimeoutError):
             who = ", ".join(graph.state().services.get(name, ["its node"]))
-            text += f"\n{who} takes connections, but did not answer within 5 s: was it stopped?"
+            text += f"\n{who} accepts connections but did not answer within 5 s: is it suspended or hanging?"
         raise CommandError(text, ERROR) from None
 
 
 def not_available(graph: Graph, name: str) -> CommandError:
-    """Return the error that nobody provides a service."""
+    """Return the error for a service that no node provides."""
     return CommandError(f"Service [{name}] is not available.{hint(graph, name)}", ERROR)
 
 

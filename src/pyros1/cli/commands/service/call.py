@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Call a service, with a request of the arguments or of each document on stdin, and print the response."""
+    """Call a service with a request from the arguments, or from each document on stdin, and print the response."""
     if not args:
         raise UsageError("service must be specified")
     name, *words = args
@@ -27,7 +27,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
     arguments: list[Any] = [load_yaml(word) if word else word for word in words]
     graph = invocation.graph
-    graph.service_uri(name)  # before anything is imported: is there a master?
+    graph.service_uri(name)  # fail early, before slow imports, if no master answers
     with invocation.open_node() as node:
         if options.wait:
             node.wait_for_service(name)
@@ -58,7 +58,7 @@ VERB = Verb(
     Argument("/service", "service"),
     Argument("args", "request_text", optional=True),
     usage="/service [args...]",
-    examples=[("/flip true", "values in the order of the fields"), ("/flip 'data: true'", "or by name")],
+    examples=[("/flip true", "values in field order"), ("/flip 'data: true'", "values by name")],
     parse=parse_with_negative_numbers,
     run=run,
 )

@@ -16,7 +16,7 @@ from pyros1.graph import PROBE_TIMEOUT
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the services of a type, after asking the provider of every service."""
+    """Print the services of a type. This asks the provider of every service."""
     if not args:
         raise UsageError("please specify a message type")
     if len(args) > 1:
@@ -34,8 +34,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 matching.append(name)
         elif isinstance(answer, MasterError):
             raise answer
-        elif answer is not None:  # it does not answer for its type
-            what, _, why = str(answer).partition("\n")  # why: once for all services of a node
+        elif answer is not None:  # it did not answer the question for its type
+            what, _, why = str(answer).partition("\n")  # reason -> once for all services of a node
             print(f"WARNING: {what}" + (f"\n{why}" if why and why not in said else ""), file=sys.stderr)
             said.add(why)
     if options.json:

@@ -32,6 +32,6 @@ VERB = Verb(
     JSON,
     Argument("/namespace", "namespace", optional=True),
     usage="[/namespace]",
-    examples=[("", "all services"), ("-n", "with the nodes that offer them")],
+    examples=[("", "all services"), ("-n", "with the nodes that provide them")],
     run=run,
 )

@@ -24,7 +24,7 @@ VERB = Verb(
     "node",
     "print name of node providing the service",
     Argument("/service", "service"),
-    examples=[("/flip", "who offers it")],
+    examples=[("/flip", "the node that provides it")],
     stock_about="",
     run=run,
 )

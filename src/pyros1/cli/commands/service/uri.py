@@ -20,5 +20,5 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 VERB = Verb(
-    "uri", "print service ROSRPC uri", Argument("/service", "service"), examples=[("/flip", "where it is")], run=run
+    "uri", "print service ROSRPC uri", Argument("/service", "service"), examples=[("/flip", "its address")], run=run
 )

@@ -1,7 +1,7 @@
-"""``pyros1 setup``: the stock names for this shell, and nothing for anybody else.
+"""``pyros1 setup``: the stock command names, for this shell only.
 
 ``source <(pyros1 setup)`` puts a folder of small programs on the shell's PATH, one per stock name, and adds functions
-and completion. The folder belongs to this installation of pyros1; several live side by side.
+and completion. Each installation of pyros1 has its own folder.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pyros1.cli.shared.shells import SHELL, Names, chosen_shell, how_to_use, par
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print what sets a shell up."""
+    """Print the shell code that sets a shell up."""
     shell = chosen_shell(invocation, options)
     if shell is not None:
         names = registry.stock_names()
@@ -27,12 +27,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 COMMAND = Command(
     "setup",
-    "for shells: source <(pyros1 setup) gives the stock names and completion",
+    "set up a shell: source <(pyros1 setup) adds the stock names and completion",
     Verb(
         "",
         "",
         SHELL,
-        description="Prints what gives a shell the stock names (rostopic, roscd, ...) and completion, for it to read.",
+        description="Prints shell code that adds the stock names (rostopic, roscd, ...) and completion.",
         examples=how_to_use("setup"),
         parse=parse_shell,
         run=run,

@@ -19,17 +19,17 @@ class SetupError(Error):
 
 
 def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, str]) -> Path:
-    """Make the folder of programs, or bring it up to date.
+    """Create the folder of programs, or update it.
 
     Args:
-        names: program -> words behind ``pyros1``.
-        environ: environment variables, for where the folder is.
+        names: program -> words after ``pyros1``.
+        environ: environment variables, which determine the folder.
 
     Returns:
         The folder.
 
     Raises:
-        SetupError: it cannot be written anywhere.
+        SetupError: no possible folder can be written.
     """
     package = str(Path(__file__).resolve().parents[4])
     number = crc32(f"{sys.executable}\n{package}".encode())
@@ -46,21 +46,23 @@ def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, st
             problems.append(f"{folder}: {error.strerror or error}")
             continue
         if os.pathsep in str(folder):
-            raise SetupError(f"{folder} has a colon in it and cannot stand on the PATH; set XDG_DATA_HOME")
+            raise SetupError(
+                f"{folder} contains a colon and cannot be on the PATH; set XDG_DATA_HOME to another folder"
+            )
         return folder
     raise SetupError("cannot write the programs: " + "; ".join(problems))
 
 
 def _must_be_ours(folder: Path) -> None:
-    """Raise OSError if somebody else could put programs there."""
+    """Raise OSError if other users could put programs there."""
     status = folder.stat()
     if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        raise OSError(f"others may write in {folder}")
+        raise OSError(f"other users can write to {folder}")
 
 
 def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package: str) -> None:
     for old in {path.name for path in folder.iterdir()} - names.keys():
-        if not old.startswith("."):  # another process is just writing that
+        if not old.startswith("."):  # another process is writing it
             (folder / old).unlink(missing_ok=True)
     for name, words in names.items():
         file = folder / name
@@ -73,7 +75,7 @@ def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package:
 
 
 def _program(words: tuple[str, ...], package: str) -> str:
-    """A program that is Python behind a first line for sh: the interpreter's path may be long and have spaces in it."""
+    """Return a Python program with a first line for sh: the interpreter's path may be long and contain spaces."""
     call = f'["pyros1", *{list(words)!r}, *sys.argv[1:]]'
     return (
         f"#!/bin/sh\n'''exec' {shlex.quote(sys.executable)} \"$0\" \"$@\"\n' '''\n"

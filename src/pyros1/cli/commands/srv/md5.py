@@ -5,4 +5,4 @@ from __future__ import annotations
 from pyros1.cli.commands.msg.md5 import make_verb
 from pyros1.cli.shared.definitions import SERVICES
 
-VERB = make_verb(SERVICES, ("std_srvs/SetBool", "what must be the same on both sides of a call"))
+VERB = make_verb(SERVICES, ("std_srvs/SetBool", "the checksum that client and server must share"))

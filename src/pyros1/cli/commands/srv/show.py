@@ -8,5 +8,5 @@ from pyros1.cli.shared.definitions import SERVICES
 VERBS = make_verbs(
     SERVICES,
     ("std_srvs/SetBool", "request and response"),
-    ("-r SetBool", "as it was written"),
+    ("-r SetBool", "the original text"),
 )

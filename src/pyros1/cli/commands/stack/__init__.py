@@ -8,7 +8,7 @@ from pyros1.cli.shared.rospack.tool import run_tool
 
 
 def _dispatch(invocation: Invocation) -> int:
-    """Run a verb; options may stand before it."""
+    """Run a verb. Options may come before it."""
     return run_tool(invocation, "stack")
 
 

@@ -1,4 +1,4 @@
-"""``stack contents``, ``contains`` and ``contains-path``: what belongs to which stack (L183)."""
+"""``stack contents``, ``contains`` and ``contains-path``: which packages belong to which stack (L183)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.finding.crawl import all_packages
 
 
 def _contents(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print the packages of a stack: those in a rosbuild stack's folder; a catkin package is its own stack."""
+    """Print the packages of a stack: those in a rosbuild stack's folder. A catkin package is a stack by itself."""
     name = request.package()
     found = all_packages(os.environ)
     stack = next((each for each in found if each.name == name and each.manifest != "manifest.xml"), None)

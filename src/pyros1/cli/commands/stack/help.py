@@ -11,7 +11,7 @@ from pyros1.cli.shared.rospack.tool import pack_verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the list of verbs, which is that of stock's tool under either name."""
+    """Print the list of verbs. It is stock's list under either name."""
     print(verb_list(COMMAND, invocation.program, as_stock=True))
 
 

@@ -1,4 +1,4 @@
-"""A tree of frames as text, as a graph for Graphviz, and as a picture (SVG) of our own."""
+"""A tree of frames as text, as a graph for Graphviz, and as an SVG picture."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import NamedTuple
 
 from pyros1.shown import one_line
 
-LETTER = 7.0  # px, width of a letter on average
-LINE = 15.0  # px, height of a line of text
+LETTER = 7.0  # average width of a letter in pixels
+LINE = 15.0  # height of a line of text in pixels
 MARGIN = 14.0
 GAP_X, GAP_Y = 18.0, 44.0
 
 
 class Frame(NamedTuple):
-    """A frame as it is drawn.
+    """What is drawn of a frame.
 
     Attributes:
         parent: None for the root of a tree.
-        static: whether the transform to its parent holds at all times; None if nobody knows.
-        rate: in Hz, how often it comes; 0 if only once.
+        static: whether the transform to its parent is static; None if unknown.
+        rate: rate of its transforms in Hz; 0 for a single one.
         latest, oldest: times of the newest and the oldest transform, in seconds.
     """
 
@@ -33,7 +33,7 @@ class Frame(NamedTuple):
     oldest: float
 
     def facts(self, now: float) -> list[str]:
-        """Return what there is to say about its transform, in short lines: sender, rate, age."""
+        """Return short texts about its transform: sender, rate, age."""
         if self.parent is None:
             return []
         if self.static or (self.static is None and not self.latest):
@@ -45,7 +45,7 @@ class Frame(NamedTuple):
 def children_of(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Frame]]]:
     """Return the roots, and the children of each frame by its name, both sorted by name.
 
-    Frames in a loop hang on none of the roots: the first of each loop is made one.
+    Frames in a loop have no root: the first frame of each loop becomes one.
     """
     below: dict[str, list[Frame]] = {}
     for frame in sorted(frames):
@@ -69,7 +69,7 @@ def children_of(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Fr
 
 
 def text(frames: Sequence[Frame], now: float) -> str:
-    """Return the trees with lines between the frames, and the facts behind each.
+    """Return the lines of the trees, with the facts about each frame after its name.
 
     Args:
         now: the time in seconds, for ages.
@@ -98,7 +98,7 @@ def text(frames: Sequence[Frame], now: float) -> str:
 
 
 def dot(frames: Sequence[Frame], now: float) -> str:
-    """Return the trees in Graphviz's language, with tf2_tools' labels."""
+    """Return the trees in the dot language of Graphviz, with the labels of tf2_tools."""
     lines = ["digraph G {"]
     for frame in frames:
         if frame.parent is None:
@@ -124,7 +124,7 @@ def _quoted(name: str) -> str:
 
 
 class _Box(NamedTuple):
-    """A frame with its place: the middle of its upper edge."""
+    """A frame with its position: the middle of its upper edge, in pixels."""
 
     frame: Frame
     lines: list[str]
@@ -135,7 +135,7 @@ class _Box(NamedTuple):
 
 
 def svg(frames: Sequence[Frame], now: float, title: str) -> str:
-    """Return the trees as a picture: parents above their children, the facts below each name.
+    """Return the trees as an SVG picture: parents above their children, the facts below each name.
 
     Args:
         now: the time in seconds, for ages.
@@ -146,7 +146,7 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
     top = 2 * MARGIN + LINE
 
     def place(frame: Frame, left: float, y: float) -> float:
-        """Place a frame and what hangs on it; return the width that they need."""
+        """Place a frame and the frames below it. Return the width they need in pixels."""
         lines = [frame.name, *frame.facts(now)]
         width = max(map(len, lines)) * LETTER + 2 * MARGIN
         height = len(lines) * LINE + MARGIN

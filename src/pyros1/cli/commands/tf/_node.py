@@ -1,4 +1,4 @@
-"""What the tf commands share: their nodes, and what to tell a user who asked for a frame in vain."""
+"""What the tf commands share: their nodes, and hints after a failed lookup."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True) -> Node:
 
     Args:
         name: its base name.
-        tool: somebody waits for an answer: fail at once without a master, and log little. Else it is a common node.
+        tool: the node belongs to an interactive tool: fail at once without a master, and log little.
 
     Raises:
-        MasterUnreachableError: a tool has no master.
+        MasterUnreachableError: no master answers, and `tool` is set.
     """
     if tool:
-        invocation.master.ping()  # says at once, before anything heavy is imported, if there is no master
+        invocation.master.ping()  # fails early, before slow imports, if no master answers
     from pyros1.node import Node  # noqa: PLC0415 - help needs none
 
     return Node(
@@ -46,33 +46,33 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True) -> Node:
 
 
 def pauser(node: Node) -> Callable[[float], bool]:
-    """Return a function that waits so many seconds of wall time, and returns whether the node goes on."""
+    """Return a function that waits for a number of seconds of wall time, and returns whether the node still runs."""
     ended = Event()
     node.on_shutdown(ended.set)
     return lambda seconds: not ended.wait(seconds)
 
 
 def await_clock(node: Node) -> None:
-    """Wait shortly until simulated time runs, if the node's time is simulated; say so if it does not."""
+    """If the node uses simulated time, wait a moment for it to start. Print a warning if it does not."""
     pause = pauser(node)
     for _ in range(20):
         if not node.now().is_zero() or not pause(0.1):
             return
     print(
-        "Simulated time is active (/use_sim_time), but /clock does not tick: nothing will be shown until it does",
+        "Simulated time is active (/use_sim_time), but no /clock messages arrive: nothing will be shown until they do",
         file=sys.stderr,
         flush=True,
     )
 
 
 def number(text: str, what: str, *, positive: bool = False) -> float:
-    """Return the number that a word is.
+    """Return a word as a number.
 
     Args:
         what: its name, for the error.
 
     Raises:
-        UsageError: it is none.
+        UsageError: it is not a number, or not in the range.
     """
     try:
         value = float(text)
@@ -84,12 +84,12 @@ def number(text: str, what: str, *, positive: bool = False) -> float:
 
 
 class Cures:
-    """Says, once for each reason, what may be done about a lookup that failed; on stderr.
+    """Prints to stderr what to do about a failed lookup, once for each reason.
 
     Args:
-        invocation: knows the master.
-        node: who listens.
-        buffer: what it heard.
+        invocation: gives access to the master.
+        node: the node that listens.
+        buffer: the node's buffer.
     """
 
     def __init__(self, invocation: Invocation, node: Node, buffer: Buffer) -> None:
@@ -99,11 +99,11 @@ class Cures:
         self._said = ""
 
     def tell(self, error: TransformException | None, *frames: str) -> None:
-        """Print a cure, if there is one and it was not the last one.
+        """Print a hint, unless it is the same as the last one.
 
         Args:
             error: why the lookup failed.
-            frames: the frames that were asked for.
+            frames: the frames of the lookup.
         """
         text = self._cure(error, frames)
         if text and text != self._said:
@@ -118,22 +118,24 @@ class Cures:
         for frame in frames:
             if frame not in known:
                 names = ", ".join(known[:_MOST]) + (f" and {len(known) - _MOST} more" if len(known) > _MOST else "")
-                return f"There is no frame '{frame}'{did_you_mean(frame, known)}; there are: {names}"
+                return f"Unknown frame '{frame}'{did_you_mean(frame, known)}; known frames: {names}"
         if isinstance(error, ConnectivityException):
             roots = " and ".join(repr(self._root(frame)) for frame in frames)
-            return f"The roots of their trees are {roots}: no node publishes where one of these is in the other's tree"
+            return (
+                f"They are in separate trees, with the roots {roots}: no node publishes a transform between the trees"
+            )
         return ""
 
     def _silence(self, topics: list[str]) -> str:
-        """Why no transform has come."""
+        """Return why no transform has been received."""
         try:
             publishers = self._invocation.graph.state().publishers
         except MasterError:
             return ""
         senders = sorted({name for topic in topics for name in publishers.get(topic, [])})
         if not senders:
-            return f"Nothing publishes {' or '.join(topics)}: does the node run that knows them? (pyros1 node list)"
-        return f"No transform has come yet from {', '.join(senders)}: do they run? (pyros1 node ping {senders[0]})"
+            return f"No node publishes {' or '.join(topics)}: is the node running that should? (pyros1 node list)"
+        return f"No transform received yet from {', '.join(senders)}: is it running? (pyros1 node ping {senders[0]})"
 
     def _root(self, frame: str) -> str:
         parents = {state.name: state.parent for state in self._buffer.states()}

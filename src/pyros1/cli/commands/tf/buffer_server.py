@@ -1,4 +1,4 @@
-"""``tf buffer_server``: tf2_ros' buffer_server, which answers lookups of other nodes (L199)."""
+"""``tf buffer_server``: the buffer_server of tf2_ros, which answers lookups of other nodes (L199)."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _SIZE = 120.0
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Run the node until it is told to end."""
     if args:
-        raise UsageError(f"no arguments are taken: {args[0]!r}")
+        raise UsageError(f"unexpected argument {args[0]!r}")
     from pyros1.node import Node  # noqa: PLC0415 - help needs none
     from pyros1.tf import Buffer, BufferServer, TransformListener  # noqa: PLC0415
 
     with Node("tf_buffer", argv=invocation.remapping_args, environ=invocation.environ) as node:
         size = node.params.get("~buffer_size", _SIZE)
         if isinstance(size, bool) or not isinstance(size, (int, float)) or not 0 < size < float("inf"):
-            raise CommandError(f"the parameter ~buffer_size must be a number of seconds above 0, not {size!r}")
+            raise CommandError(f"the parameter ~buffer_size must be a number of seconds greater than 0, not {size!r}")
         buffer = Buffer(size)
         TransformListener(node, buffer)
         BufferServer(node, buffer)
@@ -33,8 +33,8 @@ VERB = Verb(
     "answer lookups of other nodes",
     usage="[_buffer_size:=SECONDS]",
     examples=[
-        ("", "answer on the action tf2_buffer_server"),
-        ("_buffer_size:=600", "and remember ten minutes"),
+        ("", "serve the action tf2_buffer_server"),
+        ("_buffer_size:=600", "with a buffer of ten minutes"),
     ],
     stock="rosrun tf2_ros buffer_server",
     run=run,

@@ -1,4 +1,4 @@
-"""``tf change_notifier``: tells on /tf_changes when one frame has moved in another (L199)."""
+"""``tf change_notifier``: publishes on /tf_changes when one frame has moved in another (L199)."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _FREQUENCY = 10.0
 _USAGE = """[_polling_frequency:=HZ] [_translational_update_distance:=METRES]
        [_angular_update_distance:=RADIANS]
 
-Publishes on tf_changes, latched, where a frame is in another one, when it has moved by more than the distance or has
-turned by more than twice the angle since it was last told. Looks HZ times a second (10). The parameter ~frame_pairs
-says which frames: a list of {source_frame: NAME, target_frame: NAME}, each with distances of its own if they are not
-0.1; without it: base_link in map."""
+Publishes the pose of a frame in another frame on tf_changes, latched, when it has moved by more than the distance, or
+turned by more than twice the angle, since it was last published. Checks HZ times per second (default 10). The
+parameter ~frame_pairs is a list of {source_frame: NAME, target_frame: NAME}; each entry can have its own distances
+(default 0.1). Without it, base_link in map is watched."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Run the node until it is told to end."""
     if args:
-        raise UsageError(f"the frames are the parameter ~frame_pairs, not {args[0]!r}")
+        raise UsageError(f"unexpected argument {args[0]!r}: set the parameter ~frame_pairs to the frames")
     from pyros1.node import Node  # noqa: PLC0415 - help needs none
     from pyros1.tf import Buffer, TransformException, TransformListener  # noqa: PLC0415
 
@@ -40,7 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     with Node(name, argv=invocation.remapping_args, environ=invocation.environ) as node:
         frequency = _number(node.params.get("~polling_frequency", _FREQUENCY), "~polling_frequency")
         if frequency == 0:
-            raise CommandError("the parameter ~polling_frequency must be above 0")
+            raise CommandError("the parameter ~polling_frequency must be greater than 0")
         pairs = _pairs(node)
         buffer = Buffer()
         TransformListener(node, buffer)
@@ -54,7 +54,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                     node.log.debug("%s", error)
                     continue
                 if pair.moved(transform.transform):
-                    # As tf has it, names begin with a slash here.
+                    # As in tf, names begin with a slash here.
                     transform.header.frame_id, transform.child_frame_id = f"/{pair.target}", f"/{pair.source}"
                     changes.append(transform)
             if changes:
@@ -65,11 +65,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "change_notifier",
-    "tell on /tf_changes when frames have moved",
+    "publish on /tf_changes when frames have moved",
     usage=_USAGE,
     examples=[
-        ("", "tell when base_link moves in map"),
-        ("_frame_pairs:='[{source_frame: arm, target_frame: base_link}]'", "when the arm moves"),
+        ("", "publish when base_link moves in map"),
+        ("_frame_pairs:='[{source_frame: arm, target_frame: base_link}]'", "publish when the arm moves"),
     ],
     aliases=["tf_change_notifier"],
     stock="rosrun tf tf_change_notifier",
@@ -83,9 +83,9 @@ class Pair:
 
     Args:
         source: name of the frame.
-        target: name of the other.
-        distance: in metres: how far it moves unnoticed.
-        angle: in radians: by twice as much it turns unnoticed, as tf measures it.
+        target: name of the frame it is watched in.
+        distance: in metres; larger moves are published.
+        angle: in radians; turns of more than twice this angle are published, as tf measures them.
     """
 
     source: str
@@ -95,7 +95,7 @@ class Pair:
     _last: Any = None
 
     def moved(self, transform: Any) -> bool:
-        """Tell whether the frame has moved since this said so last; the first time it has.
+        """Return whether the frame has moved since the last call that returned True. The first call does.
 
         Args:
             transform: a geometry_msgs/Transform.
@@ -120,7 +120,8 @@ def _pairs(node: Node) -> list[Pair]:
         return [Pair("base_link", "map", distance, angle)]
     if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
         raise CommandError(
-            f"the parameter ~frame_pairs must be a list as [{{source_frame: NAME, target_frame: NAME}}], not {value!r}"
+            f"the parameter ~frame_pairs must be a list like [{{source_frame: NAME, target_frame: NAME}}], "
+            f"not {value!r}"
         )
     pairs = [
         Pair(
@@ -145,7 +146,7 @@ def _pairs(node: Node) -> list[Pair]:
 def _frame(entry: dict[str, Any], key: str) -> str:
     name = entry.get(key)
     if not isinstance(name, str) or not name.strip("/"):
-        raise CommandError(f"in ~frame_pairs, {key} must be the name of a frame, not {name!r}")
+        raise CommandError(f"in ~frame_pairs, {key} must be a frame name, not {name!r}")
     return name.lstrip("/")
 
 

@@ -1,4 +1,4 @@
-"""``tf echo``: the transform between two frames, again and again (L195, L198)."""
+"""``tf echo``: the transform between two frames, repeatedly (L195, L198)."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 _USAGE = """Usage: tf_echo source_frame target_frame [echo_rate]
 
 Prints where target_frame is in source_frame: the transform that takes data from target_frame into source_frame.
-echo_rate is in Hz, 1 if it is not given."""
+echo_rate is in Hz (default 1)."""
 FIRST_WAIT = 1.0
-"""Seconds in which transforms may come before the first line is printed."""
+"""Longest wait for transforms, in seconds, before the first line is printed."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the transform again and again; return 255 after wrong arguments, 1 if ``-l`` ended without a transform."""
+    """Print the transform repeatedly. Return 255 for wrong arguments, 1 if ``-l`` ended without a transform."""
     if not 2 <= len(args) <= 3:
         print(_USAGE)
         return 255
@@ -38,12 +38,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 VERB = Verb(
     "echo",
     "print the transform between two frames",
-    Option("-r", "--rate", metavar="HZ", help="how often (1)"),
-    Option("-c", "--cache_time", metavar="SECONDS", default="10", help="length of the buffer (10)"),
-    Option("-o", "--offset", metavar="SECONDS", help="look up this long after now, before it if negative"),
-    Option("-t", "--time", metavar="SECONDS", help="look up at this time; default: the latest there is"),
-    Option("-l", "--limit", metavar="COUNT", help="end after so many lookups"),
-    Option("-p", "--precision", metavar="DIGITS", help="digits behind the point (3)"),
+    Option("-r", "--rate", metavar="HZ", help="lookups per second (1)"),
+    Option("-c", "--cache_time", metavar="SECONDS", default="10", help="length of the buffer in seconds (10)"),
+    Option("-o", "--offset", metavar="SECONDS", help="look up at the current time plus this many seconds"),
+    Option("-t", "--time", metavar="SECONDS", help="look up at this time (default: the latest available)"),
+    Option("-l", "--limit", metavar="COUNT", help="end after this many lookups"),
+    Option("-p", "--precision", metavar="DIGITS", help="digits after the decimal point (3)"),
     Flag("--json", help="print a JSON object per lookup"),
     Flag("--tf2", help="print as tf2_tools echo.py does"),
     Argument("source_frame", "frame"),
@@ -54,7 +54,7 @@ VERB = Verb(
         ("map base_link", "where is base_link in map? once a second"),
         ("map base_link 10", "ten times a second"),
         ("map base_link -l 1 -p 6", "once, with six digits"),
-        ("map base_link -o -0.5", "as it was half a second ago"),
+        ("map base_link -o -0.5", "the transform half a second ago"),
         ("map base_link --json", "one JSON object per line"),
     ],
     aliases=["tf_echo"],
@@ -64,10 +64,10 @@ VERB = Verb(
 
 
 def _check(options: Any, rate: str | None) -> None:
-    """Make numbers of the options' values.
+    """Convert the options' values to numbers.
 
     Raises:
-        UsageError: they are none.
+        UsageError: a value is not a number.
     """
     options.rate = 1.0 if rate is None else number(rate, "the rate", positive=True)
     options.cache_time = number(options.cache_time, "the cache time", positive=True)
@@ -93,7 +93,7 @@ def _echo(invocation: Invocation, node: Node, options: Any, source: str, target:
     cures = Cures(invocation, node, buffer)
     await_clock(node)
     if buffer.can_transform(source, target, timeout=FIRST_WAIT) and options.offset is not None and options.time is None:
-        node.sleep(min(-options.offset, options.cache_time))  # so far back there is no data yet
+        node.sleep(min(-options.offset, options.cache_time))  # data that old has not been received yet
     rate = node.rate(options.rate)
     done = found = 0
     while node.ok() and (options.limit is None or done < options.limit):
@@ -116,7 +116,7 @@ def _echo(invocation: Invocation, node: Node, options: Any, source: str, target:
 
 
 def _precision(node: Node, options: Any) -> int:
-    """The parameter ~precision, as stock's, which says that it found it."""
+    """Return the parameter ~precision. If it is set, print what stock prints."""
     value = node.params.get("~precision", None)
     if not isinstance(value, int) or value < 0:
         return 3

@@ -1,4 +1,4 @@
-"""``tf monitor``: how late transforms are and how often they come (L196)."""
+"""``tf monitor``: the delays and rates of transforms (L196)."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ if TYPE_CHECKING:
     from pyros1.tf.buffer import Buffer
 
 _WINDOW = 1000
-"""Transforms of a frame, and messages of a node, that averages are made of."""
+"""Number of transforms of a frame, and of messages of a node, in averages."""
 
 _STEP = 0.01
 _STEPS = 21
-"""Looks at the chain between two reports."""
+"""Checks of the chain between two reports."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print reports until the command is interrupted."""
     if len(args) not in (0, 2):
-        raise UsageError("give no frames, for all, or two")
+        raise UsageError("give two frames, or none for all frames")
     with open_node(invocation, "tf_monitor") as node:
         _monitor(invocation, node, [name.removeprefix("/") for name in args])
 
 
 VERB = Verb(
     "monitor",
-    "print how late transforms are, and how often they come",
+    "print the delays and rates of transforms",
     Argument("frame_a", "frame", optional=True),
     Argument("frame_b", "frame", optional=True),
     usage="[frame_a frame_b]",
     examples=[
         ("", "all frames and the nodes that publish them"),
-        ("map base_link", "the frames between two, and how old the transform is"),
+        ("map base_link", "the frames between two frames, and the age of the transform"),
     ],
     aliases=["tf_monitor"],
     stock="rosrun tf tf_monitor",
@@ -49,7 +49,7 @@ VERB = Verb(
 
 
 class Delays:
-    """Keeps how late the transforms of each frame and the messages of each node were, in seconds."""
+    """Records the delays of each frame's transforms and of each node's messages, in seconds."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -59,7 +59,7 @@ class Delays:
         self._senders: dict[str, str] = {}
 
     def take(self, frames: list[tuple[str, float]], sender: str, now: float) -> None:
-        """Take a message: each frame with its stamp in seconds, 0 for a static transform."""
+        """Record a message: each frame with its stamp in seconds, 0 for a static transform."""
         late = [(name, now - stamp if stamp else 0.0) for name, stamp in frames]
         with self._lock:
             for name, delay in late:
@@ -70,7 +70,7 @@ class Delays:
             self._times.setdefault(sender, deque(maxlen=_WINDOW)).append(now)
 
     def lines(self, chain: list[str] | None) -> list[str]:
-        """Return the report: of the frames of a chain, None for all, and of all nodes."""
+        """Return the report about the frames of a chain (None means all frames) and about all nodes."""
         with self._lock:
             rows = ["", "Frames:"]
             for name, delays in sorted(self._frames.items()):

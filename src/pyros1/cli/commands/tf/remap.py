@@ -15,7 +15,7 @@ _TYPE = "tf2_msgs/TFMessage"
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Run the node until it is told to end."""
     if args:
-        raise UsageError(f"the mappings are the parameter ~mappings, not {args[0]!r}")
+        raise UsageError(f"unexpected argument {args[0]!r}: set the parameter ~mappings to the mappings")
     with open_node(invocation, "tf_remapper", tool=False) as node:
         mappings = _mappings(node.params.get("~mappings", []))
         print(f"Applying the following mappings to incoming tf frame ids {mappings}", flush=True)
@@ -40,7 +40,7 @@ VERB = Verb(
     usage="[_mappings:='[{old: NAME, new: NAME}, ...]']",
     examples=[
         ("_mappings:='[{old: base, new: robot1/base}]'", "rename one frame"),
-        ("pyros1 bag play a.bag /tf:=/tf_old", "and play a bag with the old names"),
+        ("pyros1 bag play a.bag /tf:=/tf_old", "play a bag with the old names to it"),
     ],
     aliases=["tf_remap"],
     stock="tf_remap",
@@ -50,5 +50,5 @@ VERB = Verb(
 
 def _mappings(value: Any) -> dict[str, str]:
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
-        raise CommandError(f"the parameter ~mappings must be a list as [{{old: NAME, new: NAME}}], not {value!r}")
+        raise CommandError(f"the parameter ~mappings must be a list like [{{old: NAME, new: NAME}}], not {value!r}")
     return {str(item["old"]): str(item["new"]) for item in value if "old" in item and "new" in item}

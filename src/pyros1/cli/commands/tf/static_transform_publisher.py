@@ -1,7 +1,7 @@
 """``tf static_transform_publisher``: a transform that does not change (L197).
 
-As tf's program, with a period, it is published on /tf again and again; as tf2_ros's, without, once and for all on
-/tf_static, which costs nothing.
+With a period, as in the program of tf, it is published repeatedly on /tf. Without, as in the program of tf2_ros, it is
+published once on /tf_static, which costs less.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 _NAME = "static_transform_publisher"
 _TF_USAGE = """Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id period(milliseconds)
    or: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id period(milliseconds)
-Publishes on /tf, each period anew, where child_frame_id is in frame_id."""
+Publishes the pose of child_frame_id in frame_id on /tf, once per period."""
 _TF2_USAGE = """Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id
    or: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id
    or: static_transform_publisher /param_name
-Publishes on /tf_static, once for all who come later too, where child_frame_id is in frame_id."""
-_ABOUT = "\nMetres and radians. Without a period, on /tf_static, which is the better way; with a period, on /tf."
+Publishes the pose of child_frame_id in frame_id on /tf_static, once; later subscribers receive it, too."""
+_ABOUT = "\nUnits are metres and radians. Without a period it publishes on /tf_static (recommended), with one on /tf."
 
 _WRONG = 255
 _UNIT = 1e-6
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run the node until it is told to end; return 255 after wrong arguments, 1 if they make no sense.
+    """Run the node until it is told to end. Return 255 for a wrong number of arguments, 1 for wrong values.
 
-    The flags ``--tf`` and ``--tf2``, as first argument, admit only the forms of that package's program.
+    The flags ``--tf`` and ``--tf2``, as the first argument, allow only the forms of that package's program.
     """
     words = list(args)
     forms = words.pop(0) if words[:1] in (["--tf"], ["--tf2"]) else ""
@@ -56,7 +56,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     values = [_number(text, kind) for text, kind in zip(numbers, kinds, strict=True)]
     _check_frames(parent, child)
     if period is not None and period < 0:
-        raise CommandError(f"the period must not be negative, it is {period * 1000:g} ms")
+        raise CommandError(f"the period must not be negative: {period * 1000:g} ms")
     rotation = _from_angles(*values[3:]) if len(values) == 6 else values[3:]
     return _publish(invocation, parent, child, values[:3], rotation, period)
 
@@ -74,9 +74,9 @@ VERB = Verb(
     examples=[
         ("1 0 0.5 0 0 0 base_link lidar", "1 m in front and 0.5 m above, not turned"),
         ("0 0 0 1.5708 0 0 base_link camera", "turned to the left by 90 degrees (yaw pitch roll)"),
-        ("0 0 0 0 0 0.7071 0.7071 base_link camera", "the same as quaternion (x y z w)"),
+        ("0 0 0 0 0 0.7071 0.7071 base_link camera", "the same as a quaternion (x y z w)"),
         ("1 0 0.5 0 0 0 base_link lidar 100", "on /tf, every 100 ms"),
-        ("/lidar_pose", "as the parameter says, a geometry_msgs/TransformStamped"),
+        ("/lidar_pose", "the transform in a parameter, as geometry_msgs/TransformStamped"),
     ],
     aliases=["static"],
     stock="rosrun tf static_transform_publisher",
@@ -112,7 +112,7 @@ def _number(text: str, what: str) -> float:
 
 def _check_frames(parent: str, child: str) -> None:
     if not parent.strip("/") or not child.strip("/"):
-        raise CommandError("a frame needs a name")
+        raise CommandError("frame_id and child_frame_id must not be empty")
     if parent == child:
         raise CommandError(f"target_frame and source frame are the same ({parent}, {child}) this cannot work")
 
@@ -139,13 +139,13 @@ def _publish(
 
 
 def _normalized(rotation: list[float]) -> tuple[list[float], str]:
-    """Return the quaternion with length 1, and what to say about that."""
+    """Return the quaternion normalized to length 1, and a warning if it was not."""
     length = math.hypot(*rotation)
     if length < _UNIT:
-        raise CommandError("the quaternion 0 0 0 0 is no rotation; write 0 0 0 1 for none (the order is qx qy qz qw)")
+        raise CommandError("0 0 0 0 is not a valid quaternion; use 0 0 0 1 for no rotation (the order is qx qy qz qw)")
     if abs(length - 1.0) < _UNIT:
         return rotation, ""
-    # Listeners would throw it away.
+    # Listeners would ignore it.
     return [part / length for part in rotation], f"the quaternion's length is {length:g}, not 1: it is normalized"
 
 
@@ -172,7 +172,7 @@ def _publish_parameter(invocation: Invocation, name: str) -> int:
 
 def _refuse_parameter(name: str, error: Exception) -> NoReturn:
     raise CommandError(
-        f"the parameter {name} must be a transform as in {{header: {{frame_id: base}}, child_frame_id: lidar, "
+        f"the parameter {name} must be a transform like {{header: {{frame_id: base}}, child_frame_id: lidar, "
         f"transform: {{translation: {{x: 0.0, y: 0.0, z: 0.0}}, rotation: {{x: 0.0, y: 0.0, z: 0.0, w: 1.0}}}}}}; "
         f"this one is not: {type(error).__name__}: {error}"
     )
@@ -200,7 +200,7 @@ def _publish_static(node: Node, transform: Any) -> None:
 
 
 def _publish_repeatedly(node: Node, transform: Any, period: float) -> None:
-    """The stamp is one period ahead: until the next comes, this one holds."""
+    """Publish once. The stamp is one period ahead, so that the transform is valid until the next one."""
     from pyros1.tf.broadcaster import TransformBroadcaster  # noqa: PLC0415
     from pyros1.timing import Duration  # noqa: PLC0415
 

@@ -20,9 +20,9 @@ _CLEAR = "\033[H\033[J"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the tree; return 1 if no transform came."""
+    """Print the tree. Return 1 if no transform was received."""
     if args:
-        raise UsageError(f"tree takes no arguments, {args[0]!r} was given")
+        raise UsageError(f"unexpected argument {args[0]!r}")
     seconds = number(options.time, "the time", positive=True)
     live = sys.stdout.isatty() and not options.once and not options.json
     with open_node(invocation, "tf_tree") as node:
@@ -49,11 +49,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 VERB = Verb(
     "tree",
     "show the tree of frames with rates and ages, live",
-    Option("-t", "--time", metavar="SECONDS", default="1", help="listen so long before each picture (1)"),
-    Flag("--once", help="show it once"),
+    Option("-t", "--time", metavar="SECONDS", default="1", help="seconds to listen before each update (1)"),
+    Flag("--once", help="print the tree once"),
     Flag("--json", help="print a JSON list of frames, once"),
     examples=[
-        ("", "until Ctrl-C on a terminal, once otherwise"),
+        ("", "until Ctrl-C on a terminal, otherwise once"),
         ("--once -t 3", "once, after 3 s of listening"),
         ("--json", "once, as JSON"),
     ],

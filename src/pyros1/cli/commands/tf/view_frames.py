@@ -1,4 +1,4 @@
-"""``tf view_frames``: the tree of frames as a file (L198)."""
+"""``tf view_frames``: the tree of frames in a file (L198)."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _OWN = (".svg", ".gv", ".dot")
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Draw the tree of frames."""
     if args:
-        raise UsageError(f"a file is given with -o {args[0]}")
+        raise UsageError(f"unexpected argument {args[0]!r}: use -o to name the file")
     seconds = number(options.time, "the time", positive=True)
     output = Path(options.output) if options.output else None
     _check(output)
     with open_node(invocation, "view_frames") as node:
         frames = _ask(node, options.node) if options.node else _listen(invocation, node, seconds)
         now = node.now().to_sec()
-        source = f"asked from {options.node}" if options.node else f"{seconds:g} s of /tf and /tf_static"
+        source = f"from {options.node}" if options.node else f"{seconds:g} s of /tf and /tf_static"
         print(text(frames, now))
         for path in [output] if output else _usual():
             _write(path, frames, now, f"Frames at {now:.3f}, {source}")
@@ -42,12 +42,12 @@ VERB = Verb(
     "draw the tree of frames into a file",
     Option("--node", metavar="NODE", help="get the frames from this node, instead of listening"),
     Option("-o", "--output", metavar="FILE", help="a file to write: .svg, .gv, .dot, or with Graphviz .pdf .."),
-    Option("-t", "--time", metavar="SECONDS", default="5", help="how long to listen (5)"),
+    Option("-t", "--time", metavar="SECONDS", default="5", help="seconds to listen (5)"),
     examples=[
         ("", "listen for 5 s, write frames.gv, and frames.pdf or frames.svg"),
         ("-t 1 -o robot.svg", "listen for 1 s, write an SVG"),
-        ("--node /move_base", "what that node knows"),
-        ("-o frames.png", "by Graphviz, if it is installed"),
+        ("--node /move_base", "the frames that this node knows"),
+        ("-o frames.png", "a PNG; needs Graphviz"),
     ],
     aliases=["view"],
     stock="view_frames",
@@ -60,15 +60,15 @@ def _usual() -> list[Path]:
 
 
 def _check(output: Path | None) -> None:
-    """Say what is wrong with the file before anybody waits."""
+    """Raise an error for an unusable file name, before the command listens."""
     if output is None or output.suffix in _OWN:
         return
     if not output.suffix:
-        raise CommandError(f"which kind of file? Write {output}.svg, {output}.gv or, with Graphviz, {output}.pdf")
-    if not shutil.which("dot"):
         raise CommandError(
-            f"{output.suffix} files are made by Graphviz, whose program dot is not installed; take {output.stem}.svg"
+            f"{output} has no known suffix: use {output}.svg, {output}.gv or, with Graphviz, {output}.pdf"
         )
+    if not shutil.which("dot"):
+        raise CommandError(f"{output.suffix} files need Graphviz, which is not installed: use {output.stem}.svg")
 
 
 def _listen(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
@@ -82,7 +82,7 @@ def _listen(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
         frames = [Frame(*state[:7]) for state in buffer.states()]
     if not frames:
         Cures(invocation, node, buffer).tell(None)
-        raise CommandError(f"no transform came in {seconds:g} s")
+        raise CommandError(f"no transform was received within {seconds:g} s")
     return frames
 
 
@@ -94,8 +94,8 @@ def _ask(node: Node, name: str) -> list[Frame]:
         answer = node.service(service, "tf2_msgs/FrameGraph")().frame_yaml
     except ServiceError as error:
         raise CommandError(
-            f"{name} does not tell its frames: {error}. Nodes with a tf2 listener have a service {service} (those in "
-            f"C++ if they ask for it)"
+            f"cannot get the frames of {name}: {error}. Nodes with a tf2 listener have the service {service} (those in "
+            f"C++ only if they enable it)"
         ) from None
     table: dict[str, dict[str, Any]] = load_yaml(answer) or {}
     frames = [
@@ -129,4 +129,4 @@ def _write(path: Path, frames: list[Frame], now: float, title: str) -> None:
             if done.returncode:
                 raise CommandError(f"dot cannot write {path}: {done.stderr.decode(errors='replace').strip()}")
     except OSError as error:
-        raise CommandError(f"{path} cannot be written: {error.strerror}") from error
+        raise CommandError(f"cannot write {path}: {error.strerror}") from error

@@ -6,7 +6,7 @@ from pyros1.cli.records import Command
 
 COMMAND = Command(
     "topic",
-    "show and use topics",
+    "inspect, measure and publish topics",
     group="look",
     stock="rostopic",
     heading="{program} is a command-line tool for printing information about ROS Topics.\n\nCommands:",

@@ -18,7 +18,7 @@ from pyros1.timing import Time
 
 
 def list_topics(path: str, namespace: str | None, *, json: bool) -> None:
-    """Print the topics of a bag, or how many messages there are below a namespace, and of what time."""
+    """Print the topics of a bag, or the number and times of the messages below a namespace."""
     with _open(path) as bag:
         if namespace is None:
             names = list(dict.fromkeys(connection.topic for connection in bag.connections))
@@ -40,7 +40,7 @@ def list_topics(path: str, namespace: str | None, *, json: bool) -> None:
 
 
 def split_name(path: str, name: str) -> tuple[str, str] | None:
-    """Split a name into a topic of the bag and a field path; None, and a word about it, if there is no such topic."""
+    """Split a name into a topic of the bag and a field path. If the topic does not exist, warn and return None."""
     with _open(path) as bag:
         for topic in sorted(bag.topics, key=len, reverse=True):
             if name == topic or name.startswith(topic + "/"):
@@ -50,7 +50,7 @@ def split_name(path: str, name: str) -> tuple[str, str] | None:
 
 
 def replay(path: str, topics: list[str] | None, take: Callable[[str, AnyMsg, Time], bool]) -> None:
-    """Give messages of a bag, undecoded and in the order of time, to a function, until it returns False.
+    """Pass messages of a bag, undecoded and in the order of time, to a function until it returns False.
 
     Args:
         topics: None means all.
@@ -59,7 +59,7 @@ def replay(path: str, topics: list[str] | None, take: Callable[[str, AnyMsg, Tim
         for message in bag.messages(topics, raw=True):
             if not take(message.topic, message.message, message.time):
                 return
-            del message  # it may be large, and is not to be in memory while the next one is read
+            del message  # it may be large, and must not stay in memory while the next one is read
 
 
 def _open(path: str) -> Any:

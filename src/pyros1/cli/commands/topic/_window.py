@@ -1,4 +1,4 @@
-"""What ``hz``, ``bw`` and ``delay`` share. Messages are not decoded unless a filter or a stamp is asked for."""
+"""What ``hz``, ``bw`` and ``delay`` share. Messages are decoded only for a filter or a stamp."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.records import Flag, Option
 
 PERIOD = 1.0
-"""Seconds from one line to the next."""
+"""Seconds between two lines of output."""
 WINDOW = Option(
     "-w",
     "--window",
@@ -20,7 +20,7 @@ TCPNODELAY = Flag("--tcpnodelay", help="use the TCP_NODELAY transport hint when 
 
 
 def window(options: Any) -> int:
-    """Return the window that was asked for, -1 if none was."""
+    """Return the window size in messages, -1 if none was given."""
     if options.window_size is None:
         return -1
     try:

@@ -14,7 +14,7 @@ from pyros1.cli.shared.subscribing import find_topic, subscribe
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print every second how many bytes come."""
+    """Print the bandwidth every second."""
     if not args:
         raise UsageError("topic must be specified")
     if len(args) > 1:

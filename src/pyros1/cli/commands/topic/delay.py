@@ -14,7 +14,7 @@ from pyros1.msgs import AnyMsg
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print every second how old messages are when they come, by the stamps of their headers."""
+    """Print every second the age of messages at their arrival, by the stamps of their headers."""
     if not args:
         raise UsageError("the following arguments are required: topic")
     if len(args) > 1:
@@ -53,6 +53,6 @@ VERB = Verb(
     TCPNODELAY,
     Argument("/topic", "topic"),
     usage="[options] /topic",
-    examples=[("/image", "how old messages are when they come")],
+    examples=[("/image", "the age of messages at their arrival")],
     run=run,
 )

@@ -70,11 +70,11 @@ VERB = Verb(
     Argument("/topic", "topic"),
     usage="[options] /topic",
     examples=[
-        ("/pose", "print what comes"),
+        ("/pose", "print all messages"),
         ("-n 1 /pose/pose/position", "a field of one message"),
-        ("-p /odom > odom.csv", "rows for a spreadsheet"),
-        ("--filter 'm.ranges[0] < 1' /scan", "only some"),
-        ("--json /odom > odom.jsonl", "lines that `topic pub -f` plays again"),
+        ("-p /odom > odom.csv", "as CSV, for a spreadsheet"),
+        ("--filter 'm.ranges[0] < 1' /scan", "only messages that match an expression"),
+        ("--json /odom > odom.jsonl", "as lines that `topic pub -f` can publish"),
     ],
     run=run,
 )
@@ -143,7 +143,7 @@ def _check(options: Any, args: list[str]) -> None:
 
 
 def _wait(invocation: Invocation, node: Any, printer: Printer) -> None:
-    """Until the count is reached or the node ends; warns once if simulated time does not run (L63)."""
+    """Wait until the count is reached or the node ends. Warn once if simulated time does not run (L63)."""
     warned = False
     waited = 0.0
     while node.ok() and not printer.done.wait(0.25):
@@ -158,12 +158,12 @@ def _wait(invocation: Invocation, node: Any, printer: Printer) -> None:
 
 
 class Printer:
-    """Shows the messages that pass the filter, until there were enough.
+    """Prints messages that pass the filter, until the count is reached.
 
     Attributes:
-        count: messages shown.
-        done: set when no more are wanted.
-        error: what ended it before its time.
+        count: messages printed.
+        done: set when the count is reached.
+        error: the error that ended it early.
     """
 
     def __init__(
@@ -184,10 +184,10 @@ class Printer:
         self._limit = limit
         self._decoder = Decoder()
         self._said: set[str] = set()
-        self._out = data_stream()  # what comes from messages is clean, and --clear is meant, for a file too, as stock's
+        self._out = data_stream()  # text from messages is clean already, and --clear works for files, too, as stock's
 
     def arrived(self, raw: AnyMsg) -> None:
-        """Take one message; called from the subscription's thread."""
+        """Handle one message. Called by the subscription's thread."""
         if self.done.is_set():
             return
         if self._limit is not None and self.count >= self._limit:
@@ -209,7 +209,7 @@ class Printer:
             self.done.set()
 
     def _shown(self, raw: AnyMsg) -> tuple[Message, Any, str | None] | None:
-        """Message, value and its type; None if it is not to be shown."""
+        """Return the message, the value and its type, None if it is not to be printed."""
         try:
             message = self._decoder.decode(raw)
         except MessageError as error:
@@ -222,7 +222,7 @@ class Printer:
                 return None
             value, kind = self._path.get(message)
         except (ExpressionError, FieldPathError) as error:
-            # It may be this message's fault only: an array too short, say. Once said, it is known.
+            # Only this message may be wrong, for example with a short array. One warning is enough.
             if str(error) not in self._said:
                 self._said.add(str(error))
                 print(error, file=sys.stderr, flush=True)

@@ -31,20 +31,20 @@ VERB = Verb(
     "find topics by type",
     JSON,
     Option(
-        "--like", metavar="WORD", own=True, help="also topics whose name or type holds the word, or is spelt nearly so"
+        "--like", metavar="WORD", own=True, help="also topics whose name or type contains the word or is similar to it"
     ),
     Argument("msg-type", "message"),
     usage="msg-type",
     examples=[
         ("std_msgs/String", "topics of that type"),
-        ("--like scan", "topics whose name or type looks like it"),
+        ("--like scan", "topics with a similar name or type"),
     ],
     run=run,
 )
 
 
 def _like(word: str, types: dict[str, str]) -> list[str]:
-    """Topics that a word may mean, the surest first: it is in the name, in the type, or is spelt nearly as a part."""
+    """Return topics that a word may mean, best first: it is in the name, in the type, or similar to a part of these."""
     from difflib import get_close_matches  # noqa: PLC0415
 
     low = word.lower().strip("/")

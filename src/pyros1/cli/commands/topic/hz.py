@@ -19,7 +19,7 @@ from pyros1.msgs import AnyMsg
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print every second how often messages come."""
+    """Print the rate of messages every second."""
     if not args:
         raise UsageError("topic must be specified")
     size = window(options)
@@ -64,7 +64,7 @@ VERB = Verb(
     TCPNODELAY,
     Argument("/topic", "topic", many=True),
     usage="[options] /topic_0 [/topic_1 [topic_2 [..]]]",
-    examples=[("/scan", "how often messages come"), ("/a /b", "a table of several topics")],
+    examples=[("/scan", "the rate of messages"), ("/a /b", "a table of several topics")],
     stock_about="display publishing rate of topic    ",
     run=run,
 )

@@ -14,7 +14,7 @@ from pyros1.net.hosts import parse_uri
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the topics that the master or a bag knows."""
+    """Print the topics that the master knows or a bag contains."""
     if len(args) > 1:
         raise UsageError("you may only specify one input topic")
     if options.bag:
@@ -57,7 +57,7 @@ VERB = Verb(
     usage="[/namespace]",
     examples=[
         ("", "all topics"),
-        ("-v /robot1", "with types and numbers of publishers, those below /robot1"),
+        ("-v /robot1", "topics below /robot1, with types and numbers of publishers"),
         ("--json", "for programs"),
     ],
     run=run,

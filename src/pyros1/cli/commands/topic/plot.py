@@ -27,7 +27,7 @@ _HOME, _BEGIN, _END = "\033[H\033[J", "\033[?1049h\033[?25l", "\033[?25h\033[?10
 
 
 def expand(name: str) -> list[str]:
-    """Return the fields that an argument names: ``/t/x:y:z`` are three, ``/t/x,/u/y`` two."""
+    """Return the fields that an argument names: three for ``/t/x:y:z``, two for ``/t/x,/u/y``."""
     names = []
     for part in name.split(","):
         head, *others = part.split(":") if "[" not in part else [part]
@@ -37,7 +37,7 @@ def expand(name: str) -> list[str]:
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Draw numbers that come, as curves over time."""
+    """Draw numeric fields as curves over time."""
     if not args:
         raise UsageError("a topic with a field must be specified")
     if not options.period > 0:
@@ -71,8 +71,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "plot",
     "draw numbers as curves in the terminal",
-    Option("-p", "--period", type="float", default=10.0, metavar="SECONDS", help="time that is shown (10)"),
-    Flag("-n", "--once", help="draw one chart when the period is over, and end"),
+    Option("-p", "--period", type="float", default=10.0, metavar="SECONDS", help="seconds to show (10)"),
+    Flag("-n", "--once", help="draw one chart at the end of the period, and end"),
     Argument("/topic/field", "topic", many=True),
     usage="[options] /topic/field[:field...] ...",
     examples=[
@@ -104,7 +104,7 @@ def _chart(curves: list[_Curve], period: float) -> str:
 
 @contextlib.contextmanager
 def _screen() -> Iterator[None]:
-    """A second screen, so that what the terminal showed before is there again afterwards."""
+    """Use the terminal's alternate screen, so that its content is restored afterwards."""
     sys.stdout.write(_BEGIN)
     try:
         yield
@@ -136,7 +136,7 @@ class _Curve:
 
 
 class _Feeder:
-    """Decodes each message of a topic once, for all curves."""
+    """Decodes each message of a topic once for all curves."""
 
     def __init__(self, curves: list[_Curve]) -> None:
         self._curves = curves

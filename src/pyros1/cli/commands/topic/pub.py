@@ -22,7 +22,7 @@ from pyros1.timing import Time
 from pyros1.values import load_yaml
 
 HOLD = 3.0
-"""Seconds that -1 stays, so that subscribers can fetch the message."""
+"""Seconds that -1 keeps running, so that subscribers can receive the message."""
 
 _SUBSCRIBER_PATIENCE = 5.0
 """Seconds that messages from a file or stdin wait for the first subscriber."""
@@ -35,12 +35,12 @@ _NUMBERS = frozenset(f"{kind}{bits}" for kind in ("int", "uint", "float") for bi
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish messages, given as arguments or as documents."""
+    """Publish messages given as arguments or as YAML documents."""
     name, type_name = invocation.resolve(args[0]), args[1]
     arguments = _values(args[2:])
     message_class = _load(type_name)
     from_arguments = not options.file and (bool(arguments) or not message_class.__slots__ or sys.stdin.isatty())
-    if from_arguments:  # wrong arguments need no master to be found out
+    if from_arguments:  # wrong arguments are reported without a master
         fill(message_class(), arguments, Time())
     rate = options.rate
     with invocation.open_node() as node:
@@ -57,7 +57,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words; ``-1`` may be the option or a value."""
+    """Parse the words. ``-1`` may be the option or a value."""
     options, args = parse_guarded(invocation, verb, _guarded(invocation.args, once=True))
     if "-1" in invocation.args and not options.file and len(args) > 1 and _lacks_values(args[1], args[2:]):
         options, args = parse_guarded(invocation, verb, _guarded(invocation.args, once=False))
@@ -105,10 +105,10 @@ VERB = Verb(
     Argument("args", "message_text", many=True, optional=True),
     usage="/topic type [args...]",
     examples=[
-        ("/vel_cmd std_msgs/Float64 1.0", "publish once, and stay for those who come later"),
+        ("/vel_cmd std_msgs/Float64 1.0", "publish once, and keep it latched for later subscribers"),
         ("-r 10 /cmd_vel geometry_msgs/Twist '{linear: {x: 0.1}}'", "ten times a second"),
         ("-1 /goal geometry_msgs/PoseStamped '{header: auto}'", "once, and end"),
-        ("-f odom.jsonl /odom nav_msgs/Odometry", "what `topic echo --json` wrote"),
+        ("-f odom.jsonl /odom nav_msgs/Odometry", "publish the output of `topic echo --json`"),
     ],
     parse=_parse,
     run=run,
@@ -116,10 +116,10 @@ VERB = Verb(
 
 
 def _guarded(words: list[str], *, once: bool) -> list[str]:
-    """Negative numbers are values.
+    """Return the words with negative numbers marked as values.
 
     Args:
-        once: ``-1`` is the option wherever it stands, as stock reads it; else only before the values.
+        once: ``-1`` is the option at any position, as in stock; otherwise only before the values.
     """
     guarded: list[str] = []
     positional = 0
@@ -133,13 +133,13 @@ def _guarded(words: list[str], *, once: bool) -> list[str]:
 
 
 def _lacks_values(type_name: str, words: list[str]) -> bool:
-    """Whether a message needs more values than these, so that a ``-1`` behind its type must be one."""
+    """Return whether a message needs more values than these, so that a ``-1`` after its type must be one."""
     try:
         kinds = load_message(type_name)._slot_types
         value = load_yaml(words[0]) if words else None
     except (Error, ValueError):
         return False  # which is said in a moment
-    if not words:  # values may also come from stdin: numbers hardly do
+    if not words:  # values may also come from stdin, but rarely numbers
         return all(kind in _NUMBERS for kind in kinds) and bool(kinds)
     return len(words) < len(kinds) and not isinstance(value, dict)
 
@@ -155,7 +155,7 @@ def _values(words: list[str]) -> list[Any]:
 
 
 def _meant(type_name: str) -> str:
-    """A hint at the type that a misspelt one, or one without its package, was meant to be."""
+    """Return a hint at the type that may be meant by a misspelt name or a name without package."""
     try:
         load_message(type_name)
     except UnknownTypeError as error:
@@ -180,10 +180,10 @@ def _load(type_name: str) -> type[Message]:
 
 
 def fill(message: Message, arguments: Any, now: Time | None) -> None:
-    """Fill a message from the values of the arguments, and make sure that they fit.
+    """Fill a message from the values of the arguments, and check that they fit.
 
     Raises:
-        CommandError: they do not; the text says what is expected (L68).
+        CommandError: they do not fit; the text says what is expected (L68).
     """
     try:
         fill_message(message, arguments, now)
@@ -217,10 +217,10 @@ def _documents(path: str | None) -> Iterator[Any]:
 
 
 def _of_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Iterator[Any]:
-    """Yield documents as they are; of lines that `bag export` wrote, the messages of one topic.
+    """Yield documents unchanged; of lines that `bag export` wrote, yield the messages of one topic.
 
     Raises:
-        CommandError: there are such lines, but none of the topic.
+        CommandError: there are such lines, but none for the topic.
     """
     others: set[str] = set()
     found = False
@@ -232,7 +232,9 @@ def _of_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Itera
         found = True
         yield Record(document["message"]) if exported else document
     if others and not found:
-        raise CommandError(f"no line is of {name}; there are: {', '.join(sorted(others))}. A remapping renames one")
+        raise CommandError(
+            f"no line is for {name}; the lines are for: {', '.join(sorted(others))}. Use a remapping to rename a topic"
+        )
 
 
 class _Publishing:
@@ -259,7 +261,7 @@ class _Publishing:
         return f"[{message}]" if self._verbose else "message"
 
     def latched(self, arguments: Any, once: bool) -> None:
-        """One message, kept for those who come later."""
+        """Publish one message, latched for later subscribers."""
         message = self._message(arguments)
         until = f" for {HOLD} seconds" if once else ". Press ctrl-C to terminate"
         print(f"publishing and latching {self._what(message)}{until}", flush=True)
@@ -270,7 +272,7 @@ class _Publishing:
             self._node.spin()
 
     def repeat(self, arguments: list[Any], rate: float, substitute: bool) -> None:
-        """One message, again and again."""
+        """Publish one message repeatedly."""
         message = self._message(arguments)
         pace = self._node.rate(rate)
         while self._node.ok():
@@ -282,7 +284,7 @@ class _Publishing:
             pace.sleep()
 
     def stream(self, source: Iterator[Any], rate: float, *, keep_first: bool) -> None:
-        """One message for each document; ``keep_first``: only the first, kept for those who come later."""
+        """Publish one message for each document. ``keep_first``: only the first, latched for later subscribers."""
         pace = self._node.rate(rate)
         waited = False
         for document in source:

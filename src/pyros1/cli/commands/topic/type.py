@@ -39,6 +39,6 @@ VERB = Verb(
     "type",
     "print topic or field type",
     Argument("topic_or_field", "topic"),
-    examples=[("/pose/header/stamp", "also of a field")],
+    examples=[("/pose/header/stamp", "the type of a topic or field")],
     run=run,
 )

@@ -1,6 +1,6 @@
-"""What expressions of transform and relay_field may use: the filters' language, and a few modules.
+"""What expressions of transform and relay_field may use: the language of filters, and a few modules.
 
-A module is a list of what is allowed of it; nothing else can be reached, and nothing is imported for a user's word.
+A module is a list of allowed members. Nothing else can be reached, and nothing is imported by a name that a user gives.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ T all any argmax argmin astype clip dot flatten max mean min ndim prod round sha
 
 
 class Module:
-    """A named set of values, which may itself be callable (as ``rospy.Time`` is)."""
+    """A named set of values, which may be callable (as ``rospy.Time`` is)."""
 
     def __init__(self, name: str, members: Mapping[str, Any], call: Callable[..., Any] | None = None) -> None:
         self.name = name
@@ -44,11 +44,13 @@ class Module:
         """Return a member.
 
         Raises:
-            ExpressionError: there is none of that name.
+            ExpressionError: no member has that name.
         """
         if name not in self._members:
             there = ", ".join(sorted(self._members))
-            raise ExpressionError(f"{self.name}.{name} is not for expressions; of {self.name} there is: {there}")
+            raise ExpressionError(
+                f"expressions cannot use {self.name}.{name}; they can use these members of {self.name}: {there}"
+            )
         return self._members[name]
 
     def __call__(self, *args: Any) -> Any:
@@ -74,18 +76,18 @@ class _MessageModule(Module):
 
 
 class ModuleError(Error):
-    """A module that was asked for is not there."""
+    """A requested module is not available."""
 
 
 def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any]:
-    """Return modules by name; math and numpy are always among them.
+    """Return modules by name, always including math and numpy.
 
     Args:
-        names: what users ask for: rospy (times), tf (transformations), or a package of messages.
-        now: what rospy.Time.now returns.
+        names: requested modules: rospy (times), tf (transformations), or a package of messages.
+        now: the function for rospy.Time.now.
 
     Raises:
-        ModuleError: there is no such module.
+        ModuleError: a module is not available.
     """
     modules: dict[str, Any] = {"math": Module("math", MATH), "numpy": _numpy()}
     for name in {name.partition(".")[0] for name in names} - modules.keys():
@@ -117,7 +119,7 @@ def _messages(package: str) -> Module:
         import_module(f"pyros1.msgs.{package}.msg")
     except (ImportError, ValueError):
         raise ModuleError(
-            f"there is no {package!r} for expressions: they can import math, numpy, rospy, tf (its transformations), "
+            f"expressions cannot import {package!r}: they can import math, numpy, rospy, tf (its transformations), "
             "and packages of messages"
         ) from None
     return _MessageModule(package)
@@ -131,19 +133,19 @@ def _tf() -> Module:
 
 
 class MessageExpression(MessageLanguage):
-    """A checked expression of a message ``m``; see `Interpreter` for arguments and errors."""
+    """A checked expression on a message ``m``; see `Interpreter` for arguments and errors."""
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
-        """Return the expression's value, numpy's numbers as Python's; see `Interpreter`."""
+        """Return the expression's value, with numpy's numbers as Python's; see `Interpreter`."""
         result = super().evaluate(names)
         return type(result)(map(_plain, result)) if type(result) in (list, tuple) else _plain(result)
 
     def known(self, names: Mapping[str, Any]) -> str:
-        """Return what is there, for an error's text."""
+        """Return the known names, for an error's text."""
         return ", ".join(sorted([*names, *FUNCTIONS]))
 
     def attribute(self, owner: Any, name: str) -> Any:
-        """Return a field, method, or member of a module; see `Interpreter`."""
+        """Return a field, a method, or a member of a module; see `Interpreter`."""
         if isinstance(owner, Module):
             return owner.get(name)
         if isinstance(owner, type) and issubclass(owner, Message):
@@ -158,10 +160,10 @@ def _plain(value: Any) -> Any:
 
 
 def names_used(text: str) -> set[str]:
-    """Return the names in an expression, those of its comprehensions left out.
+    """Return the names in an expression, without those that its comprehensions define.
 
     Raises:
-        SyntaxError, ValueError: it is not Python.
+        SyntaxError, ValueError: it is not a Python expression.
     """
     found = [node for node in ast.walk(ast.parse(text.strip(), mode="eval")) if isinstance(node, ast.Name)]
     return {node.id for node in found} - {node.id for node in found if isinstance(node.ctx, ast.Store)}

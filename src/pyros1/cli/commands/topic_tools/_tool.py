@@ -1,6 +1,6 @@
-"""What the tools share: help and usage errors as of programs of their own, their nodes, arguments and parameters.
+"""What the tools share: help and usage errors, nodes, arguments and parameters.
 
-The package ``topic_tools`` has each of them as a program, and users of stock's know them as such.
+Help and usage errors look like those of separate programs, since users of stock's package topic_tools know them so.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.topic_tools.output import Output
 
-LAZY = "_lazy:=true        subscribe only while somebody listens"
+LAZY = "_lazy:=true        subscribe only while the output has subscribers"
 """A line of `Tool`'s parameters."""
 
 
 class Tool(Verb):
-    """A tool without options, whose usage errors end it with exit code 1, as stock's.
+    """A tool without options. Usage errors end it with exit code 1, as stock's.
 
     Args:
-        name: as it is typed.
-        about: one line, for the list of tools and the tool's help.
-        arguments: in order.
-        run: does the work.
-        usage: what usage shows behind the name; None: made of the arguments.
-        parameters: lines of help on the node's parameters.
-        examples: as `Verb` has them.
-        own: the package topic_tools of stock ROS 1 has none of that name.
+        name: the tool's name.
+        about: description in one line, for the list of tools and the tool's help.
+        arguments: the arguments, in order.
+        run: runs the tool.
+        usage: what usage shows after the name; None makes it from the arguments.
+        parameters: lines of help about the node's parameters.
+        examples: see `Verb`.
+        own: whether stock's package topic_tools lacks a tool of this name.
     """
 
     __slots__ = ("_parameters", "_work")
@@ -78,27 +78,27 @@ class Tool(Verb):
 
 
 def open_node(invocation: Invocation, base: str) -> Node:
-    """Return a node of that name, made unique."""
+    """Return a node with this name, made unique."""
     from pyros1.node import Node  # noqa: PLC0415 - help needs none
 
     if not names.is_legal_base_name(base):
-        raise UsageError(f"{base!r} cannot be a node's name")
+        raise UsageError(f"{base!r} is not a legal node name")
     return Node(base, anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
 
 
 def open_node_for(invocation: Invocation, topic: str, tool: str) -> Node:
-    """Return a node that is called by a topic and the tool."""
+    """Return a node whose name is made of a topic and the tool."""
     from pyros1.topic_tools.output import base_name  # noqa: PLC0415
 
     return open_node(invocation, f"{base_name(topic)}_{tool}")
 
 
 def make_relay(node: Node, source: str, target: str, gate: Any = None, latch: bool | None = None) -> tuple[Any, Output]:
-    """Return what forwards messages from one topic to another, and its output.
+    """Return a relay from one topic to another, and its output.
 
     Args:
-        gate: says which messages pass; None: all.
-        latch: latch the output; None: as the input does.
+        gate: decides which messages pass; None passes all.
+        latch: latch the output; None latches it if the input is latched.
     """
     from pyros1.topic_tools.output import Output  # noqa: PLC0415
     from pyros1.topic_tools.relay import Relay  # noqa: PLC0415
@@ -109,14 +109,14 @@ def make_relay(node: Node, source: str, target: str, gate: Any = None, latch: bo
 
 
 def topics(arguments: list[str], tool: str) -> tuple[str, str]:
-    """Return input and output; the output's name is made from the input's if it is not given."""
+    """Return input and output. The default name of the output is made from the input's."""
     if not 1 <= len(arguments) <= 2:
         raise UsageError("")
     return arguments[0], arguments[1] if len(arguments) > 1 else f"{arguments[0]}_{tool}"
 
 
 def flag(node: Node, name: str) -> bool:
-    """Return a private parameter that is true or false, false if it is not set."""
+    """Return a private boolean parameter, False if it is not set."""
     value = node.params.get(f"~{name}", False)
     if value not in (True, False):
         raise CommandError(f"the parameter ~{name} must be true or false, not {value!r}")

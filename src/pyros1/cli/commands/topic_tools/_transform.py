@@ -1,4 +1,4 @@
-"""What ``transform`` and ``relay_field`` share: messages made from messages by expressions (L193)."""
+"""What ``transform`` and ``relay_field`` share: making messages from messages with expressions (L193)."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ ARGUMENTS = (
 )
 OPTIONS = (
     Flag("--wait-for-start", help="wait for the input topic"),
-    Flag("--tcpnodelay", help="for compatibility: it is always so"),
+    Flag("--tcpnodelay", help="accepted for compatibility; no effect"),
 )
 Make = Callable[[Any], list[Any]]
-"""Makes the values to publish of a message or field."""
+"""Makes the values to publish from a message or field."""
 Maker = Callable[[Mapping[str, Any], type[Message], "Node"], Make]
 """Takes modules by name, the type of the output, and the node."""
 
@@ -39,13 +39,13 @@ _LOOK_AGAIN = 0.2
 
 
 def parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words of a verb as stock does, which takes several words behind an option.
+    """Parse the words of a verb as stock does, which accepts several words after an option.
 
     Returns:
-        The values of options and arguments by name; and no words.
+        The values of options and arguments by name, and an empty list.
 
     Raises:
-        SystemExit: help was asked for (0), or the words are wrong (2); what there is to say has been printed.
+        SystemExit: with code 0 after help, 2 after a usage error. The text has been printed.
     """
     parser = make_parser(invocation, verb)
     parser.prog = verb.name
@@ -54,7 +54,7 @@ def parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def publish(invocation: Invocation, tool: str, options: Any, maker: Maker) -> None:
-    """Publish what is made of messages, until the node ends."""
+    """Publish messages made from messages, until the node ends."""
     try:
         output_class = load_message(options.output_type)
         with open_node(invocation, tool) as node:
@@ -65,7 +65,7 @@ def publish(invocation: Invocation, tool: str, options: Any, maker: Maker) -> No
 
 
 class _Transform:
-    """The node: decodes, picks the field, lets ``make`` make values of it, publishes them."""
+    """The node: decodes messages, picks the field, makes values with ``make``, and publishes them."""
 
     def __init__(self, node: Node, options: Any, output_class: type[Message], make: Make) -> None:
         from pyros1.topic_tools.output import QUEUE_SIZE  # noqa: PLC0415 - help needs no node
@@ -94,7 +94,7 @@ def _find(node: Node, name: str, wait: bool) -> tuple[str, FieldPath]:
     """Split the input into topic and field.
 
     Raises:
-        CommandError: there is no such topic, and we are not to wait for it.
+        CommandError: the topic does not exist, and ``--wait-for-start`` is not given.
     """
     full = names.ns_join(node.namespace, name)
     graph = Graph(node.master)

@@ -11,7 +11,7 @@ from pyros1.cli.records import Argument
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish a topic again as one of several, until the node ends."""
+    """Republish a topic on one of several topics, until the node ends."""
     from pyros1.topic_tools.demux import Demux  # noqa: PLC0415
 
     if len(args) < 2:
@@ -24,10 +24,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Tool(
     "demux",
-    "publishes on one of several topics, as demux/select says",
+    "republish a topic on one of several topics, selected by the service demux/select",
     Argument("IN_TOPIC", "topic"),
     Argument("OUT_TOPIC", "topic", many=True),
     usage="IN_TOPIC OUT_TOPIC1 [OUT_TOPIC2 [...]]",
-    examples=[("/cmd /left/cmd /right/cmd", "services demux/select, ...")],
+    examples=[("/cmd /left/cmd /right/cmd", "with the services demux/select, demux/add, ...")],
     run=run,
 )

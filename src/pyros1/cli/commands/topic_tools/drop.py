@@ -11,7 +11,7 @@ from pyros1.cli.records import Argument
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish a topic again, some messages left out, until the node ends."""
+    """Republish a topic without some of its messages, until the node ends."""
     from pyros1.topic_tools.drop import Drop  # noqa: PLC0415
 
     if len(args) not in (3, 4):
@@ -26,7 +26,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Tool(
     "drop",
-    "leaves out the first X of every Y messages; IN_TOPIC_drop",
+    "republish a topic without the first X of every Y messages (default: as IN_TOPIC_drop)",
     Argument("IN_TOPIC", "topic"),
     Argument("X"),
     Argument("Y"),

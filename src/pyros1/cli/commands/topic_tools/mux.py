@@ -11,7 +11,7 @@ from pyros1.cli.records import Argument
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish one of several topics again, until the node ends."""
+    """Republish one of several topics, until the node ends."""
     from pyros1.topic_tools.mux import Mux  # noqa: PLC0415
 
     if len(args) < 2:
@@ -27,7 +27,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Tool(
     "mux",
-    "publishes one of several topics, as the service mux/select says",
+    "republish one of several topics, selected by the service mux/select",
     Argument("OUT_TOPIC", "topic"),
     Argument("IN_TOPIC", "topic", many=True),
     usage="OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]",
@@ -37,6 +37,6 @@ VERB = Tool(
         "_initial_topic:=/topic (or __none) select it at the start",
         "_wait_publisher_initialization:=true the first message waits _wait_publisher_second:=0.1 for subscribers",
     ],
-    examples=[("/cmd_vel /joystick /planner mux:=mux_vel", "services mux_vel/select, ...")],
+    examples=[("/cmd_vel /joystick /planner mux:=mux_vel", "with the services mux_vel/select, mux_vel/add, ...")],
     run=run,
 )

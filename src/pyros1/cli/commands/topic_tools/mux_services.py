@@ -1,4 +1,4 @@
-"""``topic_tools mux_select`` and its like: the services of mux and demux, called from a command line (L192)."""
+"""``topic_tools mux_select`` and similar tools: call the services of mux and demux (L192)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _DOING = {
 
 
 def _run(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], int]:
-    """Return what calls a service.
+    """Return a function that calls a service.
 
     Args:
         kind: ``mux`` or ``demux``.
@@ -47,7 +47,7 @@ def _run(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], int]:
 
 
 def _switch(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Select the input of a mux that is known by its output."""
+    """Select the input of the mux that publishes a given output."""
     if len(args) != 2:
         raise UsageError("")
     output, topic = args
@@ -73,31 +73,33 @@ _MUX, _DEMUX, _TOPIC = Argument("MUX"), Argument("DEMUX"), Argument("TOPIC", "to
 VERBS = [
     Tool(
         "mux_select",
-        "selects the mux's input, or none: __none",
+        "select the mux's input; __none selects no input",
         _MUX,
         _TOPIC,
         examples=[("mux_vel /planner", "")],
         run=_run("mux", "select"),
     ),
-    Tool("mux_add", "adds an input", _MUX, _TOPIC, examples=[("mux_vel /by_hand", "one more")], run=_run("mux", "add")),
+    Tool("mux_add", "add an input", _MUX, _TOPIC, examples=[("mux_vel /by_hand", "one more")], run=_run("mux", "add")),
+    Tool("mux_delete", "delete an input", _MUX, _TOPIC, examples=[("mux_vel /planner", "")], run=_run("mux", "delete")),
     Tool(
-        "mux_delete", "deletes an input", _MUX, _TOPIC, examples=[("mux_vel /planner", "")], run=_run("mux", "delete")
-    ),
-    Tool(
-        "mux_list", "lists the inputs", _MUX, examples=[("mux_vel", "what there is to select")], run=_run("mux", "list")
+        "mux_list",
+        "list the inputs",
+        _MUX,
+        examples=[("mux_vel", "the topics that can be selected")],
+        run=_run("mux", "list"),
     ),
     Tool(
         "demux_select",
-        "selects the demux's output, or none: __none",
+        "select the demux's output; __none selects no output",
         _DEMUX,
         _TOPIC,
-        examples=[("demux /right/cmd", "as `demux /cmd /left/cmd /right/cmd` has it")],
+        examples=[("demux /right/cmd", "one of the outputs of `demux /cmd /left/cmd /right/cmd`")],
         own=True,
         run=_run("demux", "select"),
     ),
     Tool(
         "demux_add",
-        "adds an output",
+        "add an output",
         _DEMUX,
         _TOPIC,
         examples=[("demux /arm/cmd", "one more")],
@@ -106,7 +108,7 @@ VERBS = [
     ),
     Tool(
         "demux_delete",
-        "deletes an output",
+        "delete an output",
         _DEMUX,
         _TOPIC,
         examples=[("demux /left/cmd", "")],
@@ -115,18 +117,18 @@ VERBS = [
     ),
     Tool(
         "demux_list",
-        "lists the outputs",
+        "list the outputs",
         _DEMUX,
-        examples=[("demux", "what there is to select")],
+        examples=[("demux", "the topics that can be selected")],
         own=True,
         run=_run("demux", "list"),
     ),
     Tool(
         "switch_mux",
-        "deprecated: mux_select, by the name of the mux's output",
+        "deprecated form of mux_select, which takes the name of the mux's output",
         Argument("MUXED_TOPIC", "topic"),
         Argument("SELECT_TOPIC", "topic"),
-        examples=[("/cmd_vel /planner", "by the service /cmd_vel_select")],
+        examples=[("/cmd_vel /planner", "with the service /cmd_vel_select")],
         run=_switch,
     ),
 ]

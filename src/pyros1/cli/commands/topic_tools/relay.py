@@ -10,7 +10,7 @@ from pyros1.cli.records import Argument
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish a topic again, until the node ends."""
+    """Republish a topic, until the node ends."""
     source, target = topics(args, "relay")
     with open_node_for(invocation, source, "relay") as node:
         lazy, stealth = (flag(node, name) for name in ("lazy", "stealth"))
@@ -28,14 +28,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Tool(
     "relay",
-    "publishes a topic again, by default as IN_TOPIC_relay",
+    "republish a topic (default: as IN_TOPIC_relay)",
     Argument("IN_TOPIC", "topic"),
     Argument("OUT_TOPIC", "topic", optional=True),
     parameters=[
         LAZY,
-        "_stealth:=true     subscribe only while another node listens to _monitor_topic:=/topic (the output),",
-        "                   which the master is asked _monitor_rate:=1.0 times a second",
+        "_stealth:=true     subscribe only while another node subscribes to _monitor_topic:=/topic (the output),",
+        "                   checked _monitor_rate:=1.0 times per second",
     ],
-    examples=[("/base_scan /scan", "one more name for a topic")],
+    examples=[("/base_scan /scan", "publish a topic under a second name")],
     run=run,
 )

@@ -18,7 +18,7 @@ from pyros1.values import load_yaml
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish messages with fields made by expressions, until the node ends."""
+    """Publish messages whose fields are values of expressions, until the node ends."""
     publish(
         invocation,
         "relay_field",
@@ -29,13 +29,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "relay_field",
-    "publishes expressions of m as fields",
+    "publish messages whose fields are expressions of the message m",
     *ARGUMENTS,
     Argument("expression", help="the output's fields, as YAML"),
     *OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE YAML",
-    description="Publishes a message whose fields are given as YAML. Texts in it that are\n"
-    "expressions with known names are calculated from the message m of a topic, or of a field of it.",
+    description="Publishes a message whose fields are given as YAML. Strings that are\n"
+    "expressions with known names are evaluated with m, a message of a topic, or a field of it.",
     examples=[("/chatter /header std_msgs/Header 'stamp: now\nframe_id: m.data'", "")],
     stock="rosrun topic_tools relay_field",
     parse=parse,
@@ -44,11 +44,11 @@ VERB = Verb(
 
 
 def filler(text: str, modules: Mapping[str, Any], output_class: type[Message], now: Callable[[], Time]) -> Make:
-    """Return what makes the output of a message.
+    """Return a function that makes the output from a message.
 
     Raises:
         CommandError: the text is not YAML of fields.
-        ExpressionError: an expression uses what is not allowed.
+        ExpressionError: an expression uses something that is not allowed.
     """
     fields = _fields(text, modules)
 
@@ -61,11 +61,11 @@ def filler(text: str, modules: Mapping[str, Any], output_class: type[Message], n
 
 
 def _fields(text: str, modules: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the output's fields, with expressions in place of the texts that are some.
+    """Return the output's fields, with strings that are expressions replaced by these.
 
     Raises:
         CommandError: it is not YAML of fields.
-        ExpressionError: an expression uses what is not allowed.
+        ExpressionError: an expression uses something that is not allowed.
     """
     fields = load_yaml(text)
     if not isinstance(fields, dict):
@@ -85,7 +85,7 @@ def _with_expressions(fields: Mapping[str, Any], modules: Mapping[str, Any]) -> 
 
 
 def _is_expression(text: str, modules: Mapping[str, Any]) -> bool:
-    """Whether a text is Python of which all names are known: so map or base_link are frames, m.data is none."""
+    """Return whether a text is Python with known names only: m.data is, but base_link is the name of a frame."""
     try:
         used = names_used(text)
     except (SyntaxError, ValueError):

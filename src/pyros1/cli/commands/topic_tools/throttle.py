@@ -13,13 +13,13 @@ from pyros1.cli.records import Argument
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish a topic again, slower, until the node ends."""
+    """Republish a topic at a limited rate, until the node ends."""
     from pyros1.topic_tools.throttle import ByteThrottle, MessageThrottle  # noqa: PLC0415
 
     kind = args[0] if args else ""
     numbers = {"messages": ["MSGS_PER_SEC"], "bytes": ["BYTES_PER_SEC", "WINDOW"]}.get(kind)
     if numbers is None:
-        raise UsageError(f"there is messages and bytes, not {kind!r}" if kind else "")
+        raise UsageError(f"unknown limit {kind!r}: use messages or bytes" if kind else "")
     if not 2 + len(numbers) <= len(args) <= 3 + len(numbers):
         raise UsageError("")
     most, *window = [_positive(text, name) for text, name in zip(args[2:], numbers, strict=False)]
@@ -30,7 +30,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         now = time.time_ns if wall else lambda: node.now().to_nsec()
 
         def jumped() -> None:
-            node.log.warn("time jumped back: throttling begins anew")
+            node.log.warn("time jumped back: throttling starts again")
 
         gate: MessageThrottle | ByteThrottle
         if window:
@@ -49,7 +49,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Tool(
     "throttle",
-    "lets so many messages pass per second, or bytes within WINDOW seconds; IN_TOPIC_throttle",
+    "republish a topic with a limit on messages per second, or on bytes per second (default: as IN_TOPIC_throttle)",
     Argument("messages|bytes", "throttle"),
     Argument("IN_TOPIC", "topic"),
     usage=(

@@ -12,28 +12,28 @@ from pyros1.cli.records import Argument, Flag, Option, Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish what the expression makes, until the node ends."""
+    """Publish the values of the expression, until the node ends."""
     text = "m" if options.expression is None else options.expression
     publish(invocation, "transform", options, lambda modules, *_: transformer(text, modules))
 
 
 VERB = Verb(
     "transform",
-    "publishes what an expression makes of m",
+    "publish the value of an expression of the message m",
     *ARGUMENTS,
-    Argument("expression", optional=True, help="of the message m; by default m itself"),
+    Argument("expression", optional=True, help="an expression of the message m (default: m itself)"),
     Option(
         "-i",
         "--import",
         dest="modules",
         nargs="+",
         default=[],
-        help="rospy, tf or packages of messages; math and numpy are there without",
+        help="rospy, tf or packages of messages; math and numpy are always imported",
     ),
     Flag("--latch", help="latch the output"),
     *OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE [EXPRESSION]",
-    description="Publishes what an expression makes of each message m of a topic, or of a field of it.\n"
+    description="Publishes the value of an expression of m, each message of a topic, or a field of it.\n"
     "A list or tuple stands for the fields of the output, in order.",
     examples=[
         ("/imu/orientation/x /degrees std_msgs/Float64 -- '-numpy.rad2deg(m)'", ""),
@@ -47,10 +47,10 @@ VERB = Verb(
 
 
 def transformer(text: str, modules: Mapping[str, Any]) -> Make:
-    """Return what makes the fields of the output of a message.
+    """Return a function that makes the fields of the output from a message.
 
     Raises:
-        ExpressionError: the expression is malformed or uses what is not allowed.
+        ExpressionError: the expression is malformed or uses something that is not allowed.
     """
     expression = MessageExpression(text)
     for name in sorted(names_used(text) - {"m"}):

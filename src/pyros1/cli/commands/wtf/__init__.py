@@ -1,4 +1,4 @@
-"""``pyros1 wtf``: roswtf (L178), and what else costs users days, each with its cure. ``pyros1 doctor`` is the same."""
+"""``pyros1 wtf``: roswtf (L178) with more checks, and a cure for each finding. ``pyros1 doctor`` is the same."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pyros1.cli.shared.printing import print_json
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print what is wrong; the exit code is 1 if there are errors, but under the stock tool's name 0, as that returns.
+    """Print what is wrong. Return 1 if there are errors; under the stock tool's name return 0, as stock does.
 
-    Arguments are launch files, and ``name:=value`` for these.
+    Arguments are launch files, and ``name:=value`` for them.
     """
     from pyros1.cli.commands.wtf._examine import examine  # noqa: PLC0415 - help needs none of it
     from pyros1.doctor.finding import ERROR  # noqa: PLC0415
@@ -27,19 +27,19 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 COMMAND = Command(
     "wtf",
-    "find what is wrong with this machine and the running system, and the cure",
+    "find problems of this machine and the running system, and how to solve them",
     Verb(
         "",
         "",
-        Flag("--all", dest="everything", help="check all packages, too"),
-        Flag("--no-plugins", help="accepted; there are no plugins"),
-        Flag("--offline", help="do not look at the running system"),
+        Flag("--all", dest="everything", help="also check all packages"),
+        Flag("--no-plugins", help="accepted for compatibility; there are no plugins"),
+        Flag("--offline", help="do not check the running system"),
         Flag("--json", help="print findings as JSON", own=True),
         Argument("launch file", "launch_file", many=True, optional=True),
-        usage="[launch file]\n\n%prog verifies a ROS installation and a running system, and launch files if they are "
-        "given.\nIt names what is wrong, and the cure.",
+        usage="[launch file]\n\n%prog checks a ROS installation and a running system, and launch files if they are "
+        "given.\nIt prints each problem with its cure.",
         examples=[
-            ("", "check this machine and the system that runs"),
+            ("", "check this machine and the running system"),
             ("--offline robot.launch", "check a launch file, without a master"),
             ("--json", "for programs"),
         ],

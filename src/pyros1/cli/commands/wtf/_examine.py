@@ -1,4 +1,4 @@
-"""What ``pyros1 wtf`` does after its command line proved right: collect facts, check them, print what is wrong."""
+"""The work of ``pyros1 wtf``: collect facts, check them, print what is wrong."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pyros1.doctor.machine_checks import check_machine
 from pyros1.doctor.reach_checks import check_reach
 from pyros1.doctor.system import collect_system
 from pyros1.doctor.topic_checks import check_topics
-from pyros1.errors import Error, MasterUnreachableError
+from pyros1.errors import DeadlineError, Error, MasterUnreachableError
 from pyros1.net.hosts import is_local, master_uri, parse_uri
 from pyros1.net.master_client import MasterClient
 from pyros1.shown import one_line
@@ -29,11 +29,11 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
     """Collect, check and print.
 
     Args:
-        everything: check all packages, too.
-        offline: do not look at the running system.
+        everything: also check all packages.
+        offline: do not check the running system.
         quiet: print nothing.
         files: launch files.
-        words: the command line's words, with ``name:=value`` for these.
+        words: the command line's words, with ``name:=value`` for the files.
 
     Returns:
         All findings.
@@ -58,11 +58,12 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
     if offline:
         say("\nOnline graph checks will not be run.")
         return static
-    master = _master()
+    master, silent = _master()
     if master is None:
-        say("\nROS Master does not appear to be running.\nOnline graph checks will not be run.")
+        state = "does not answer" if silent else "does not appear to be running"
+        say(f"\nROS Master {state}.\nOnline graph checks will not be run.")
         say(f"ROS_MASTER_URI is [{master_uri(os.environ, {})}]")
-        missing = _no_master(machine)
+        missing = _silent_master() if silent else _no_master(machine)
         if not quiet:
             print(f"  cure: {missing.cure}")
         return [*static, missing]
@@ -77,8 +78,8 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
             Finding(
                 "master",
                 ERROR,
-                f"the master does not answer as it should: {error}",
-                "if ROS_MASTER_URI is right, another program may have taken the port: end that and start pyros1 core",
+                f"the master gives unexpected answers: {error}",
+                "if ROS_MASTER_URI is right, another program may be using the port: end it and start pyros1 core",
             )
         ]
     finally:
@@ -96,7 +97,7 @@ def _introduction(everything: bool, files: Iterable[str]) -> str:
 
 
 def _launch_problems(files: list[str], words: list[str]) -> list[str]:
-    """What `launch --check` says about the files."""
+    """Return the problems that `launch --check` reports about the files."""
     if not files:
         return []
     from pyros1.errors import LaunchError  # noqa: PLC0415 - only with launch files
@@ -116,18 +117,28 @@ def _launch_problems(files: list[str], words: list[str]) -> list[str]:
     return [*map(str, problems), *texts]
 
 
-def _master() -> MasterClient | None:
-    """The master, None if it does not answer."""
+def _master() -> tuple[MasterClient | None, bool]:
+    """Return the master, None if it does not answer; then also whether a timeout was the reason."""
     try:
         master = MasterClient("/roswtf", master_uri(os.environ, {}), timeout=_MASTER_TIMEOUT)
     except Error:
-        return None  # the URI is wrong, and the static checks said so
+        return None, False  # the URI is wrong, and the static checks said so
     try:
         master.ping()
-    except MasterUnreachableError:
+    except MasterUnreachableError as error:
         master.close()
-        return None
-    return master
+        return None, isinstance(error.__cause__, DeadlineError)
+    return master, False
+
+
+def _silent_master() -> Finding:
+    return Finding(
+        "silent-master",
+        ERROR,
+        f"the master at {master_uri(os.environ, {})} did not answer within {_MASTER_TIMEOUT:g} s",
+        "if its process is suspended, continue it with kill -CONT; if it hangs, end it and start pyros1 core; "
+        "if it is on another machine, check the network and its firewall",
+    )
 
 
 def _no_master(machine: Machine) -> Finding:
@@ -139,18 +150,19 @@ def _no_master(machine: Machine) -> Finding:
         here = True
     if here:
         others = [each for each in machine.masters if each.rstrip("/") != uri.rstrip("/")]
-        cure = f"pyros1 core{f', or export ROS_MASTER_URI={others[0]}: a master runs there' if others else ''}"
+        cure = f"pyros1 core{f', or export ROS_MASTER_URI={others[0]}: a master is running there' if others else ''}"
         return Finding("no-master", WARNING, f"no master answers at {uri}", cure)
     return Finding(
         "no-master",
         ERROR,
         f"no master answers at {uri}",
-        f"ping {host}; start the master there; is ROS_MASTER_URI right, and is no firewall in between?",
+        f"check that ROS_MASTER_URI is right, that {host} can be reached (ping {host}), that a master is running "
+        "there, and that no firewall blocks it",
     )
 
 
 def print_findings(title: str, findings: list[Finding]) -> None:
-    """Print a summary of findings, as the stock tool does, with the cures."""
+    """Print a summary of findings, as the stock tool does, with their cures."""
     print(title)
     colour = use_colour(sys.stdout)
     for severity, about, mark in (

@@ -1,1 +1,1 @@
-"""What the verbs of ``pkg`` and ``stack`` share: rospack and rosstack."""
+"""What the verbs of ``pkg`` and ``stack`` share, as rospack and rosstack."""

@@ -1,4 +1,4 @@
-"""The verbs of ``pkg`` and ``stack`` that read manifests: what packages need (L182, L183)."""
+"""The verbs of ``pkg`` and ``stack`` about dependencies, which read manifests (L182, L183)."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ DEPS_ONLY = Flag("--deps-only", help="leave out the package itself")
 
 
 def graph(request: Request) -> tuple[Packages, str]:
-    """Return all packages and the name of the one that the command is about."""
+    """Return all packages, and the name of the package that was given."""
     name = request.package()
     return packages(request.stock), name
 
 
 def must_be(known: Packages, name: str) -> None:
-    """Raise an error if there is no such package."""
+    """Raise an error if a package is unknown."""
     if name not in known.by_name:
         raise PkgError(f"package '{name}' not found")
 
 
 def chosen(request: Request, known: Packages, name: str) -> list[Manifest]:
-    """Return the manifests of a package and of what it needs, or of these alone, as the options say."""
+    """Return the manifests of a package and its dependencies, or of these only, as the options say."""
     names = [*known.needs_first(name)]
     if "deps-only" not in request.options:
         names.insert(0, name)
@@ -74,7 +74,7 @@ def _why(invocation: Invocation, request: Request, args: list[str]) -> None:
 def _manifests(invocation: Invocation, request: Request, args: list[str]) -> None:
     known, name = graph(request)
     if name not in known.by_name:
-        print()  # as stock: the line that would hold the files comes all the same
+        print()  # as stock, which prints the line even without files
         must_be(known, name)
     files = [os.path.join(known.find(each).folder, known.find(each).manifest) for each in known.needs(name)]
     print(" ".join(files))
@@ -116,24 +116,24 @@ def depends_verbs(unit: str, width: int) -> list[Verb]:
         return pack_verb(name, about, *options, package, aliases=[alias], run=run, examples=examples)
 
     return [
-        verb("depends", _all_needs, "all that it needs, what comes first first", JSON),
-        verb("depends-indent", _tree, "what it needs, as a tree"),
-        verb("depends-manifests", _manifests, "the files that say what is needed"),
-        verb("depends-on", _needed_by, "all that needs it", JSON, noted=False),
-        verb("depends-on1", _needed_by, "what needs it and says so", JSON, noted=False),
-        verb("depends1", _direct_needs, "what it says that it needs", JSON),
+        verb("depends", _all_needs, "all dependencies, in build order", JSON),
+        verb("depends-indent", _tree, "dependencies as a tree"),
+        verb("depends-manifests", _manifests, "the manifests of all dependencies"),
+        verb("depends-on", _needed_by, "all packages that depend on it", JSON, noted=False),
+        verb("depends-on1", _needed_by, "packages that depend on it directly", JSON, noted=False),
+        verb("depends1", _direct_needs, "direct dependencies", JSON),
         verb(
             "depends-why",
             _why,
-            "every chain from one to the other",
-            Option("--target", metavar="TARGET", help="what is needed"),
+            "every chain of dependencies between the two",
+            Option("--target", metavar="TARGET", help="the dependency"),
             target=" --target=<target>",
         ),
     ]
 
 
 def profile_verb(about: str) -> Verb:
-    """Return the record of ``profile``; `about`: its line in the list of verbs."""
+    """Return the record of ``profile``. `about` is its line in the list of verbs."""
     return pack_verb(
         "profile",
         about,
@@ -141,7 +141,7 @@ def profile_verb(about: str) -> Verb:
         Flag("--zombie-only", help="print only folders without a manifest"),
         run=_profile,
         examples=[
-            ("--length=5", "the folders that take longest to look through"),
+            ("--length=5", "the folders that take longest to search"),
             ("--zombie-only", "folders without a package"),
         ],
     )

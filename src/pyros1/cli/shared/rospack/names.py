@@ -42,10 +42,10 @@ def _list_names(invocation: Invocation, request: Request, args: list[str]) -> No
 
 
 def _list_duplicates(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print names that several packages have, each with its folders, the one that counts first."""
+    """Print names that several packages have, each with their folders. The first folder is the one in use."""
     folders: dict[str, list[str]] = {}
     for found in known_to(request.stock):
-        if not found.folder.startswith(OWN_PACKAGES):  # these stand in where there are no others
+        if not found.folder.startswith(OWN_PACKAGES):  # these are only defaults for missing packages
             folders.setdefault(found.name, []).append(found.folder)
     for name, places in sorted(folders.items()):
         if len(places) > 1:
@@ -53,13 +53,13 @@ def _list_duplicates(invocation: Invocation, request: Request, args: list[str]) 
 
 
 def find_verb(unit: str) -> Verb:
-    """Return the record of ``find``; `unit` is ``package`` or ``stack``."""
+    """Return the record of ``find``. `unit` is ``package`` or ``stack``."""
     package = Argument(unit, "package", optional=True)
-    return pack_verb("find", f"find [{unit}]", package, run=_find, examples=[("roscpp", "where it is")])
+    return pack_verb("find", f"find [{unit}]", package, run=_find, examples=[("roscpp", "its folder")])
 
 
 def list_verbs(*, duplicates: bool) -> list[Verb]:
-    """Return the records of ``list`` and the verbs like it; `duplicates`: stock's list has ``list-duplicates``."""
+    """Return the records of ``list`` and similar verbs. `duplicates`: stock's list has ``list-duplicates``."""
     return [
         pack_verb(
             "list", "list", JSON, run=_list_all, examples=[("", "names and folders"), ("--json", "for programs")]
@@ -69,7 +69,7 @@ def list_verbs(*, duplicates: bool) -> list[Verb]:
             "list-duplicates",
             "list-duplicates",
             run=_list_duplicates,
-            examples=[("", "names that are there more than once, with the folders")],
+            examples=[("", "names of several packages, with the folders")],
             stock_about=None if duplicates else "",
         ),
     ]

@@ -1,4 +1,4 @@
-"""How ``pkg`` and ``stack`` read and run a command line, as rospack and rosstack do (L182, L183)."""
+"""How ``pkg`` and ``stack`` parse and run a command line, like rospack and rosstack (L182, L183)."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class Request:
 
     Attributes:
         verb: the verb.
-        words: what is behind it; the package, if one was given.
+        words: the words after it; the package, if one was given.
         options: ``--name=value`` by name; flags have an empty value.
-        quiet: print no errors.
-        help: print help.
+        quiet: whether to print no errors.
+        help: whether to print help.
     """
 
     def __init__(self, stock: str) -> None:
@@ -61,14 +61,14 @@ class Request:
 
     @property
     def unit(self) -> str:
-        """What the command is about: ``package`` or ``stack``."""
+        """The unit of the command: ``package`` or ``stack``."""
         return "package" if self.stock == "rospack" else "stack"
 
     def package(self, error: str | None = None) -> str:
-        """Return the package: the one named, or the one that the current folder is in.
+        """Return the named package, or the one that contains the current folder.
 
         Args:
-            error: text if there is none.
+            error: the error's text if there is no package.
         """
         name = self.words[0] if self.words else _package_here()
         if not name:
@@ -76,7 +76,7 @@ class Request:
         return name
 
     def option(self, *names: str) -> list[str]:
-        """Return the values of options that must be given; there must be a package, too."""
+        """Return the values of required options. A package is required, too."""
         values = [self.options.get(name, "") for name in names]
         if not all(values) or not (self.words or _package_here()):
             raise PkgError(f"no {' / '.join(['package', *names])} given")
@@ -99,7 +99,7 @@ def pack_verb(
     aliases: Sequence[str] = (),
     stock_about: str | None = None,
 ) -> Verb:
-    """Return the record of a verb whose words `run_tool` reads, and which gets a `Request` as its options."""
+    """Return the record of a verb. `run_tool` parses its words, and it gets a `Request` as its options."""
     return Verb(
         name,
         about,
@@ -114,10 +114,10 @@ def pack_verb(
 
 
 def run_tool(invocation: Invocation, command: str) -> int:
-    """Run rospack or rosstack, whose options may stand anywhere.
+    """Run rospack or rosstack. Their options may be at any position.
 
     Args:
-        invocation: of the command.
+        invocation: the command's invocation.
         command: ``pkg`` or ``stack``.
 
     Returns:
@@ -171,7 +171,7 @@ def _act(request: Request, invocation: Invocation, command: str) -> None:
         if name in known and not invocation.as_stock:
             _print_help(registry.load_verb(command, name), invocation)
             return
-        request.words, name = [], "help"  # rospack prints its list, whatever else is there
+        request.words, name = [], "help"  # rospack prints its list, whatever the other words are
     if name is None or name not in known:
         hint = did_you_mean(request.verb, [each for each in known if each != "help"])
         raise PkgError(f"command {request.verb} not implemented{hint}")
@@ -205,20 +205,20 @@ def _package_here() -> str:
 
 
 def known_to(stock: str) -> list[Found]:
-    """Return what a tool knows: rospack packages but metapackages, rosstack these and stacks, but no manifest.xml."""
+    """Return what a tool knows: rospack all packages except metapackages, rosstack metapackages and stacks."""
     if stock == "rospack":
         return [found for found in all_packages(os.environ) if not found.meta and found.manifest != "stack.xml"]
     return [found for found in all_packages(os.environ) if found.manifest != "manifest.xml"]
 
 
 def packages(stock: str) -> Packages:
-    """Return what a tool knows, with what each needs."""
+    """Return what a tool knows, each with its dependencies."""
     from pyros1.finding.dependencies import Packages  # noqa: PLC0415
 
     return Packages(known_to(stock))
 
 
 def listed(request: Request) -> dict[str, Found]:
-    """Return each package's first place, sorted."""
+    """Return the first location of each package, sorted."""
     first = {found.name: found for found in reversed(known_to(request.stock))}
     return {name: first[name] for name in sorted(first)}

@@ -1,1 +1,1 @@
-"""What ``bag record`` and ``bag play`` do while they run."""
+"""Parts of ``bag record`` and ``bag play`` that work while these run."""

@@ -1,4 +1,4 @@
-"""What ``bag record`` and ``bag play`` say while they run."""
+"""What ``bag record`` and ``bag play`` print while they run."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from pyros1.node.log.logger import Log
 
 
 class LiveLine:
-    """A line on a terminal that is written again and again, and the messages above it.
+    """A status line that is updated in place on a terminal, and the messages above it.
 
     Args:
-        wanted: False says nothing at all.
-        stream: None takes stdout.
-        log: messages go there, too, wanted or not.
+        wanted: False prints nothing at all.
+        stream: None means stdout.
+        log: also receives all messages, even if `wanted` is False.
     """
 
     def __init__(self, wanted: bool = True, stream: TextIO | None = None, log: Log | None = None) -> None:
@@ -40,7 +40,7 @@ class LiveLine:
             self._log.note(text)
 
     def show(self, text: str) -> None:
-        """Write the line, cut to the terminal's width; nothing elsewhere."""
+        """Write the line, cut to the terminal's width. Do nothing if the output is not a terminal."""
         if self._terminal:
             width = shutil.get_terminal_size().columns - 1
             with self._lock:
@@ -61,12 +61,12 @@ class LiveLine:
         try:
             self._stream.write(text)
             self._stream.flush()
-        except (OSError, ValueError):  # whoever read it has gone; the recording goes on
+        except (OSError, ValueError):  # the reader has gone; the recording continues
             self._wanted = self._terminal = False
 
 
 class RecordLine:
-    """Says how a recording goes.
+    """Reports the progress of a recording.
 
     Args:
         recorder: the recording.
@@ -78,7 +78,7 @@ class RecordLine:
         self._before: dict[str, tuple[int, int]] = {}
 
     def text(self) -> str:
-        """Return the line: time, size, and for each topic, the busiest first, rates since the last call and drops."""
+        """Return the status line: time, size, and rates since the last call and drops of each topic, busiest first."""
         now = time.monotonic()
         passed, self._last = max(1e-3, now - self._last), now
         parts = []

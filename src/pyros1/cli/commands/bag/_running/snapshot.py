@@ -1,4 +1,4 @@
-"""``bag record --snapshot``: the last messages stay in memory until somebody wants them in a bag."""
+"""``bag record --snapshot``: keeps the latest messages in memory until a service call writes them to a bag."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, op
         except OSError as error:
             return False, f"cannot write {error.filename or 'the bag'}: {error.strerror}"
         if not path:
-            return False, "there is nothing to write yet"
+            return False, "no messages to write yet"
         line.say(f"Wrote {messages} messages to '{path}'.")
         return True, f"{messages} messages in {path}"
 
     def enable(request: Any) -> tuple[bool, str]:
         enabled = bool(request.data)
         snapshots.enable(enabled)
-        line.say("Messages are kept." if enabled else "Messages are not kept for now.")
+        line.say("Messages are being kept." if enabled else "Messages are not being kept.")
         return True, ""
 
     def subscribe(name: str) -> None:
@@ -54,7 +54,7 @@ def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, op
     service = node.resolve("~snapshot")
     node.advertise_service("~snapshot", "std_srvs/Trigger", trigger)
     node.advertise_service("~enable", "std_srvs/SetBool", enable)
-    line.say(f"Keeping the last messages; write them with: rosservice call {service}")
+    line.say(f"Keeping the latest messages; write them to a bag with: rosservice call {service}")
     follow(
         search,
         ending,

@@ -1,1 +1,1 @@
-"""What the verbs of ``bag`` share that write files."""
+"""What the verbs of ``bag`` that write files share."""

@@ -1,4 +1,4 @@
-"""What the verbs of ``bag`` that make files share: one is there whole or not at all."""
+"""What the verbs of ``bag`` that write files share: a file is written completely or not at all."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from pyros1.interrupts import ENDINGS, Insistence, catch, is_usual
 
 @contextmanager
 def new_file(target: str) -> Iterator[str]:
-    """Give the name of a file to write, which becomes `target` if all goes well, and vanishes if not.
+    """Yield the name of a temporary file, which becomes `target` on success and is removed otherwise.
 
     Raises:
-        CommandError: a signal told the command to end.
+        CommandError: a signal ended the command.
     """
     part = f"{target}.tmp"
     if os.path.isdir(target):
@@ -41,20 +41,20 @@ def new_file(target: str) -> Iterator[str]:
 
 @contextmanager
 def interruptible(consequence: str) -> Iterator[None]:
-    """Let Ctrl-C, SIGTERM and SIGHUP end the work with an error, so that what is half done can be removed.
+    """Turn Ctrl-C, SIGTERM and SIGHUP into an error, so that incomplete files can be removed.
 
     Args:
-        consequence: said to the user.
+        consequence: what this means, for the error's text.
 
     Raises:
-        CommandError: one of them came.
+        CommandError: one of these signals arrived.
     """
     came = signal.SIGINT
     insistence = Insistence()
 
     def end(number: int, _: object) -> None:
         nonlocal came
-        if insistence.again():  # another one that comes with the first must not end what that sets off
+        if insistence.again():  # a second signal must not interrupt the cleaning up after the first
             came = signal.Signals(number)
             raise KeyboardInterrupt
 
@@ -75,28 +75,29 @@ def different(source: str, target: str, code: int = 1) -> None:
 
 @contextmanager
 def whole_or_nothing(target: str, *, folder: bool, force: bool) -> Iterator[str]:
-    """Give the name of a file or folder to make, which becomes `target` if all goes well, and vanishes if not.
+    """Yield the name of a temporary file or folder, which becomes `target` on success and is removed otherwise.
 
-    A folder that is there already gets what was made: files of the same names are replaced, others stay.
+    If the target folder exists, the new files are moved into it: files of the same names are replaced, others stay.
 
     Args:
-        target: what to make.
-        folder: it is a folder.
-        force: it may be there already; an empty folder always may.
+        target: the file or folder to create.
+        folder: the target is a folder.
+        force: the target may exist already; an empty folder always may.
 
     Raises:
-        CommandError: it is there, or something else is; there is no folder for it, or a signal told the command to end.
+        CommandError: the target exists or is of the wrong kind, its parent folder does not exist, or a signal ended
+            the command.
     """
     target = os.path.normpath(target)
     if os.path.isdir(target) and not folder:
-        raise CommandError(f"{target} is a folder, and a file is to be written")
+        raise CommandError(f"{target} is a folder: give the name of a file")
     if os.path.lexists(target) and not os.path.isdir(target) and folder:
-        raise CommandError(f"{target} is a file, and a folder is to be written")
+        raise CommandError(f"{target} is a file: give the name of a folder")
     if os.path.lexists(target) and not force and not (folder and not os.listdir(target)):
-        raise CommandError(f"{target} is there already; -f replaces it")
+        raise CommandError(f"{target} already exists: use -f to replace it")
     parent = os.path.dirname(target)
     if parent and not os.path.isdir(parent):
-        raise CommandError(f"there is no folder {parent}")
+        raise CommandError(f"the folder {parent} does not exist")
     work = f"{target}.{os.getpid()}.tmp"
     part = os.path.join(work, os.path.basename(target))
     with interruptible(f"{target} was not written"):

@@ -1,4 +1,4 @@
-"""What the verbs share that make a new bag of each one."""
+"""What the verbs that rewrite each given bag share."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ USAGE = "[options] BAGFILE1 [BAGFILE2 ...]"
 
 
 def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str], object]) -> int:
-    """Make a new bag of each one, in its place with the old one kept as ``NAME.orig.bag``, or in a folder.
+    """Rewrite each bag, in place with the old one kept as ``NAME.orig.bag``, or into a folder.
 
     The old file is moved only when the new one is complete.
 
     Args:
         options: values of `OPTIONS`.
         paths: the bags.
-        operation: given the old file and the new one, writes that.
+        operation: takes the names of the old and the new file, and writes the new one.
 
     Returns:
         The exit code: 1 if a file could not be made.
 
     Raises:
-        UsageError: there are no bags.
+        UsageError: no bag is given.
     """
     if not paths:
         raise UsageError("You must specify at least one bag file.")
@@ -71,11 +71,11 @@ def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str],
 
 
 def _keep(path: str, backup: str) -> None:
-    """Give a file another name as well, so that there is one under its own at every moment."""
+    """Give a file a second name, so that a file of the first name exists at every moment."""
     link = f"{backup}.tmp"
     try:
         os.link(path, link)
     except OSError:
-        os.replace(path, backup)  # the file system knows no links
+        os.replace(path, backup)  # the file system does not support links
     else:
         os.replace(link, backup)

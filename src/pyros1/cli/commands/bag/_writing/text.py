@@ -20,15 +20,15 @@ STDOUT = "-"
 
 
 class CsvWriter:
-    """Writes a file of comma-separated values per topic, the first row naming the columns.
+    """Writes a file of comma-separated values per topic. The first row has the names of the columns.
 
     Args:
-        target: the folder, which is made; a file if it ends with ``.csv``; ``-`` for standard output.
-        topics: those that come. A file is for one.
+        target: the folder, which is created; a file if the name ends with ``.csv``; ``-`` for standard output.
+        topics: the topics to write. A file holds one topic.
         options: ``nostr`` and ``noarr`` leave out texts and arrays.
 
     Raises:
-        CommandError: there are too many topics for a file.
+        CommandError: the target is a file, and there is more than one topic.
     """
 
     def __init__(self, target: str, topics: list[str], options: Any) -> None:
@@ -38,8 +38,8 @@ class CsvWriter:
             os.mkdir(self._folder)
         elif len(topics) > 1:
             raise CommandError(
-                f"a file of CSV holds one topic, and {len(topics)} are chosen: name one with --topics, "
-                "or a folder as output"
+                f"a CSV file holds one topic, but {len(topics)} are selected: select one with --topics, "
+                "or give a folder as output"
             )
         self._table = Table(nostr=bool(options.nostr), noarr=bool(options.noarr))
         self._names = FileNames()
@@ -64,7 +64,7 @@ class CsvWriter:
         self._stack.close()
 
     def abort(self) -> None:
-        """Close the files as they are."""
+        """Close the files without completing them."""
         self._stack.close()
 
     def _open(self, topic: str) -> TextIO:
@@ -107,5 +107,5 @@ class JsonWriter:
             self._file.close()
 
     def abort(self) -> None:
-        """Close the file as it is."""
+        """Close the file without completing it."""
         self.close()
