@@ -416,7 +416,7 @@ def test_no_master_says_how_to_get_one(
 def test_a_master_that_takes_connections_and_does_not_answer(
     findings: Callable[..., Found], shell: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    shell.setattr("pyros1.cli.commands.wtf._examine._MASTER_TIMEOUT", 0.1)
+    shell.setattr("pyros1.cli.commands.wtf._examine.MASTER_TIMEOUT", 0.1)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         uri = f"http://127.0.0.1:{silent.getsockname()[1]}"
         shell.setenv("ROS_MASTER_URI", uri)

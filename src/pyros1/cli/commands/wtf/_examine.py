@@ -22,7 +22,7 @@ from pyros1.net.master_client import MasterClient
 from pyros1.shown import one_line
 
 _RULE = "=" * 80
-_MASTER_TIMEOUT = 3.0
+MASTER_TIMEOUT = 3.0
 
 
 def examine(everything: bool, offline: bool, quiet: bool, files: list[str], words: list[str]) -> list[Finding]:
@@ -120,7 +120,7 @@ def _launch_problems(files: list[str], words: list[str]) -> list[str]:
 def _master() -> tuple[MasterClient | None, bool]:
     """Return the master, None if it does not answer; then also whether a timeout was the reason."""
     try:
-        master = MasterClient("/roswtf", master_uri(os.environ, {}), timeout=_MASTER_TIMEOUT)
+        master = MasterClient("/roswtf", master_uri(os.environ, {}), timeout=MASTER_TIMEOUT)
     except Error:
         return None, False  # the URI is wrong, and the static checks said so
     try:
@@ -135,7 +135,7 @@ def _silent_master() -> Finding:
     return Finding(
         "silent-master",
         ERROR,
-        f"the master at {master_uri(os.environ, {})} did not answer within {_MASTER_TIMEOUT:g} s",
+        f"the master at {master_uri(os.environ, {})} did not answer within {MASTER_TIMEOUT:g} s",
         "if its process is suspended, continue it with kill -CONT; if it hangs, end it and start pyros1 core; "
         "if it is on another machine, check the network and its firewall",
     )
