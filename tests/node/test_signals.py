@@ -142,15 +142,10 @@ def test_a_sigint_handler_that_stops_the_robot(
 
 def test_the_handler_of_the_program_comes_before_the_end_of_the_node() -> None:
     done: list[Any] = []
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     signal.signal(signal.SIGINT, lambda number, _: done.append("program"))
     handlers = SignalHandlers(lambda number: done.append("node"))
     handlers.install()
-    try:
-        signal.raise_signal(signal.SIGINT)
-        signal.raise_signal(signal.SIGINT)
-    finally:
-        handlers.restore()
-        for number, handler in before.items():  # those of a node that a signal has ended stay
-            signal.signal(number, handler)
+    signal.raise_signal(signal.SIGINT)
+    signal.raise_signal(signal.SIGINT)
+    handlers.restore()
     assert done == ["program", "node", "program"]

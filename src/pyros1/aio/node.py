@@ -191,7 +191,7 @@ class Node:
             self._task.cancel()
 
     def _on_trouble(self, error: BaseException) -> None:
-        self.sync.log.exception("trouble with subscriptions", error=error)
+        self.sync.log.exception("internal error in a subscription (please report it)", error=error)
 
     def _end_streams(self) -> None:
         for stream in list(self._streams):
