@@ -35,7 +35,7 @@ from pyros1.bag import api
 from pyros1.bag.format import encryption
 from pyros1.bag.play import source as play_source
 from pyros1.cli import help, registry
-from pyros1.cli.commands.bag import _export_text
+import pyros1.bag.export.tables, pyros1.bag.export.topic_names, pyros1.cli.shared.forms, pyros1.cli.shared.pieces
 from pyros1.cli.running import run_command
 
 for name in ("bag", "topic"):
