@@ -1,4 +1,4 @@
-"""The buffer: lookups, time, waiting. That the numbers are tf2's is shown by interop/test_tf_buffer.py."""
+"""The buffer: lookups, time, waiting. That the numbers are tf2's is shown by interop/tf/test_tf_buffer.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Calculations with rotations; beside stock's in interop/test_tf_transformations.py."""
+"""Calculations with rotations; beside stock's in interop/tf/test_tf_transformations.py."""
 
 from __future__ import annotations
 

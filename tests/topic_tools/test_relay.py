@@ -1,4 +1,4 @@
-"""Relays, muxes and demuxes between nodes of the test; interop/test_topic_tools.py compares them with stock's."""
+"""Relays, muxes and demuxes between nodes of the test; interop/tools/test_topic_tools.py compares them with stock's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""pyros1 tf against a master and nodes in this process; beside stock's tools in interop/test_tf_tools.py."""
+"""pyros1 tf against a master and nodes in this process; beside stock's tools in interop/tf/test_tf_tools.py."""
 
 from __future__ import annotations
 

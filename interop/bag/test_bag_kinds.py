@@ -13,11 +13,11 @@ from harness import SOURCE, Master, stock_tools
 
 from pyros1.bag.format.reader import BagReader
 
-sys.path.append(str(Path(__file__).resolve().parents[1]))
+sys.path.append(str(Path(__file__).resolve().parents[2]))
 
 from tests.bag.made import damaged_bags, whole_bags
 
-MAKER = Path(__file__).resolve().parent / "peers" / "stock_bags.py"
+MAKER = Path(__file__).resolve().parents[1] / "peers" / "stock_bags.py"
 INDEXED_12 = ("1.2", "1.2, latched", "1.2 with 2.0's word")
 UNREADABLE = (*INDEXED_12, "1.2, not closed", "1.2, cut")
 """Stock's Python library knows their index, but ends with a TypeError of its own where it should read messages."""

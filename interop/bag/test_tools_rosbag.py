@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from harness import SOURCE, stock_tools
 
-MAKER = Path(__file__).resolve().parent / "peers" / "stock_bags.py"
+MAKER = Path(__file__).resolve().parents[1] / "peers" / "stock_bags.py"
 STOCK_PYTHON = "/usr/bin/python3"
 GOOD = ["plain", "bz2", "lz4", "long", "single", "mixed"]
 BAD = ["empty", "cut", "noindex", "zero", "foreign", "nothing"]

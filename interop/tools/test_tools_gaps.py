@@ -22,7 +22,7 @@ from pyros1.tf import BufferClient, StaticTransformBroadcaster, TransformBroadca
 
 MASTERS = ("ours",)  # stock's tools and ours are compared, whatever the master
 STOCK_PYTHON = "/usr/bin/python3"
-MAKER = Path(__file__).resolve().parent / "peers" / "stock_bags.py"
+MAKER = Path(__file__).resolve().parents[1] / "peers" / "stock_bags.py"
 ASKING = MAKER.with_name("tf_asking.py")
 OWN = SOURCE / "pyros1" / "packages"
 PROGRAM = ["-m", "pyros1", "tf"]

@@ -117,7 +117,7 @@ def test_echo_fails(frames: str, start: Start) -> None:
 @pytest.mark.parametrize("more", [[], ["-r", "5", "-l", "3", "-p", "1"], ["-o", "-0.3", "-l", "9", "-r", "5"]])
 def test_echo_of_tf2_tools(frames: str, start: Start, more: list[str]) -> None:
     """L198: through the package's script."""
-    script = Path(__file__).parents[1] / "src/pyros1/packages/tf2_tools/scripts/echo.py"
+    script = Path(__file__).parents[2] / "src/pyros1/packages/tf2_tools/scripts/echo.py"
     mine, other = (
         block(start(command), "^At time", 10)
         for command in (

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import pytest
 from harness import PEERS, our_tools, stock_roslaunch
 
-CORPUS = Path(__file__).parent / "launch_corpus"
+CORPUS = Path(__file__).parents[1] / "launch_corpus"
 TABLE = (CORPUS / "README.md").read_text(encoding="utf-8")
 GOOD = sorted(path.stem for path in CORPUS.glob("*.launch"))
 BAD = sorted(path.stem for path in (CORPUS / "bad").glob("*.launch"))
@@ -247,7 +247,7 @@ def test_differences(tmp_path: Path, text: str, theirs: str | None, mine: str | 
 def test_every_item_has_its_row(number: str) -> None:
     row = re.search(rf"^\| {number} \|[^|]+\| (.+) \|$", TABLE, re.MULTILINE)
     assert row, f"launch_corpus/README.md has no row for {number}"
-    root = Path(__file__).parent.parent
+    root = Path(__file__).parents[2]
     for place in re.findall(r"`([^`]+)`", row[1]):
         file, _, name = place.partition("::")
         path = next((base / file for base in (root, CORPUS) if (base / file).exists()), None)

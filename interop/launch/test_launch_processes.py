@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from harness import free_port
 
-SOURCES = Path(__file__).resolve().parent.parent / "src"
+SOURCES = Path(__file__).resolve().parents[2] / "src"
 DEADLINE = 40.0
 LAUNCH = """<launch>
   <rosparam>{shared: {list: [1, 2.5, text]}}</rosparam>

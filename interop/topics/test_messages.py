@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
-PEER = Path(__file__).parent / "peers" / "messages_peer.py"
+PEER = Path(__file__).parents[1] / "peers" / "messages_peer.py"
 DEFINITIONS_PEER = PEER.with_name("definitions_peer.py")
-SOURCE = Path(__file__).parent.parent / "src"
+SOURCE = Path(__file__).parents[2] / "src"
 STOCK_PYTHON = "/usr/bin/python3"
 
 

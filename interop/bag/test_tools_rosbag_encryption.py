@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from harness import SOURCE, STOCK_PYTHON
 
-MAKER = Path(__file__).resolve().parent / "peers" / "stock_bags.py"
+MAKER = Path(__file__).resolve().parents[1] / "peers" / "stock_bags.py"
 KEY = """%no-protection
 Key-Type: RSA
 Key-Length: 2048
