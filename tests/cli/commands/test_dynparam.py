@@ -1,4 +1,4 @@
-"""dynparam: nodes that are configured while they run (L200); beside the stock tool in interop/tools/test_tools_more.py."""
+"""dynparam: nodes that are configured while they run (L200); stock: interop/tools/test_tools_more.py."""
 
 from __future__ import annotations
 
