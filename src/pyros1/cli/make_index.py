@@ -5,7 +5,9 @@ These are `index` and, in a source tree, those in README.md and interop/commands
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -122,7 +124,10 @@ def document(path: Path) -> str:
 
 
 if __name__ == "__main__":
-    TARGET.write_text(text(), encoding="utf-8")
+    made = text()
+    if not TARGET.exists() or TARGET.read_text(encoding="utf-8") != made:
+        TARGET.write_text(made, encoding="utf-8")
+        os.execv(sys.executable, [sys.executable, "-m", "pyros1.cli.make_index"])  # documents need the new index
     for each in DOCUMENTS:
         if each.exists():
             each.write_text(document(each), encoding="utf-8")
