@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import socket
 from typing import Any
 
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.net.hosts import parse_uri
 from pyros1.wire.header import MAX_HEADER_SIZE, encode_header
 
 from ..bodies import encode
@@ -41,6 +43,28 @@ def test_one_port_serves_topics_and_services_t04_o15(
     assert (answer["type"], answer["service"], answer["callerid"]) == ("std_srvs/SetBool", "/flip", "/talker")
     peer.sock.sendall(b"\x01\0\0\0\x01")
     assert peer.take(10) == b"\x01\x05\0\0\0" + b"\0" + b"\0\0\0\0"
+
+
+def test_both_ports_listen_where_the_host_name_says_n21(node: Any) -> None:
+    """The nodes of tests have ROS_HOSTNAME=localhost."""
+    for port in (parse_uri(node.uri)[1], tcpros_port(node)):
+        socket.create_connection(("127.0.0.1", port), timeout=5).close()
+        with pytest.raises(OSError):
+            socket.create_connection(("127.0.0.2", port), timeout=1)
+
+
+def test_both_ends_of_a_link_notice_that_a_machine_is_gone_t37(
+    make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
+    watched = collect()
+    for place in ("publishing.publication", "subscribing.connector"):
+        monkeypatch.setattr(f"pyros1.node.{place}.keep_alive", watched)
+    publisher = make_node("talker").advertise("t", Float64)
+    make_node("listener").subscribe("t", Float64, print)
+    assert publisher.wait_for_subscribers(timeout=5)
+    one, other = watched.wait(2)
+    assert one.getsockname() == other.getpeername() and one.getpeername() == other.getsockname()
 
 
 def test_a_header_with_topic_and_service_asks_for_the_topic_t04(node: Any, raw_peer: Any) -> None:

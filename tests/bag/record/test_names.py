@@ -1,4 +1,4 @@
-"""Names of files, choice of topics, and what a recording says about itself."""
+"""Words on the command line, names of files, choice of topics, and what a recording says about itself."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import pytest
 from pyros1.bag.record.model import Topic
 from pyros1.bag.record.names import FileNames, Selection
 from pyros1.cli.commands.bag._running.live import LiveLine, RecordLine, record_table, size_text
+from pyros1.cli.commands.bag.record import VERB
+from pyros1.cli.invocation import Invocation
 from pyros1.errors import Error
 
 MOMENT = time.mktime((2026, 11, 20, 20, 24, 3, 0, 0, -1))
@@ -48,6 +50,14 @@ def test_selection() -> None:
     assert plain.named() == ["/a"] and not plain.polling
     with pytest.raises(Error, match=r"not a regular expression"):
         Selection(exclude="(")
+
+
+@pytest.mark.parametrize("words", [["--split=5"], ["--split", "5"], ["--split", "--size", "5"]], ids=" ".join)
+def test_the_old_form_of_split_has_a_size_b19(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert VERB.parse is not None
+    options, topics = VERB.parse(Invocation("bag", "rosbag", ["record", *words, "/t"]), VERB)
+    assert (options.split, options.size, topics) == (True, 5, ["/t"])
+    assert ("has been deprecated" in capsys.readouterr().err) is ("--size" not in words)
 
 
 class Terminal(io.StringIO):

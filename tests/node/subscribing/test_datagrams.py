@@ -9,7 +9,7 @@ import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.wire.datagram import split
-from pyros1.wire.header import encode_header
+from pyros1.wire.header import decode_header, encode_header
 
 from ...bodies import encode_frame
 from ...parts import publication_of, subscription_of
@@ -170,6 +170,18 @@ def test_bad_offers_are_refused_and_tcp_is_still_there(make_node: Any, call_node
     assert code == 0 and reason and not value
     assert not publication_of(talker).links
     assert call_node(talker, "requestTopic", "/x", "/t", [["TCPROS"]])[2][0] == "TCPROS"
+
+
+def test_what_an_offer_is_answered_t59(make_node: Any, call_node: Any) -> None:
+    talker = make_node("talker")
+    talker.advertise("t", Float64)
+    fields = {"callerid": "/x", "topic": "/t", "type": "std_msgs/Float64", "md5sum": Float64._md5sum}
+    offer = ["UDPROS", encode_header(fields)[4:], "localhost", 9, 1400]
+    code, _, (name, host, port, connection, size, header) = call_node(talker, "requestTopic", "/x", "/t", [offer])
+    assert (code, name, host, size) == (1, "UDPROS", "localhost", 1400)
+    assert isinstance(port, int) and isinstance(connection, int)
+    known = {**fields, "callerid": "/talker", "message_definition": Float64._full_text}
+    assert decode_header(header).items() >= known.items()
 
 
 def test_there_is_an_end_to_subscribers(make_node: Any, call_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
