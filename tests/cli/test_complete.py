@@ -10,6 +10,7 @@ import pytest
 import pyros1
 from pyros1.cli import registry
 from pyros1.cli.complete import join_parts, main, quote
+from pyros1.cli.main import entry
 from pyros1.master import Master
 from pyros1.msgs import load_message
 from pyros1.msgs.std_msgs.msg import String
@@ -43,6 +44,18 @@ def test_files_behind_links_in_a_package(
     assert offered(capsys, "pyros1 pkg ls p/") == ["p/bin/", "p/launch/"]
     monkeypatch.chdir(package)
     assert offered(capsys, "pyros1 wtf l") == ["launch/"]
+
+
+def test_packages_around_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package = tmp_path / "work" / "my_own"
+    (package / "scripts").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>my_own</name></package>")
+    (package / "scripts" / "drive").touch(0o755)
+    for words, meant in ((["run", "my_o"], "my_own"), (["run", "my_own", ""], "drive")):
+        assert entry(["pyros1", "__complete", "bash", "", str(len(words)), "pyros1", *words]) == 0
+        assert capsys.readouterr().out.split("\0")[:-1] == [meant]
 
 
 @pytest.fixture

@@ -97,6 +97,7 @@ def _entry(words: list[str]) -> int:
         print(f"pyros1 {__version__}")
         return 0
     if word == "__complete":
+        add_packages_here(os.environ)
         from pyros1.cli.complete import main as complete  # noqa: PLC0415
 
         return complete(words[2:])
