@@ -163,6 +163,13 @@ def test_an_unknown_package(tmp_path: Path) -> None:
         list(stubs.stubs(stubs.shipped(), ["std_msg"]))
 
 
+@pytest.mark.parametrize("form", ["{}", "/{}", "../{}", "", ".", "std_msgs/"])
+def test_a_path_is_not_a_package(tmp_path: Path, form: str) -> None:
+    (tmp_path / "msg").mkdir()
+    with pytest.raises(UnknownTypeError, match="there is no package"):
+        list(stubs.stubs(stubs.shipped(), [form.format(tmp_path)]))
+
+
 def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     package = tmp_path / "src" / "my_robot"
     (package / "msg").mkdir(parents=True)
