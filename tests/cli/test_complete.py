@@ -139,6 +139,18 @@ def test_files(capsys: pytest.CaptureFixture[str]) -> None:
     assert "x.launch" in offered(capsys, "roslaunch x")
 
 
+def test_values_of_options_are_not_arguments(capsys: pytest.CaptureFixture[str], system: None) -> None:
+    topics = offered(capsys, "pyros1 topic info ")
+    assert "/chatter/one" in topics
+    for line in ("topic echo -n 1 ", "topic echo --filter m -c ", "topic pub -r 10 ", "topic pub --rate=10 -1 "):
+        assert offered(capsys, f"pyros1 {line}") == topics, line
+    assert offered(capsys, "pyros1 topic pub -r 10 /chatter/one ") == ["std_msgs/String"]
+    Path("x.bag").touch()
+    assert offered(capsys, "pyros1 topic echo -n ") == []
+    assert offered(capsys, "pyros1 topic echo -b ") == ["x.bag"]
+    assert offered(capsys, "pyros1 bag export x.bag --storage ") == ["sqlite3", "mcap"]
+
+
 def test_bash_parts_words_at_colons(capsys: pytest.CaptureFixture[str]) -> None:
     assert join_parts(["roslaunch", "f", "a", ":=", "1", "b"]) == ["roslaunch", "f", "a:=1", "b"]
     assert join_parts(["rostopic", "echo", ":="]) == ["rostopic", "echo:="]
