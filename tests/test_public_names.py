@@ -9,6 +9,7 @@ CODE = """
 import pyros1, pyros1.bag, pyros1.tf, pyros1.msgs
 for module in (pyros1, pyros1.bag, pyros1.tf):
     assert {*module.__all__} <= {*dir(module)}, module
+    assert not {"Any", "TYPE_CHECKING", "annotations"} & {*dir(module)}, module
     for name in module.__all__:
         getattr(module, name)
 assert {"load_message", "std_msgs", "geometry_msgs"} <= {*dir(pyros1.msgs)}

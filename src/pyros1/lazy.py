@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import Any
+
+_HELPERS = {"Any", "TYPE_CHECKING", "annotations"}
+"""Names that a package imports for its own annotations."""
 
 
 def load(package: str, homes: Mapping[str, str], name: str) -> Any:
@@ -22,3 +25,13 @@ def load(package: str, homes: Mapping[str, str], name: str) -> Any:
     if home is None:
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
     return getattr(import_module(home), name)
+
+
+def listing(names: Iterable[str], public: Iterable[str]) -> list[str]:
+    """Return the names to list, for the package's ``__dir__``.
+
+    Args:
+        names: what the package holds now.
+        public: all public names, loaded or not.
+    """
+    return sorted(({*names} - _HELPERS) | {*public})

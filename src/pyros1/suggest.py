@@ -34,10 +34,10 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def _is_near(word: str, other: str) -> bool:
-    """Return whether two names are still similar without the parts that they share, such as the package."""
+    """Return whether two names are still similar without the parts that they share: the package, or a file's ending."""
     from difflib import SequenceMatcher  # noqa: PLC0415
 
-    ours, theirs = word.casefold().split("/"), other.casefold().split("/")
+    ours, theirs = re.split(r"[/.]", word.casefold()), re.split(r"[/.]", other.casefold())
     for end in (0, -1):
         while len(ours) > 1 and len(theirs) > 1 and ours[end] == theirs[end]:
             del ours[end], theirs[end]

@@ -10,6 +10,7 @@ import pytest
 import pyros1
 from pyros1.cli import registry
 from pyros1.cli.complete import join_parts, main, quote
+from pyros1.cli.main import entry
 from pyros1.master import Master
 from pyros1.msgs import load_message
 from pyros1.msgs.std_msgs.msg import String
@@ -43,6 +44,18 @@ def test_files_behind_links_in_a_package(
     assert offered(capsys, "pyros1 pkg ls p/") == ["p/bin/", "p/launch/"]
     monkeypatch.chdir(package)
     assert offered(capsys, "pyros1 wtf l") == ["launch/"]
+
+
+def test_packages_around_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package = tmp_path / "work" / "my_own"
+    (package / "scripts").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>my_own</name></package>")
+    (package / "scripts" / "drive").touch(0o755)
+    for words, meant in ((["run", "my_o"], "my_own"), (["run", "my_own", ""], "drive")):
+        assert entry(["pyros1", "__complete", "bash", "", str(len(words)), "pyros1", *words]) == 0
+        assert capsys.readouterr().out.split("\0")[:-1] == [meant]
 
 
 @pytest.fixture
@@ -124,6 +137,18 @@ def test_files(capsys: pytest.CaptureFixture[str]) -> None:
     assert offered(capsys, "rosbag info ") == ["a.bag", "b.bag.active", '"folder with space/"']
     assert offered(capsys, "rosbag info .h") == [".hidden.bag"]
     assert "x.launch" in offered(capsys, "roslaunch x")
+
+
+def test_values_of_options_are_not_arguments(capsys: pytest.CaptureFixture[str], system: None) -> None:
+    topics = offered(capsys, "pyros1 topic info ")
+    assert "/chatter/one" in topics
+    for line in ("topic echo -n 1 ", "topic echo --filter m -c ", "topic pub -r 10 ", "topic pub --rate=10 -1 "):
+        assert offered(capsys, f"pyros1 {line}") == topics, line
+    assert offered(capsys, "pyros1 topic pub -r 10 /chatter/one ") == ["std_msgs/String"]
+    Path("x.bag").touch()
+    assert offered(capsys, "pyros1 topic echo -n ") == []
+    assert offered(capsys, "pyros1 topic echo -b ") == ["x.bag"]
+    assert offered(capsys, "pyros1 bag export x.bag --storage ") == ["sqlite3", "mcap"]
 
 
 def test_bash_parts_words_at_colons(capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,6 +23,10 @@ def test_bad_names(name: str) -> None:
     assert name_problem(name)
 
 
+def test_the_rule_for_names_is_not_two_letters() -> None:
+    assert name_problem("r2") == "" and "single underscores, two characters or more" in name_problem("R2")
+
+
 def test_package_with_examples(tmp_path: Path) -> None:
     person = "A <a@b.org>"
     new = NewPackage("my_robot", ["std_msgs"], system=["python3-numpy"], licenses=["BSD & more"], maintainers=[person])

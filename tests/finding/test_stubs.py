@@ -163,6 +163,13 @@ def test_an_unknown_package(tmp_path: Path) -> None:
         list(stubs.stubs(stubs.shipped(), ["std_msg"]))
 
 
+@pytest.mark.parametrize("form", ["{}", "/{}", "../{}", "", ".", "std_msgs/"])
+def test_a_path_is_not_a_package(tmp_path: Path, form: str) -> None:
+    (tmp_path / "msg").mkdir()
+    with pytest.raises(UnknownTypeError, match="there is no package"):
+        list(stubs.stubs(stubs.shipped(), [form.format(tmp_path)]))
+
+
 def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     package = tmp_path / "src" / "my_robot"
     (package / "msg").mkdir(parents=True)
@@ -176,6 +183,8 @@ def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyte
             assert entry(["pyros1", "msg", "stubs", "my_robot"]) == 0
             assert f"1 package, {new} new or changed" in capsys.readouterr().out
         assert "class State(_Base):\n    x: _b.float" in (tmp_path / "home" / "my_robot" / "msg.pyi").read_text()
+        assert entry(["pyros1", "msg", "stubs", "my_robt"]) == 1
+        assert capsys.readouterr().out == ""
         monkeypatch.setattr(stubs, "HOME", tmp_path / "src" / "my_robot" / "package.xml")
         assert entry(["pyros1", "msg", "stubs", "my_robot"]) == 1
         assert "install it where you have write permission" in capsys.readouterr().err

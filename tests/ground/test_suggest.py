@@ -27,6 +27,9 @@ def test_the_nearest_word() -> None:
         ("/CHATTER", "/chatter", "/chatter"),
         ("/foo/get_loggers", "/rosout/get_loggers", None),
         ("/srvv/get_loggers", "/srv/get_loggers", "/srv/get_loggers"),
+        ("nope.launch", "p.launch", None),
+        ("minimal_nods.launch", "minimal_nodes.launch", "minimal_nodes.launch"),
+        ("robot.lanch", "robot.launch", "robot.launch"),
     ],
 )
 def test_what_names_share_makes_them_not_near(word: str, known: str, meant: str | None) -> None:

@@ -15,6 +15,10 @@ from pyros1.shown import lines
 _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./:=@%,~")
 
 
+_FILES = ("bag", "dir", "file", "output")
+"""Words in the names of options, or of their values, that are files."""
+
+
 def candidates(line: Line) -> list[str]:
     """Return the candidates for the word at the cursor: whole words, unquoted."""
     if not line.command:
@@ -23,7 +27,14 @@ def candidates(line: Line) -> list[str]:
         return _options(line)
     if line.verbs and not line.verb:
         return [] if line.words else line.verbs
-    kind = registry.completes(line.command, line.verb, len(line.given))
+    option = line.option
+    if option is None:
+        kind = registry.completes(line.command, line.verb, len(line.given))
+    elif "choices" in option.settings:
+        return [str(choice) for choice in option.settings["choices"]]
+    else:
+        about = f"{option.dest} {option.settings.get('metavar', '')}".lower()
+        kind = "file" if any(word in about for word in _FILES) else ""
     if not kind:
         return []
     from pyros1.cli import complete_values  # noqa: PLC0415 - verbs need no values

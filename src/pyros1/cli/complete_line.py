@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 from pyros1.cli import registry
+
+if TYPE_CHECKING:
+    from pyros1.cli.records import Option
 
 PATIENCE = 0.7
 """Timeout of completion in seconds."""
@@ -33,7 +37,7 @@ class Line:
         self.command = (registry.command_name(before[0]) or before[0]) if before else ""
         self.verbs = [*registry.verbs(self.command)]
         self.words = [word for word in before[1:] if not word.startswith("-") and ":=" not in word]
-        self.options = [word for word in before[1:] if word.startswith("-")]
+        self._typed = before[1:]
 
     @property
     def verb(self) -> str:
@@ -42,5 +46,23 @@ class Line:
 
     @property
     def given(self) -> list[str]:
-        """The words after the command and its verb."""
-        return self.words[1:] if self.verb else self.words
+        """The arguments after the command and its verb, without options and their values."""
+        words, valued, value = [], self._valued(), False
+        for word in self._typed:
+            if value or word.startswith("-") or ":=" in word:
+                value = not value and word in valued
+            else:
+                words.append(word)
+        return words[1:] if self.verb else words
+
+    @property
+    def option(self) -> Option | None:
+        """The option whose value is at the cursor."""
+        return self._valued().get(self._typed[-1]) if self._typed else None
+
+    def _valued(self) -> dict[str, Option]:
+        """Return the options that take a value, by each of their names."""
+        if not any(word.startswith("-") for word in self._typed):
+            return {}  # nothing is loaded in vain
+        verb = registry.load_verb(self.command, self.verb) if self.verb else registry.load_command(self.command).verb
+        return {name: each for each in (verb.options if verb else ()) if each.takes_value for name in each.names}

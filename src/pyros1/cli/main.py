@@ -37,7 +37,8 @@ def usage() -> str:
 def _about(name: str, entry: registry.CommandEntry) -> str:
     verbs = registry.verbs(name) if entry.verbs else {}
     named = " ".join([*verbs][:_MOST_VERBS])
-    return entry.about + f": {named}" * bool(named) + " ..." * (len(verbs) > _MOST_VERBS)
+    also = f" (also: {', '.join(entry.aliases)})" * bool(entry.aliases)
+    return entry.about + also + f": {named}" * bool(named) + " ..." * (len(verbs) > _MOST_VERBS)
 
 
 def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
@@ -87,6 +88,8 @@ def _entry(words: list[str]) -> int:
     if len(words) < 2:
         print(usage())
         return 64
+    if words[1] == "help" and len(words) > 2:
+        words = [words[0], *words[2:], "-h"]
     word = words[1]
     if word in ("-h", "--help", "help"):
         print(usage())
@@ -97,6 +100,7 @@ def _entry(words: list[str]) -> int:
         print(f"pyros1 {__version__}")
         return 0
     if word == "__complete":
+        add_packages_here(os.environ)
         from pyros1.cli.complete import main as complete  # noqa: PLC0415
 
         return complete(words[2:])

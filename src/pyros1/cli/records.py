@@ -43,6 +43,11 @@ class Option:
         self.settings = settings
 
     @property
+    def takes_value(self) -> bool:
+        """Whether the word after it is its value."""
+        return self.settings.get("action", "store") in ("store", "append") or "type" in self.settings
+
+    @property
     def dest(self) -> str:
         """The name of the option's value."""
         long = [name for name in self.names if name.startswith("--")]

@@ -25,6 +25,7 @@ from pyros1.expressions.limits import (
     STEP,
     TOO_MUCH,
     ExpressionError,
+    UnknownNameError,
     check_bits,
     measure,
     require,
@@ -160,10 +161,10 @@ class Interpreter:
         """Return the value of a name.
 
         Raises:
-            ExpressionError: the name is unknown.
+            UnknownNameError: the name is unknown.
         """
         if name not in names:
-            raise ExpressionError(f"there is no name {name!r}")
+            raise UnknownNameError(f"unknown name {name!r}")
         return names[name]
 
     def attribute(self, owner: Any, name: str) -> Any:

@@ -43,6 +43,10 @@ class ExpressionError(Error, ValueError):
     """An expression is malformed, not allowed, too large, or fails; the text says which."""
 
 
+class UnknownNameError(ExpressionError):
+    """An expression has a name that it cannot use."""
+
+
 def size(value: Any, limit: int = MAX_ITEMS) -> int:
     """Return the number of characters and items of a value and of nested values, each as often as it occurs.
 

@@ -28,7 +28,9 @@ def name_problem(name: str) -> str:
     if name[0].isdigit() or name[0] in "_-":
         return "it must start with a letter"
     if not _NAME.fullmatch(name) or len(name) < 2:
-        return "use at least two lower-case letters, digits and single underscores, for example my_robot"
+        return (
+            "use only lower-case letters, digits and single underscores, two characters or more, for example my_robot"
+        )
     if keyword.iskeyword(name):
         return "it is a Python keyword, so nothing could be imported from it"
     return ""

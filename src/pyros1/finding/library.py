@@ -98,6 +98,8 @@ class Library:
 
     def folders(self, package: str) -> list[str]:
         """Return the folders that may hold definitions of a package, in the order of search."""
+        if "/" in package or not package.strip("."):
+            return []  # a path: it would leave the folders that are searched
         folders = self._folders.get(package)
         if folders is None:
             # Debian installs some message packages without a package.xml, so these folders are packages by their name.

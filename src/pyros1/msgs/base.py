@@ -145,13 +145,13 @@ class Message(metaclass=MessageType):
         buff.write(message_class(type(self))._encode(self))
 
     def deserialize(self: _M, data: Buffer) -> _M:
-        """Set the fields from the beginning of ``data`` and return self; bytes behind the message are ignored (G23).
+        """Set the fields from the beginning of ``data`` and return self; bytes behind the message are ignored.
 
         Raises:
             DeserializationError: ``data`` is too short or not such a message.
         """
         body = bytes(data)
-        return self._deserialize(body, lambda cls: cls._read(body, 0, len(body)))
+        return self._deserialize(body, lambda cls: cls._read(body, 0, len(body)))  # without the rest (G23)
 
     def _deserialize(self: _M, data: bytes, read: Callable[[type[Message]], tuple[Any, int]]) -> _M:
         cls = message_class(type(self))

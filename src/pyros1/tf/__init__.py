@@ -72,4 +72,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    return sorted({*globals(), *__all__})
+    from pyros1.lazy import listing  # noqa: PLC0415 - most imports never come here
+
+    return listing(globals(), __all__)

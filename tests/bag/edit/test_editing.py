@@ -137,6 +137,14 @@ def test_filter_refuses(run: Run, make_bag: Make, tmp_path: Path, words: list[st
     assert [path.name for path in tmp_path.iterdir()] == ["x.bag"]
 
 
+def test_filter_names_the_message_and_what_is_wrong(run: Run, make_bag: Make) -> None:
+    make_bag("x.bag")
+    _, _, err = run("filter", "x.bag", "y.bag", "x > 1")
+    assert "unknown name 'x'; known names: m, t, topic (in the message on /" in err and "come first" not in err
+    _, _, err = run("filter", "x.bag", "y.bag", "m.nope > 1")
+    assert "has no attribute 'nope' (in the message on /" in err and err.endswith("need to come first?\n")
+
+
 def test_filter_of_misspelt_names(run: Run, make_bag: Make) -> None:
     make_bag("x.bag")
     code, out, err = run("filter", "x.bag", "y.bag", "--topics", "/a,/aa", "--drop-connections", "nobody")

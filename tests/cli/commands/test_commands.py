@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -373,6 +374,18 @@ def test_help_of_one_verb(run: Any, word: str) -> None:
     assert run("bag", word, "info") == run("bag", "info", "-h")
     assert run("topic", word, "echo") == run("topic", "echo", "-h")
     assert run("bag", word, "none") == run("bag", word)
+
+
+def test_help_of_a_command(run: Any) -> None:
+    assert run("help", "bag") == run("bag", "-h")
+    assert run("help", "topic", "echo") == run("topic", "echo", "-h")
+    assert run("help", "topc") == (64, "", "pyros1: unknown command 'topc' (did you mean 'topic'?); see: pyros1 help\n")
+    assert "(also: doctor)" in run("help")[1]
+
+
+def test_a_check_of_one_file(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "x.launch").write_text("<launch/>")
+    assert run("launch", "--check", str(tmp_path / "x.launch"))[1] == "no problems: 1 file, 0 nodes, 0 parameters\n"
 
 
 VERBS = ["topic", "node", "service", "param", "msg", "srv", "log", "tf", "dynparam", "bag", "topic_tools"]

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 from contextlib import suppress
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 
 from pyros1.cli.main import entry
 from pyros1.errors import MasterUnreachableError
+from pyros1.master import Master
 from pyros1.net.master_client import MasterClient
 
 
@@ -41,6 +45,19 @@ def test_it_runs_until_it_is_told_to_end(free_port: int, tmp_path: Path, monkeyp
         asking.join(10)
     assert seen == [os.getpid()]
     assert f"port[{free_port}]" in log.read_text()
+
+
+def test_another_master_is_there(master: Master, tmp_path: Path) -> None:
+    port = urlsplit(master.uri).port
+    done = subprocess.run(
+        [sys.executable, "-c", f"from pyros1.cli.main import entry; entry(['pyros1', 'master', '-p', '{port}'])"],
+        env={**os.environ, "ROS_HOSTNAME": "127.0.0.1", "ROS_LOG_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert "the port is in use, by another master or " in done.stderr
 
 
 def test_wrong_words(capsys: pytest.CaptureFixture[str]) -> None:

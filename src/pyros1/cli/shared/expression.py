@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.expressions import ExpressionError, Interpreter
+from pyros1.expressions import ExpressionError, Interpreter, UnknownNameError
 from pyros1.expressions.functions import MATH, functions
 from pyros1.msgs import Message
 from pyros1.timing import TVal
@@ -58,7 +58,7 @@ class Expression:
         try:
             return self._filter.evaluate(names)
         except ExpressionError as error:
-            raise ExpressionError(f"[{self.text}]: {error}") from None
+            raise type(error)(f"[{self.text}]: {error}") from None
 
 
 class MessageLanguage(Interpreter):
@@ -74,7 +74,7 @@ class MessageLanguage(Interpreter):
             return self._has if name == "hasattr" else self._get
         if name in FUNCTIONS:
             return FUNCTIONS[name]
-        raise ExpressionError(f"unknown name {name!r}; known names: {self.known(names)}")
+        raise UnknownNameError(f"unknown name {name!r}; known names: {self.known(names)}")
 
     def known(self, names: Mapping[str, Any]) -> str:
         """Return the known names, for an error's text."""

@@ -91,7 +91,7 @@ class Core:
             self._log.close()
             why = error.strerror or str(error)
             if error.errno == errno.EADDRINUSE:
-                why = "the port is in use, perhaps by a program that is not a ROS master"
+                why = "the port is in use, by another master or by a program that is not a ROS master"
             raise LaunchError(f"cannot start a master at {self._uri}: {why}") from error
         self._log_thread.write("", "")  # the file exists from the start, even if nothing is logged
 

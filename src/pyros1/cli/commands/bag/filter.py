@@ -19,6 +19,7 @@ from pyros1.cli.records import Argument, Option, Verb
 from pyros1.cli.shared.expression import Expression, ExpressionError
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
+from pyros1.expressions import UnknownNameError
 from pyros1.timing import Time
 
 _USAGE = """[options] INBAG OUTBAG [EXPRESSION]
@@ -118,9 +119,8 @@ class _Test:
             return self._expression({**names, "m": bag.decode(stored) if self._decodes else None})
         except ExpressionError as error:
             where = f"{stored.connection.topic} at {stored.time / 1e9:.6f} ({stored.connection.type})"
-            raise CommandError(
-                f"{error}, in the message on {where}: does `topic == ... and` need to come first?"
-            ) from None
+            hint = "" if isinstance(error, UnknownNameError) else ": does `topic == ... and` need to come first?"
+            raise CommandError(f"{error} (in the message on {where}){hint}") from None
 
 
 def _passing(

@@ -23,7 +23,8 @@ def check(files: list[str], arguments: dict[str, str], resources: Resources) -> 
     for text in texts:
         print(text)
     if not texts:
-        print(f"no problems: {len(plan.files)} files, {len(plan.nodes)} nodes, {len(plan.params)} parameters")
+        counts = {"file": len(plan.files), "node": len(plan.nodes), "parameter": len(plan.params)}
+        print("no problems: " + ", ".join(f"{count} {what}{'s' * (count != 1)}" for what, count in counts.items()))
     return 1 if texts else 0
 
 

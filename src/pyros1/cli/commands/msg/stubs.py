@@ -30,7 +30,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         ) from None
     done = {path.parent.name for path in written}
     count = len(packages) - len(errors)
-    print(f"{count} package{'s' * (count != 1)}, {len(done)} new or changed, in {stubs.HOME}", flush=True)
+    if count or not errors:
+        print(f"{count} package{'s' * (count != 1)}, {len(done)} new or changed, in {stubs.HOME}", flush=True)
     if errors:
         raise CommandError("\nERROR: ".join(errors))
 
@@ -39,7 +40,8 @@ VERB = Verb(
     "stubs",
     "write type stubs of messages and services for editors and type checkers",
     Argument("package", "package", many=True, optional=True),
-    description="pyros1's own packages already have stubs. Without a package: all packages that are found.",
+    description="Write stubs (.pyi) into the installed pyros1, where editors and type checkers find them. The packages "
+    "that come with pyros1 already have stubs. Without a package: all packages that are found.",
     examples=[
         ("my_robot", "for mypy, pyright and editors: from pyros1.msgs.my_robot.msg import State"),
         ("", "for all packages, for example after a change"),
