@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import pyros1.aio
+from pyros1.aio.messages import MOST_WAITING
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.node.topic_type import topic_type
@@ -81,6 +82,22 @@ def test_callbacks_of_the_same_topic_may_wait_without_stopping_the_loop(
             publisher.publish(300)
             assert await take(stream, 1) == [300]
         assert got == list(range(10, 300))
+
+    run(work)
+
+
+def test_a_busy_loop_loses_nothing_of_a_publisher_with_a_short_queue_in_the_process(
+    environ: dict[str, str], make_node: Any
+) -> None:
+    publisher = make_node("talker").advertise("t", Float64, queue_size=1)
+
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            stream = await node.subscribe("t", Float64)
+            await connected(publisher)
+            for number in range(MOST_WAITING):
+                publisher.publish(number)
+            assert await take(stream, MOST_WAITING) == list(range(MOST_WAITING))
 
     run(work)
 
