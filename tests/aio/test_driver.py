@@ -86,6 +86,32 @@ def test_callbacks_of_the_same_topic_may_wait_without_stopping_the_loop(
     run(work)
 
 
+def test_a_limited_stream_has_the_newest_messages_after_the_loop_was_busy(
+    environ: dict[str, str], make_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
+    publisher = make_node("talker").advertise("t", String, queue_size=None)
+    count, size = 200, 1 << 17  # more than fits between the two, so the publisher waits while nobody receives
+
+    def publish() -> None:
+        for number in range(count):
+            publisher.publish(f"{number:{size}}")
+
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            stream = await node.subscribe("t", String, queue_size=1)
+            await connected(publisher)
+            publishing = threading.Thread(target=publish)
+            publishing.start()
+            publishing.join(10)  # on the loop's thread
+            assert not publishing.is_alive()
+            while int((await stream.__anext__()).data) < count - 1:
+                pass
+            assert stream.dropped > count // 2
+
+    run(work)
+
+
 def test_a_busy_loop_loses_nothing_of_a_publisher_with_a_short_queue_in_the_process(
     environ: dict[str, str], make_node: Any
 ) -> None:

@@ -85,6 +85,11 @@ class Messages(Generic[_M]):
         return any(inbox.full(count) for inbox in list(self._inboxes.values()))
 
     @property
+    def wants_newest(self) -> bool:
+        """Whether older messages are dropped for newer ones, which must then be received while the loop is busy."""
+        return self._limit is not None and not self._urgent
+
+    @property
     def urgent(self) -> bool:
         """Whether it waits for a message that nobody may hold back."""
         return self._urgent and not self._ended and not self._queue.line
