@@ -258,3 +258,29 @@ def test_publishers_come_and_go(environ: dict[str, str], make_node: Any, transpo
                     assert await take(stream, 1) == [number]
 
     run(work)
+
+
+def test_a_subscribe_that_is_cancelled_leaves_nothing_that_holds_publishers_back(
+    environ: dict[str, str], make_node: Any, transport: None
+) -> None:
+    publisher = make_node("talker").advertise("t", Float64)
+
+    async def talk() -> None:
+        while True:
+            publisher.publish(0)
+            await asyncio.sleep(0)
+
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            for _ in range(5):
+                subscribing = asyncio.ensure_future(node.subscribe("t", Float64))
+                await asyncio.sleep(0)
+                subscribing.cancel()
+                await asyncio.wait([subscribing])
+                assert subscribing.cancelled()
+            stream = await node.subscribe("t", Float64)
+            talking = asyncio.ensure_future(talk())
+            await take(stream, 10 * MOST_WAITING)
+            talking.cancel()
+
+    run(work)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import gc
 import random
+import threading
 import weakref
 from collections.abc import Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -181,5 +183,37 @@ def test_an_end_from_another_thread_holds_nobody_back() -> None:
         await stream.aclose()
         assert handle.unregistered
         assert len([1 async for _ in stream]) == MOST_WAITING - 1  # without 13
+
+    run(work)
+
+
+def test_who_no_longer_waits_for_the_handle_unsubscribes_all_the_same() -> None:
+    async def work() -> None:
+        early, handle = Messages[Any](asyncio.get_running_loop(), None), Handle()
+        early.abandon()
+        early.attach(handle)  # type: ignore[arg-type]
+        assert handle.unregistered
+        stream, handle = make(None)
+        stream.abandon()
+        while not handle.unregistered:
+            await asyncio.sleep(0)
+
+    run(work)
+
+
+def test_a_cancelled_close_unsubscribes_all_the_same() -> None:
+    async def work() -> None:
+        asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(1))
+        free = threading.Event()
+        busy = asyncio.ensure_future(asyncio.to_thread(free.wait, 10))
+        stream, handle = make(None)
+        closing = asyncio.ensure_future(stream.aclose())
+        await asyncio.sleep(0)  # it waits for the thread
+        closing.cancel()
+        await asyncio.wait([closing])
+        free.set()
+        assert await busy
+        await asyncio.to_thread(int)  # what came before has been done
+        assert closing.cancelled() and handle.unregistered
 
     run(work)

@@ -46,6 +46,7 @@ class Messages(Generic[_M]):
         self._ready = asyncio.Event()
         self._told = False  # the loop will look
         self._ended = False
+        self._abandoned = False
         self._holds = False  # publishers may have been held back
         self._subscriber: Subscriber[_M] | None = None
 
@@ -104,9 +105,18 @@ class Messages(Generic[_M]):
             self._ended = True
 
     def attach(self, subscriber: Subscriber[_M]) -> None:
-        """Take the handle of the subscription; messages may have come before."""
+        """Take the handle of the subscription; messages may have come before. Any thread."""
         self._subscriber = subscriber
+        if self._abandoned:
+            subscriber.unregister()
         self._tell()
+
+    def abandon(self) -> None:
+        """End the iteration and unsubscribe, now or when the handle comes, without waiting for it."""
+        self._abandoned = True
+        self.end()
+        if self._subscriber is not None:
+            self._loop.run_in_executor(None, self._subscriber.unregister)
 
     # For the program --------------------------------------------------------------------------------------------------
 
@@ -165,7 +175,8 @@ class Messages(Generic[_M]):
         """Unsubscribe."""
         self.end()
         if self._subscriber is not None:
-            await asyncio.to_thread(self._subscriber.unregister)
+            # A cancellation ends the wait only.
+            await asyncio.shield(self._loop.run_in_executor(None, self._subscriber.unregister))
 
     async def __aenter__(self) -> Messages[_M]:
         return self

@@ -254,7 +254,15 @@ class Node:
         self._streams.add(stream)
         # Tasks may keep the loop busy: what it does not receive meanwhile is not there to replace older messages.
         driver = None if stream.wants_newest else self._driver
-        stream.attach(await asyncio.to_thread(node.subscribe_stream, topic, type, stream, queue_size, nodelay, driver))
+
+        def subscribe() -> None:
+            stream.attach(node.subscribe_stream(topic, type, stream, queue_size, nodelay, driver))
+
+        try:
+            await asyncio.to_thread(subscribe)
+        except asyncio.CancelledError:
+            stream.abandon()  # the thread goes on
+            raise
         return stream
 
     async def messages(self, topic: str, type: type[_M] | str, *, queue_size: int | None = None) -> AsyncIterator[_M]:
