@@ -9,6 +9,7 @@ import threading
 import weakref
 from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
+from time import perf_counter
 from typing import Any
 
 import pytest
@@ -215,5 +216,39 @@ def test_a_cancelled_close_unsubscribes_all_the_same() -> None:
         assert await busy
         await asyncio.to_thread(int)  # what came before has been done
         assert closing.cancelled() and handle.unregistered
+
+    run(work)
+
+
+def test_thousands_of_publishers_cost_little_for_each() -> None:
+    class Counted(Link):
+        looks = 0
+
+        @property
+        def connected(self) -> bool:
+            Counted.looks += 1
+            return True
+
+        @connected.setter
+        def connected(self, value: bool) -> None: ...
+
+    async def work() -> None:
+        stream, _ = make(None)
+        count = 3000
+        for _ in range(count):
+            stream.put(Counted(), 0)
+        assert Counted.looks < 4 * count
+        times = []
+        for number in (1, count):
+            stream, _ = make(None)
+            for _ in range(number):
+                stream.put(Link(), 0)
+            rounds = []
+            for _ in range(10):
+                begun = perf_counter()
+                assert not any(stream.full for _ in range(100))
+                rounds.append(perf_counter() - begun)
+            times.append(min(rounds))
+        assert times[1] < 20 * times[0]
 
     run(work)

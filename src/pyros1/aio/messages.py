@@ -47,7 +47,8 @@ class Messages(Generic[_M]):
         self._told = False  # the loop will look
         self._ended = False
         self._abandoned = False
-        self._holds = False  # publishers may have been held back
+        self._crowded: set[Inbox[Source, Item]] = set()  # those whose publishers are held back
+        self._look_at = 1  # number of inboxes at which those of publishers that went are looked for
         self._subscriber: Subscriber[_M] | None = None
 
     # For the subscription ---------------------------------------------------------------------------------------------
@@ -61,17 +62,21 @@ class Messages(Generic[_M]):
         if not inbox.in_line:
             self._queue.line_up(inbox)
         if self._limit is None and inbox.full(MOST_WAITING):
-            self._holds = True
+            self._crowded.add(inbox)
+            if not inbox.full(MOST_WAITING // 2):  # the loop was quicker, and may have seen that it was not there
+                self._crowded.discard(inbox)
         if not self._told:
             self._told = True
             self._tell()
 
     def _open(self, source: Source) -> Inbox[Source, Item]:
         """Begin a queue for a publisher; forget those that went."""
-        for old, inbox in list(self._inboxes.items()):
-            if not old.connected and not len(inbox):
-                self._queue.forget(inbox)
-                del self._inboxes[old]
+        if len(self._inboxes) >= self._look_at:
+            for old, inbox in list(self._inboxes.items()):
+                if not old.connected and not len(inbox):
+                    self._queue.forget(inbox)
+                    del self._inboxes[old]
+            self._look_at = max(1, 2 * len(self._inboxes))
         inbox = self._inboxes[source] = Inbox(source)
         self._queue.open(inbox)
         return inbox
@@ -79,11 +84,7 @@ class Messages(Generic[_M]):
     @property
     def full(self) -> bool:
         """Whether publishers are to be held back."""
-        return self._limit is None and not self._ended and self._has(MOST_WAITING)
-
-    def _has(self, count: int) -> bool:
-        """Tell whether that many messages of a publisher wait."""
-        return any(inbox.full(count) for inbox in list(self._inboxes.values()))
+        return bool(self._crowded) and not self._ended
 
     @property
     def wants_newest(self) -> bool:
@@ -163,9 +164,9 @@ class Messages(Generic[_M]):
         else:
             self._queue.line.popleft()
             self._queue.leave_line(inbox)
-        if self._holds and not self._has(MOST_WAITING // 2):
-            self._holds = False
-            if self._subscriber is not None:
+        if inbox in self._crowded and not inbox.full(MOST_WAITING // 2):
+            self._crowded.discard(inbox)
+            if not self._crowded and self._subscriber is not None:
                 self._subscriber.hold_no_more()
         if item is None or self._subscriber is None:
             return None
