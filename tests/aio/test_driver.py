@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import pyros1.aio
+from pyros1.aio.messages import MOST_WAITING
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.node.topic_type import topic_type
@@ -81,6 +82,48 @@ def test_callbacks_of_the_same_topic_may_wait_without_stopping_the_loop(
             publisher.publish(300)
             assert await take(stream, 1) == [300]
         assert got == list(range(10, 300))
+
+    run(work)
+
+
+def test_a_limited_stream_has_the_newest_messages_after_the_loop_was_busy(
+    environ: dict[str, str], make_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
+    publisher = make_node("talker").advertise("t", String, queue_size=None)
+    count, size = 200, 1 << 17  # more than fits between the two, so the publisher waits while nobody receives
+
+    def publish() -> None:
+        for number in range(count):
+            publisher.publish(f"{number:{size}}")
+
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            stream = await node.subscribe("t", String, queue_size=1)
+            await connected(publisher)
+            publishing = threading.Thread(target=publish)
+            publishing.start()
+            publishing.join(10)  # on the loop's thread
+            assert not publishing.is_alive()
+            while int((await stream.__anext__()).data) < count - 1:
+                pass
+            assert stream.dropped > count // 2
+
+    run(work)
+
+
+def test_a_busy_loop_loses_nothing_of_a_publisher_with_a_short_queue_in_the_process(
+    environ: dict[str, str], make_node: Any
+) -> None:
+    publisher = make_node("talker").advertise("t", Float64, queue_size=1)
+
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            stream = await node.subscribe("t", Float64)
+            await connected(publisher)
+            for number in range(MOST_WAITING):
+                publisher.publish(number)
+            assert await take(stream, MOST_WAITING) == list(range(MOST_WAITING))
 
     run(work)
 
@@ -213,5 +256,31 @@ def test_publishers_come_and_go(environ: dict[str, str], make_node: Any, transpo
                     await connected(publisher)
                     publisher.publish(number)
                     assert await take(stream, 1) == [number]
+
+    run(work)
+
+
+def test_a_subscribe_that_is_cancelled_leaves_nothing_that_holds_publishers_back(
+    environ: dict[str, str], make_node: Any, transport: None
+) -> None:
+    publisher = make_node("talker").advertise("t", Float64)
+
+    async def talk() -> None:
+        while True:
+            publisher.publish(0)
+            await asyncio.sleep(0)
+
+    async def work() -> None:
+        async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
+            for _ in range(5):
+                subscribing = asyncio.ensure_future(node.subscribe("t", Float64))
+                await asyncio.sleep(0)
+                subscribing.cancel()
+                await asyncio.wait([subscribing])
+                assert subscribing.cancelled()
+            stream = await node.subscribe("t", Float64)
+            talking = asyncio.ensure_future(talk())
+            await take(stream, 10 * MOST_WAITING)
+            talking.cancel()
 
     run(work)

@@ -5,8 +5,11 @@ from __future__ import annotations
 import asyncio
 import gc
 import random
+import threading
 import weakref
 from collections.abc import Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
+from time import perf_counter
 from typing import Any
 
 import pytest
@@ -181,5 +184,71 @@ def test_an_end_from_another_thread_holds_nobody_back() -> None:
         await stream.aclose()
         assert handle.unregistered
         assert len([1 async for _ in stream]) == MOST_WAITING - 1  # without 13
+
+    run(work)
+
+
+def test_who_no_longer_waits_for_the_handle_unsubscribes_all_the_same() -> None:
+    async def work() -> None:
+        early, handle = Messages[Any](asyncio.get_running_loop(), None), Handle()
+        early.abandon()
+        early.attach(handle)  # type: ignore[arg-type]
+        assert handle.unregistered
+        stream, handle = make(None)
+        stream.abandon()
+        while not handle.unregistered:
+            await asyncio.sleep(0)
+
+    run(work)
+
+
+def test_a_cancelled_close_unsubscribes_all_the_same() -> None:
+    async def work() -> None:
+        asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(1))
+        free = threading.Event()
+        busy = asyncio.ensure_future(asyncio.to_thread(free.wait, 10))
+        stream, handle = make(None)
+        closing = asyncio.ensure_future(stream.aclose())
+        await asyncio.sleep(0)  # it waits for the thread
+        closing.cancel()
+        await asyncio.wait([closing])
+        free.set()
+        assert await busy
+        await asyncio.to_thread(int)  # what came before has been done
+        assert closing.cancelled() and handle.unregistered
+
+    run(work)
+
+
+def test_thousands_of_publishers_cost_little_for_each() -> None:
+    class Counted(Link):
+        looks = 0
+
+        @property
+        def connected(self) -> bool:
+            Counted.looks += 1
+            return True
+
+        @connected.setter
+        def connected(self, value: bool) -> None: ...
+
+    async def work() -> None:
+        stream, _ = make(None)
+        count = 3000
+        for _ in range(count):
+            stream.put(Counted(), 0)
+        assert Counted.looks < 4 * count
+        times = []
+        for number in (1, count):
+            stream, _ = make(None)
+            for _ in range(number):
+                stream.put(Link(), 0)
+            rounds = []
+            for _ in range(10):
+                begun = perf_counter()
+                assert not any(stream.full for _ in range(100))
+                rounds.append(perf_counter() - begun)
+            times.append(min(rounds))
+        assert times[1] < 20 * times[0]
 
     run(work)

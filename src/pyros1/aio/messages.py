@@ -46,7 +46,9 @@ class Messages(Generic[_M]):
         self._ready = asyncio.Event()
         self._told = False  # the loop will look
         self._ended = False
-        self._holds = False  # publishers may have been held back
+        self._abandoned = False
+        self._crowded: set[Inbox[Source, Item]] = set()  # those whose publishers are held back
+        self._look_at = 1  # number of inboxes at which those of publishers that went are looked for
         self._subscriber: Subscriber[_M] | None = None
 
     # For the subscription ---------------------------------------------------------------------------------------------
@@ -60,17 +62,21 @@ class Messages(Generic[_M]):
         if not inbox.in_line:
             self._queue.line_up(inbox)
         if self._limit is None and inbox.full(MOST_WAITING):
-            self._holds = True
+            self._crowded.add(inbox)
+            if not inbox.full(MOST_WAITING // 2):  # the loop was quicker, and may have seen that it was not there
+                self._crowded.discard(inbox)
         if not self._told:
             self._told = True
             self._tell()
 
     def _open(self, source: Source) -> Inbox[Source, Item]:
         """Begin a queue for a publisher; forget those that went."""
-        for old, inbox in list(self._inboxes.items()):
-            if not old.connected and not len(inbox):
-                self._queue.forget(inbox)
-                del self._inboxes[old]
+        if len(self._inboxes) >= self._look_at:
+            for old, inbox in list(self._inboxes.items()):
+                if not old.connected and not len(inbox):
+                    self._queue.forget(inbox)
+                    del self._inboxes[old]
+            self._look_at = max(1, 2 * len(self._inboxes))
         inbox = self._inboxes[source] = Inbox(source)
         self._queue.open(inbox)
         return inbox
@@ -78,11 +84,12 @@ class Messages(Generic[_M]):
     @property
     def full(self) -> bool:
         """Whether publishers are to be held back."""
-        return self._limit is None and not self._ended and self._has(MOST_WAITING)
+        return bool(self._crowded) and not self._ended
 
-    def _has(self, count: int) -> bool:
-        """Tell whether that many messages of a publisher wait."""
-        return any(inbox.full(count) for inbox in list(self._inboxes.values()))
+    @property
+    def wants_newest(self) -> bool:
+        """Whether older messages are dropped for newer ones, which must then be received while the loop is busy."""
+        return self._limit is not None and not self._urgent
 
     @property
     def urgent(self) -> bool:
@@ -99,9 +106,18 @@ class Messages(Generic[_M]):
             self._ended = True
 
     def attach(self, subscriber: Subscriber[_M]) -> None:
-        """Take the handle of the subscription; messages may have come before."""
+        """Take the handle of the subscription; messages may have come before. Any thread."""
         self._subscriber = subscriber
+        if self._abandoned:
+            subscriber.unregister()
         self._tell()
+
+    def abandon(self) -> None:
+        """End the iteration and unsubscribe, now or when the handle comes, without waiting for it."""
+        self._abandoned = True
+        self.end()
+        if self._subscriber is not None:
+            self._loop.run_in_executor(None, self._subscriber.unregister)
 
     # For the program --------------------------------------------------------------------------------------------------
 
@@ -148,9 +164,9 @@ class Messages(Generic[_M]):
         else:
             self._queue.line.popleft()
             self._queue.leave_line(inbox)
-        if self._holds and not self._has(MOST_WAITING // 2):
-            self._holds = False
-            if self._subscriber is not None:
+        if inbox in self._crowded and not inbox.full(MOST_WAITING // 2):
+            self._crowded.discard(inbox)
+            if not self._crowded and self._subscriber is not None:
                 self._subscriber.hold_no_more()
         if item is None or self._subscriber is None:
             return None
@@ -160,7 +176,8 @@ class Messages(Generic[_M]):
         """Unsubscribe."""
         self.end()
         if self._subscriber is not None:
-            await asyncio.to_thread(self._subscriber.unregister)
+            # A cancellation ends the wait only.
+            await asyncio.shield(self._loop.run_in_executor(None, self._subscriber.unregister))
 
     async def __aenter__(self) -> Messages[_M]:
         return self

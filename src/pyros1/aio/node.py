@@ -252,9 +252,17 @@ class Node:
         assert isinstance(node, _Node) and loop is not None
         stream: Messages[_M] = Messages(loop, queue_size, urgent)
         self._streams.add(stream)
-        stream.attach(
-            await asyncio.to_thread(node.subscribe_stream, topic, type, stream, queue_size, nodelay, self._driver)
-        )
+        # Tasks may keep the loop busy: what it does not receive meanwhile is not there to replace older messages.
+        driver = None if stream.wants_newest else self._driver
+
+        def subscribe() -> None:
+            stream.attach(node.subscribe_stream(topic, type, stream, queue_size, nodelay, driver))
+
+        try:
+            await asyncio.to_thread(subscribe)
+        except asyncio.CancelledError:
+            stream.abandon()  # the thread goes on
+            raise
         return stream
 
     async def messages(self, topic: str, type: type[_M] | str, *, queue_size: int | None = None) -> AsyncIterator[_M]:

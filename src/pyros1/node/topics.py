@@ -118,7 +118,7 @@ class Topics:
             direct: whether to call from the thread that receives, even in a node that spins.
             arrays: see `array_view`.
             stream: gets the messages undecoded, in place of the callback.
-            driver: what receives for topics that have streams only; None for the node's threads.
+            driver: what receives for topics that have only streams that drop nothing; None for the node's threads.
         """
         context = self._context
         view = array_view(arrays)

@@ -140,11 +140,34 @@ class Delivery:
         own = self.limit
         most = own if own is not None else limit
         if most and inbox.full(most) and self._owner != threading.get_ident():
-            time.sleep(0)  # let the owner take them, in case it only waits for the interpreter's lock
+            if self.links.driver.cooperative:
+                self._make_room()
+            else:
+                time.sleep(0)  # let the owner take them, in case it only waits for the interpreter's lock
         inbox.put(item, most)
         if not inbox.in_line:
             self.handover.line_up(inbox)
         if not self._woken and not self._ownership.locked():
+            self.wake()
+
+    def _make_room(self) -> None:
+        """Give the streams what waits in inboxes, in place of the driver's loop, which may be busy for long."""
+        if self._jobs or not self._ownership.acquire(blocking=False):
+            return  # jobs come before messages, and are for the loop
+        self._owner = threading.get_ident()
+        try:
+            for _ in range(len(self._local)):
+                if self._held or not self.links.driver.cooperative:  # a callback has joined: not on this thread
+                    break
+                inbox = self._local.popleft()
+                try:
+                    self._take_from(inbox)
+                except BaseException:  # of a signal handler
+                    self._local.append(inbox)
+                    raise
+        finally:
+            self._give_back()
+        if self._something:
             self.wake()
 
     def open(self, inbox: Inbox[Source, Item]) -> None:

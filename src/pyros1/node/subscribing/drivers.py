@@ -57,5 +57,9 @@ class Holding(Protocol):
         """Whether its queue is full, so that publishers must be held back."""
 
     @property
+    def wants_newest(self) -> bool:
+        """Whether messages must be received even while whoever takes them is busy, so that the newest ones wait."""
+
+    @property
     def urgent(self) -> bool:
         """Whether it waits for a message, so that full queues of others must not hold publishers back."""

@@ -63,7 +63,7 @@ class Subscription:
         topic: full name.
         message_class: of the first subscriber; AnyMsg takes every type.
         hints: transports and options for links to publishers.
-        driver: receives while all subscribers are streams; None: the node's threads.
+        driver: receives while all subscribers are streams that drop nothing; None: the node's threads.
     """
 
     def __init__(
@@ -117,7 +117,9 @@ class Subscription:
             else:
                 self.subscribers = (*self.subscribers, subscriber)
             self._set_limit()
-        if subscriber.stream is None and self.delivery.driver.cooperative:  # callbacks may wait
+        stream = subscriber.stream
+        busy = stream is None or stream.wants_newest  # a callback may wait
+        if busy and self.delivery.driver.cooperative:
             self.delivery.submit(lambda: self.delivery.links.move(self.context.delivery_threads))
         self.delivery.submit(lambda: self._activate(subscriber))
 
