@@ -106,7 +106,7 @@ NASTY = {
     "msg/Time.msg": "time data\n",
     "msg/True.msg": "int32 x\n",
     "msg/Empty.msg": "",
-    "srv/base.srv": "Names a\n---\nother_pkg/Point b\nother_pkg/Point[] c\n",
+    "srv/base.srv": "Names a\n---\nother_pkg/Point b\nother_pkg/Point[] c\nbase/Point d\n",
     "action/Go.action": "int32 goal\n---\nint32 result\n---\nint32 feedback\n",
 }
 
@@ -155,7 +155,10 @@ def test_names_that_hide_others(tmp_path: Path) -> None:
         "points": "_b.list[_base.Point]",
     }
     assert "class True" not in text and "class GoActionGoal(_Base)" in text
-    assert "def c(self) -> _b.list[_other_pkg.Point]" in (out / "base_" / "srv.pyi").read_text()
+    for package in ("base_", "other_pkg"):
+        text = (out / package / "srv.pyi").read_text()
+        assert "def c(self) -> _b.list[_other_pkg.Point]" in text
+        assert "from pyros1.msgs.base_ import msg as _base\n" in text, "not pyros1's own module"
 
 
 def test_an_unknown_package(tmp_path: Path) -> None:

@@ -166,6 +166,17 @@ def test_what_a_matrix_does_not(name: str) -> None:
             getattr(tr, f"{name}_from_matrix")(matrix)
 
 
+@pytest.mark.parametrize("name", ["rotation", "scale", "shear", "projection"])
+@pytest.mark.parametrize("wrong", [np.inf, -np.inf, np.nan])
+def test_matrices_with_infinite_numbers_are_refused_at_once(name: str, wrong: float) -> None:
+    for row, column in np.ndindex(3, 4):
+        matrix = np.random.default_rng(1).normal(size=(4, 4))
+        matrix[3] = 0, 0, 0, 1
+        matrix[row, column] = wrong
+        with pytest.raises(ValueError, match="inf"):
+            getattr(tr, f"{name}_from_matrix")(matrix)
+
+
 def test_points_are_brought_onto_others() -> None:
     move = tr.concatenate_matrices(tr.translation_matrix([1, 2, 3]), tr.rotation_matrix(2.0, [1, 1, 0]))
     points = np.array([[0.0, 1.0, 0.0, 2.0], [0.0, 0.0, 3.0, 1.0], [1.0, 0.0, 0.0, -1.0], [1.0] * 4])

@@ -28,15 +28,14 @@ def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str
     for package in packages:
         if not library.has_package(package):
             raise UnknownTypeError(library.no_package(package))
-        name = module_name(package)
-        folder = Path(name)
+        folder = Path(module_name(package))
         messages = [library.message(f"{package}/{short}") for short in library.messages(package)]
         services = [library.service(f"{package}/{short}") for short in library.services(package)]
         yield folder / "__init__.pyi", package_stub(package)
         if messages:
-            yield folder / "msg.pyi", message_stub(package, messages, name)
+            yield folder / "msg.pyi", message_stub(package, messages)
         if services:
-            yield folder / "srv.pyi", service_stub(package, services, name)
+            yield folder / "srv.pyi", service_stub(package, services)
 
 
 def shipped() -> Library:

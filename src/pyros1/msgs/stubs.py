@@ -9,6 +9,7 @@ from __future__ import annotations
 import keyword
 from collections.abc import Iterable, Sequence
 
+from pyros1.generated import module_name
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
 
@@ -31,19 +32,18 @@ def package_stub(package: str) -> str:
     return f'"""Definitions of the ROS package {package}."""\n'
 
 
-def message_stub(package: str, specs: Sequence[MessageSpec], module_name: str) -> str:
+def message_stub(package: str, specs: Sequence[MessageSpec]) -> str:
     """Return the stub of a package's ``msg`` module.
 
     Args:
         package: the ROS package.
         specs: definitions of its messages.
-        module_name: name of the package's module below ``pyros1.msgs``.
     """
     body = "".join(_message(spec, spec.name.partition("/")[2]) for spec in specs if _is_usable(spec.name))
-    return _module(package, "Message", specs, module_name, body)
+    return _module(package, "Message", specs, body)
 
 
-def service_stub(package: str, specs: Sequence[ServiceSpec], module_name: str) -> str:
+def service_stub(package: str, specs: Sequence[ServiceSpec]) -> str:
     """Return the stub of a package's ``srv`` module; arguments as for `message_stub`."""
     body = ""
     for spec in specs:
@@ -58,14 +58,17 @@ def service_stub(package: str, specs: Sequence[ServiceSpec], module_name: str) -
                 f"    _response_class: _ClassVar[_b.type[{short}Response]]\n"
             )
     both = [message for spec in specs for message in (spec.request, spec.response)]
-    return _module(package, "Service", both, module_name, body, "from pyros1.msgs import Message as _Message\n")
+    return _module(package, "Service", both, body, "from pyros1.msgs import Message as _Message\n")
 
 
-def _module(package: str, base: str, specs: Iterable[MessageSpec], module_name: str, body: str, more: str = "") -> str:
-    used = {field.base.partition("/")[0] for spec in specs for field in spec.fields if not field.is_builtin}
-    imports = "".join(
-        f"from pyros1.msgs.{module_name if name == package else name} import msg as _{name}\n" for name in sorted(used)
-    )
+def used_packages(spec: MessageSpec) -> set[str]:
+    """Return the packages of the types of a message's fields."""
+    return {field.base.partition("/")[0] for field in spec.fields if not field.is_builtin}
+
+
+def _module(package: str, base: str, specs: Iterable[MessageSpec], body: str, more: str = "") -> str:
+    used = sorted({name for spec in specs for name in used_packages(spec)})
+    imports = "".join(f"from pyros1.msgs.{module_name(name)} import msg as _{name}\n" for name in used)
     return _HEAD.format(package=package, base=base) + more + imports + body
 
 

@@ -150,8 +150,10 @@ def _fixed_point(matrix: Array) -> Array:
     """Return the point (x, y, z, 1) nearest to the origin among those that a matrix (4, 4) moves least.
 
     Raises:
-        ValueError: its last row is not 0, 0, 0, 1.
+        ValueError: its last row is not 0, 0, 0, 1, or it contains infinite numbers or nan.
     """
+    if not np.isfinite(matrix).all():  # LAPACK would search forever in some of them
+        raise ValueError("the matrix contains infinite numbers or nan")
     if not abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() < _CLOSE:
         raise ValueError("the last row of the matrix must be 0, 0, 0, 1")
     moving = np.identity(3) - matrix[:3, :3]
