@@ -13,14 +13,14 @@
 
     asyncio.run(main())
 
-The asyncio loop itself receives the messages that iterations wait for, by the same rules as the threads of a
-:class:`pyros1.Node`: it drives the same deliveries (``driver.py``). A message is decoded when its turn in the iteration
-comes. Whoever takes messages slowly holds the publishers back, or gets the newest, see ``queue_size``. Nothing here
-blocks the asyncio loop: what must talk to the master or to another node runs in a worker thread.
+Messages are received by the same rules as in a :class:`pyros1.Node`. For iterations that lose no message the asyncio loop
+drives the deliveries itself (``driver.py``), and a slow iteration holds the publishers back. Iterations with a
+``queue_size`` get the newest messages, even after other tasks have kept the loop busy; so the node's threads receive
+these. Messages are decoded when the iteration takes them. Nothing here blocks the asyncio loop: calls to the master and to
+other nodes run in worker threads.
 
 SIGINT and SIGTERM end the node: its hooks run, iterations and waits end, and with them the body of ``async with``, so
-that the program comes to its end with exit code 0. Other tasks of the program are its own affair. A second signal ends
-the program at once.
+that the program exits with code 0. Other tasks must be ended by the program. A second signal ends the program at once.
 """
 
 from pyros1.aio.messages import Messages
