@@ -13,11 +13,11 @@
 
     asyncio.run(main())
 
-Messages are received by the same rules as in a :class:`pyros1.Node`. For iterations that lose no message the asyncio loop
-drives the deliveries itself (``driver.py``), and a slow iteration holds the publishers back. Iterations with a
+Messages are received by the same rules as in a :class:`pyros1.Node`. For iterations that lose no message the asyncio
+loop drives the deliveries itself (``driver.py``), and a slow iteration holds the publishers back. Iterations with a
 ``queue_size`` get the newest messages, even after other tasks have kept the loop busy; so the node's threads receive
-these. Messages are decoded when the iteration takes them. Nothing here blocks the asyncio loop: calls to the master and to
-other nodes run in worker threads.
+these. Messages are decoded when the iteration takes them. Nothing here blocks the asyncio loop: calls to the master
+and to other nodes run in worker threads.
 
 SIGINT and SIGTERM end the node: its hooks run, iterations and waits end, and with them the body of ``async with``, so
 that the program exits with code 0. Other tasks must be ended by the program. A second signal ends the program at once.

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from pyros1.bag.format.compression import check_size, decompress
+from pyros1.bag.format.compression import COMPRESSIONS, check_size, decompress
 from pyros1.bag.format.contents import Messages, read_content
 from pyros1.bag.format.files import BagFile, Chunk, ChunkHeader
 from pyros1.bag.format.records import (
@@ -315,7 +315,7 @@ class Scanner:
 
     def _is_chunk(self, position: int) -> bool:
         try:
-            return self._file.chunk_header(position).compression in ("none", "bz2", "lz4")
+            return self._file.chunk_header(position).compression in COMPRESSIONS
         except RecordError:
             return False
 
