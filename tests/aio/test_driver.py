@@ -284,3 +284,29 @@ def test_a_subscribe_that_is_cancelled_leaves_nothing_that_holds_publishers_back
             talking.cancel()
 
     run(work)
+
+
+def test_a_node_whose_loop_was_stopped_ends_from_another_thread(
+    environ: dict[str, str], make_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
+    publisher = make_node("talker").advertise("t", Float64)
+
+    async def begin() -> pyros1.aio.Node:
+        node = pyros1.aio.Node("listener", argv=[], environ=environ)
+        await node.__aenter__()
+        await node.subscribe("t", Float64)
+        await connected(publisher)
+        return node
+
+    loop = asyncio.new_event_loop()
+    node = loop.run_until_complete(begin())
+    ending = threading.Thread(target=node.sync.shutdown)
+    ending.start()
+    ending.join(4)
+    late = ending.is_alive()
+    ending.join()
+    loop.run_until_complete(node.__aexit__(None, None, None))
+    loop.run_until_complete(loop.shutdown_default_executor())
+    loop.close()
+    assert not late

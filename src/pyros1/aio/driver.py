@@ -54,7 +54,7 @@ class LoopDriver:
 
     def call(self, function: Callable[[], None], timeout: float) -> None:
         """Call a function in the loop's thread; wait for it at most ``timeout`` seconds."""
-        if threading.get_ident() != self._thread:
+        if threading.get_ident() != self._thread and self._loop.is_running():
             done = threading.Event()
 
             def call() -> None:
