@@ -15,12 +15,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Write stubs of packages next to those of pyros1, where editors and type checkers find them."""
     from pyros1.finding import stubs  # noqa: PLC0415 - help needs none of it
 
-    packages = args or library().packages()
+    packages = list(dict.fromkeys(args or library().packages()))
+    own = stubs.shipped()
     written, errors = [], []
     try:
-        for package in packages:
+        for package in packages:  # it grows: types of a package without stubs would be unknown
             try:
                 written += stubs.write(stubs.stubs(library(), [package]), stubs.HOME)
+                used = sorted(stubs.needed(library(), package))
+                packages += [name for name in used if name not in packages and not own.has_package(name)]
             except MessageError as error:
                 errors.append(str(error))
     except OSError as error:
@@ -39,7 +42,8 @@ VERB = Verb(
     "stubs",
     "write type stubs of messages and services for editors and type checkers",
     Argument("package", "package", many=True, optional=True),
-    description="pyros1's own packages already have stubs. Without a package: all packages that are found.",
+    description="pyros1's own packages already have stubs. Packages whose messages are used get stubs, too. Without a "
+    "package: all packages that are found.",
     examples=[
         ("my_robot", "for mypy, pyright and editors: from pyros1.msgs.my_robot.msg import State"),
         ("", "for all packages, for example after a change"),
