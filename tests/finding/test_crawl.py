@@ -10,6 +10,7 @@ import pytest
 from pyros1.finding import crawl
 from pyros1.finding.crawl import Crawl, all_packages, find_quickly, profile
 from pyros1.finding.manifest import ManifestError, read_manifest
+from pyros1.finding.packages import PackageIndex
 
 DEPTH = 20
 
@@ -133,6 +134,15 @@ def test_metapackages_and_names_in_comments(tmp_path: Path) -> None:
     package(tmp_path / "c", text="nonsense")
     found = [(each.name, each.meta) for each in Crawl({}).packages(str(tmp_path), DEPTH)]
     assert found == [("yes", False), ("meta", True), ("c", False)]
+
+
+def test_names_are_those_of_the_index(environ: dict[str, str], tmp_path: Path) -> None:
+    for number, name in enumerate(["<name >plain</name>", "<name>\nlines\n</name\n>", "<name><![CDATA[no]]></name>"]):
+        package(tmp_path / "ws" / f"p{number}", text=f"<package>{name}</package>")
+    environ["ROS_PACKAGE_PATH"] = str(tmp_path / "ws")
+    found = [each.name for each in Crawl({}).packages(str(tmp_path / "ws"), DEPTH)]
+    assert found == ["plain", "lines", "p2"]
+    assert {*found} <= {*PackageIndex(environ).list()}
 
 
 def test_profile_names_folders_without_packages(tmp_path: Path) -> None:

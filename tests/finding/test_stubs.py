@@ -193,3 +193,28 @@ def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyte
         assert "install it where you have write permission" in capsys.readouterr().err
     finally:
         library.cache_clear()
+
+
+def test_msg_stubs_of_packages_that_are_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    texts = {
+        "one": "two/T a\nstd_msgs/Header b\nnowhere/T c\n",
+        "two": "three/T[] a\none/T b\n",
+        "three": "",
+        "four": "",
+    }
+    for package, text in texts.items():
+        folder = tmp_path / "src" / package
+        (folder / "msg").mkdir(parents=True)
+        (folder / "package.xml").write_text(f"<package><name>{package}</name></package>")
+        (folder / "msg" / "T.msg").write_text(text)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    monkeypatch.setattr(stubs, "HOME", tmp_path / "home")
+    library.cache_clear()
+    try:
+        assert entry(["pyros1", "msg", "stubs", "one"]) == 0
+    finally:
+        library.cache_clear()
+    assert "3 packages, 3 new or changed" in capsys.readouterr().out
+    assert {path.name for path in (tmp_path / "home").iterdir()} == {"one", "two", "three"}

@@ -9,18 +9,16 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import time
 from binascii import crc32
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pyros1.finding.packages import PackageIndex, manifest_text
+from pyros1.finding.packages import PackageIndex, manifest_text, name_in, without_comments
 
 MANIFESTS = ("package.xml", "manifest.xml", "stack.xml")
 _IGNORED = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
-_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _VERSION = 1
 _TRUSTED_AGE = 2_000_000_000  # ns; file systems with the coarsest clocks count in steps of two seconds
 
@@ -270,10 +268,8 @@ def identity(folder: str, manifest: str) -> tuple[str, bool]:
         text = manifest_text(os.path.join(folder, manifest))
     except OSError:
         return base, False
-    text = _COMMENT.sub("", text)
-    start, end = text.find("<name>"), text.find("</name>")
-    name = text[start + 6 : end].strip() if 0 <= start < end else ""
-    return name or base, "<metapackage" in text
+    text = without_comments(text)
+    return name_in(text) or base, "<metapackage" in text
 
 
 def _load(file: Path) -> dict[str, Record]:

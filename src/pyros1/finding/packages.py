@@ -34,7 +34,7 @@ OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__f
 """Folder of the ROS packages that are part of pyros1."""
 
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
-_NAME_TAG = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+_NAME_TAG = re.compile(r"<name\s*>\s*([^<\s]+)\s*</name\s*>")
 _MOST_OF_A_MANIFEST = 1 << 20
 """Most characters of a package.xml that are read to find the name."""
 _IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
@@ -287,8 +287,18 @@ def _package_name(folder: str) -> str | None:
         text = manifest_text(os.path.join(folder, "package.xml"))
     except (OSError, ValueError):  # ValueError: bags and peers may send names that no file can have
         return os.path.basename(folder) if os.path.isfile(os.path.join(folder, "manifest.xml")) else None
-    match = _NAME_TAG.search(_COMMENT.sub("", text))
-    return match[1] if match else os.path.basename(folder)
+    return name_in(without_comments(text)) or os.path.basename(folder)
+
+
+def without_comments(text: str) -> str:
+    """Return a manifest's text without comments."""
+    return _COMMENT.sub("", text)
+
+
+def name_in(text: str) -> str:
+    """Return the package name in a manifest's text without comments; empty if it has none."""
+    match = _NAME_TAG.search(text)
+    return match[1] if match else ""
 
 
 def package_of(file: Path) -> tuple[Path, str]:

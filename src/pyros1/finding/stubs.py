@@ -8,7 +8,7 @@ from pathlib import Path
 from pyros1.errors import UnknownTypeError
 from pyros1.finding.library import SHIPPED, Library
 from pyros1.generated import module_name
-from pyros1.msgs.stubs import message_stub, package_stub, service_stub
+from pyros1.msgs.stubs import message_stub, package_stub, service_stub, used_packages
 
 HOME = Path(SHIPPED).parent
 """Folder of the stubs of the definitions that come with pyros1: ``pyros1.msgs``."""
@@ -36,6 +36,19 @@ def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str
             yield folder / "msg.pyi", message_stub(package, messages)
         if services:
             yield folder / "srv.pyi", service_stub(package, services)
+
+
+def needed(library: Library, package: str) -> set[str]:
+    """Return the packages whose messages are fields in a package's definitions, as far as they exist.
+
+    Raises:
+        DefinitionError: a definition is wrong; the text names file and line.
+    """
+    specs = [library.message(f"{package}/{short}") for short in library.messages(package)]
+    for short in library.services(package):
+        service = library.service(f"{package}/{short}")
+        specs += [service.request, service.response]
+    return {name for spec in specs for name in used_packages(spec) if library.has_package(name)}
 
 
 def shipped() -> Library:

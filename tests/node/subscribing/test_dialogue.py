@@ -84,6 +84,17 @@ def test_a_refusal_is_told_once_until_the_master_announces(answer: dict[str, str
         assert talk.state is State.REFUSED
 
 
+@pytest.mark.parametrize("data", [b"\xff\xff\xff\xff", b"\x04\0\0\0\xff\0\0\0", b"\x05\0\0\0\x01\0\0\0x"])
+def test_a_broken_header_is_told_with_publisher_and_topic(data: bytes) -> None:
+    talk = make()
+    talk.announced()
+    talk.answered([1, "", ["TCPROS", "talker", 5000]])
+    talk.connected()
+    told, dropped = talk.received(data)
+    assert isinstance(told, do.Tell) and dropped == do.Drop()
+    assert told.args[0].startswith(f"publisher {URI} of /t: connection header")
+
+
 class Dialogues(RuleBasedStateMachine):
     """Events in any order that a driver may bring them, with the invariants that no order may break."""
 

@@ -237,8 +237,11 @@ class Dialogue:
             return self._retry()
         try:
             header = self._header.feed(data)
-            if header is None:
-                return []
+        except ProtocolError as error:
+            return self.refused(f"publisher {self._uri} of {self._topic}: {error}")
+        if header is None:
+            return []
+        try:
             check_publisher_answer(header, self._topic, self._wanted(), self._uri)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.refused(str(refusal))

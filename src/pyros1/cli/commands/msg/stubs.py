@@ -15,12 +15,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Write stubs of packages next to those of pyros1, where editors and type checkers find them."""
     from pyros1.finding import stubs  # noqa: PLC0415 - help needs none of it
 
-    packages = args or library().packages()
+    packages = list(dict.fromkeys(args or library().packages()))
+    own = stubs.shipped()
     written, errors = [], []
     try:
-        for package in packages:
+        for package in packages:  # it grows: types of a package without stubs would be unknown
             try:
                 written += stubs.write(stubs.stubs(library(), [package]), stubs.HOME)
+                used = sorted(stubs.needed(library(), package))
+                packages += [name for name in used if name not in packages and not own.has_package(name)]
             except MessageError as error:
                 errors.append(str(error))
     except OSError as error:
@@ -40,8 +43,9 @@ VERB = Verb(
     "stubs",
     "write type stubs of messages and services for editors and type checkers",
     Argument("package", "package", many=True, optional=True),
-    description="Write stubs (.pyi) into the installed pyros1, where editors and type checkers find them. The packages "
-    "that come with pyros1 already have stubs. Without a package: all packages that are found.",
+    description="Write stubs (.pyi) into the installed pyros1, where editors and type checkers find them; also for "
+    "packages whose messages are used in these. The packages that come with pyros1 already have stubs. Without a "
+    "package: all packages that are found.",
     examples=[
         ("my_robot", "for mypy, pyright and editors: from pyros1.msgs.my_robot.msg import State"),
         ("", "for all packages, for example after a change"),
