@@ -13,10 +13,8 @@ Rules:
   and only the newest `limit` frames of each publisher are decoded and delivered.
 * Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides. (Queues for
   `spin` are always bounded, see UNBOUNDED_LIMIT.)
-* While messages flow on a subscription's only link, the owner waits in its receive, for PATIENCE seconds at most; other
-  work waits as long.
-* While a subscriber with its own queue holds too many messages, nothing is received: TCP holds the publishers back (see
-  `Holding`).
+* While messages flow on a subscription's only link, the owner waits in its receive, and other work with it.
+* While a subscriber with its own queue (`Holding`) has too many messages, nothing is received: TCP holds all back.
 * A driver runs all this: threads of the node, or an asyncio loop, which gets its thread back after each round of turns.
 * A message that cannot be decoded, or a callback that raises, is logged; delivery goes on with the next message.
 """
@@ -140,10 +138,7 @@ class Delivery:
         own = self.limit
         most = own if own is not None else limit
         if most and inbox.full(most) and self._owner != threading.get_ident():
-            if self.links.driver.cooperative:
-                self._make_room()
-            else:
-                time.sleep(0)  # let the owner take them, in case it only waits for the interpreter's lock
+            self._make_room()
         inbox.put(item, most)
         if not inbox.in_line:
             self.handover.line_up(inbox)
@@ -152,23 +147,16 @@ class Delivery:
 
     def _make_room(self) -> None:
         """Give the streams what waits in inboxes, in place of the driver's loop, which may be busy for long."""
-        if self._jobs or not self._ownership.acquire(blocking=False):
-            return  # jobs come before messages, and are for the loop
+        if not self.links.driver.cooperative or self._jobs or not self._ownership.acquire(blocking=False):
+            time.sleep(0)  # let the owner take them, in case it only waits for the interpreter's lock
+            return
         self._owner = threading.get_ident()
         try:
             for _ in range(len(self._local)):
-                if self._held or not self.links.driver.cooperative:  # a callback has joined: not on this thread
-                    break
-                inbox = self._local.popleft()
-                try:
-                    self._take_from(inbox)
-                except BaseException:  # of a signal handler
-                    self._local.append(inbox)
-                    raise
+                if self.links.driver.cooperative and not self._held:  # else a callback has joined: not on this thread
+                    self._take_from(self._local.popleft())
         finally:
             self._give_back()
-        if self._something:
-            self.wake()
 
     def open(self, inbox: Inbox[Source, Item]) -> None:
         """Begin to take messages out of an inbox."""
