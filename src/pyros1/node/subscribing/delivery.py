@@ -14,7 +14,7 @@ Rules:
 * Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides. (Queues for
   `spin` are always bounded, see UNBOUNDED_LIMIT.)
 * While messages flow on a subscription's only link, the owner waits in its receive, and other work with it.
-* While a subscriber with its own queue (`Holding`) has too many messages, nothing is received: TCP holds publishers back.
+* While a subscriber with its own queue (`Holding`) has too many messages, nothing is received: TCP holds all back.
 * A driver runs all this: threads of the node, or an asyncio loop, which gets its thread back after each round of turns.
 * A message that cannot be decoded, or a callback that raises, is logged; delivery goes on with the next message.
 """
