@@ -1,0 +1,133 @@
+"""Import hook for the modules of stock ROS 1, for message packages, and for the Python modules of ROS packages.
+
+It stands at the end of ``sys.meta_path``: whatever else can be imported wins. If that is a real rospy, none of our modules
+is offered, since both kinds of messages and nodes do not mix; ``PYROS1_ROSPY=pyros1`` puts the hook first instead.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.machinery import ModuleSpec, PathFinder
+from types import ModuleType
+from typing import Any
+
+VARIABLE = "PYROS1_ROSPY"
+"""Environment variable: "pyros1" prefers our modules to installed ones, "stock" leaves ours out."""
+MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
+"""Folder of our modules."""
+
+
+class Finder:
+    """Finder for ``sys.meta_path``.
+
+    Args:
+        environ: environment variables, for the places of ROS packages.
+        folder: where our modules are.
+    """
+
+    def __init__(self, environ: Any = os.environ, folder: str = MODULES) -> None:
+        self._environ = environ
+        self._folder = folder
+        self._names = frozenset(name.partition(".")[0] for name in os.listdir(folder) if name[0] not in "_.")
+        self._stock: bool | None = None
+        self._asking = False
+
+    @property
+    def stock(self) -> bool:
+        """Whether a real rospy is installed, which wins."""
+        if self._stock is None:
+            wanted = self._environ.get(VARIABLE, "")
+            self._stock = wanted == "stock" or (wanted != "pyros1" and PathFinder.find_spec("rospy") is not None)
+        return self._stock
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Answer the import system; None leaves the name to others, or to the usual error."""
+        top, *rest = name.split(".")
+        if self.stock:
+            return None
+        if not rest and top in self._names:
+            return PathFinder.find_spec(name, [self._folder])
+        if top in sys.builtin_module_names or top == "pyros1" or self._asking:
+            return None
+        self._asking = True  # looking for packages may import modules itself
+        try:
+            return self._of_package(top, rest, name)
+        finally:
+            self._asking = False
+
+    def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
+        from pyros1.generated import finder  # noqa: PLC0415  few programs need definitions at once
+
+        library = finder().library
+        match rest:
+            case []:
+                folder = self._source(package)
+                if folder is not None:
+                    return PathFinder.find_spec(name, [folder])
+                if library.has_package(package):
+                    return ModuleSpec(name, _Messages(package, ""), is_package=True)  # type: ignore[arg-type]
+            case ["msg" | "srv" as kind] if library.has_package(package):
+                return ModuleSpec(name, _Messages(package, kind), is_package=True)  # type: ignore[arg-type]
+            case ["msg" | "srv" as kind, module] if module[0] == "_" and library.has_package(package):
+                return ModuleSpec(name, _Messages(package, kind))  # type: ignore[arg-type]
+        return None
+
+    def _source(self, package: str) -> str | None:
+        """Return the folder in which a ROS package keeps a Python module of its own name (catkin_python_setup)."""
+        from pyros1.errors import PackageNotFoundError  # noqa: PLC0415
+        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
+
+        try:
+            folder = os.path.join(PackageIndex(self._environ).find_folder(package), "src")
+        except PackageNotFoundError:
+            return None
+        return folder if os.path.isfile(os.path.join(folder, package, "__init__.py")) else None
+
+
+class _Messages:
+    """Loader of ``PACKAGE``, ``PACKAGE.msg`` and ``PACKAGE.srv``, and of stock's ``PACKAGE.msg._TYPE``.
+
+    The classes are those of ``pyros1.msgs``.
+    """
+
+    def __init__(self, package: str, kind: str) -> None:
+        self._package = package
+        self._kind = kind
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Leave it to the import system."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Fill a new module: it makes each class when it is first used."""
+        module.__doc__ = f"Definitions of the ROS package {self._package}, from pyros1."
+        if not self._kind:
+            return
+        from pyros1.generated import PREFIX, module_name  # noqa: PLC0415
+
+        source = import_module(f"{PREFIX}.{module_name(self._package)}.{self._kind}")
+
+        def __getattr__(name: str) -> Any:
+            if name.startswith("__") and name != "__all__":
+                raise AttributeError(f"module {module.__name__} has no attribute {name}")
+            value = getattr(source, name)
+            if name != "__all__":
+                setattr(module, name, value)
+            return value
+
+        vars(module)["__getattr__"] = __getattr__
+        vars(module)["__dir__"] = lambda: dir(source)
+
+
+def install() -> None:
+    """Install the hook in this process, once."""
+    if any(isinstance(each, Finder) for each in sys.meta_path):
+        return
+    if os.environ.get(VARIABLE) == "pyros1":
+        sys.meta_path.insert(0, Finder())
+    else:
+        sys.meta_path.append(Finder())
