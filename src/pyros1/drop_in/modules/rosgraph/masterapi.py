@@ -1,0 +1,148 @@
+"""The master's API, raising what it refuses (https://wiki.ros.org/ROS/Master_API)."""
+
+from __future__ import annotations
+
+import socket
+from typing import Any
+
+from pyros1.errors import MasterError as _Refused
+from pyros1.errors import TransportError
+from pyros1.net.master_client import MasterClient
+from rosgraph.names import make_caller_id
+from rosgraph.rosenv import get_master_uri
+
+
+class MasterException(Exception):
+    """Base of the exceptions of the master's API."""
+
+
+class MasterFailure(MasterException):
+    """A call failed (code 0)."""
+
+
+class MasterError(MasterException):
+    """A call was wrong (code -1)."""
+
+
+ROSMasterException, Failure, Error = MasterException, MasterFailure, MasterError
+
+
+class Master:
+    """The master, called under a name.
+
+    Args:
+        caller_id: name of the caller.
+        master_uri: address; None: from the environment.
+    """
+
+    def __init__(self, caller_id: str, master_uri: str | None = None) -> None:
+        self.caller_id = make_caller_id(caller_id)
+        self.master_uri = master_uri or get_master_uri()
+        self._client = MasterClient(self.caller_id, self.master_uri)
+
+    def _call(self, method: str, *args: Any) -> Any:
+        try:
+            return self._client.call(method, *args)
+        except _Refused as error:
+            raise (MasterFailure if getattr(error, "code", -1) == 0 else MasterError)(str(error)) from None
+        except TransportError as error:
+            raise ConnectionRefusedError(str(error)) if not isinstance(error, TimeoutError) else socket.timeout(
+                str(error)
+            ) from None
+
+    def is_online(self) -> bool:
+        """Return whether the master answers."""
+        try:
+            self.getPid()
+        except (MasterException, OSError):
+            return False
+        return True
+
+    def getUri(self) -> str:
+        """Return the master's address."""
+        return self._call("getUri")
+
+    def getPid(self) -> int:
+        """Return the master's process number."""
+        return self._call("getPid")
+
+    def getSystemState(self) -> list[Any]:
+        """Return publishers, subscribers and services."""
+        return self._call("getSystemState")
+
+    def getPublishedTopics(self, subgraph: str) -> list[list[str]]:
+        """Return the published topics of a namespace, with their types."""
+        return self._call("getPublishedTopics", subgraph)
+
+    def getTopicTypes(self) -> list[list[str]]:
+        """Return all topics and their types."""
+        return self._call("getTopicTypes")
+
+    def lookupNode(self, node_name: str) -> str:
+        """Return the address of a node's API."""
+        return self._call("lookupNode", node_name)
+
+    def lookupService(self, service: str) -> str:
+        """Return the address of a service."""
+        return self._call("lookupService", service)
+
+    def getParam(self, key: str) -> Any:
+        """Return a parameter."""
+        return self._call("getParam", key)
+
+    def setParam(self, key: str, value: Any) -> Any:
+        """Set a parameter."""
+        return self._call("setParam", key, value)
+
+    def hasParam(self, key: str) -> bool:
+        """Return whether a parameter is set."""
+        return self._call("hasParam", key)
+
+    def deleteParam(self, key: str) -> Any:
+        """Delete a parameter."""
+        return self._call("deleteParam", key)
+
+    def searchParam(self, key: str) -> str:
+        """Return the full name of the nearest parameter of that name."""
+        return self._call("searchParam", key)
+
+    def getParamNames(self) -> list[str]:
+        """Return the names of all parameters."""
+        return self._call("getParamNames")
+
+    def subscribeParam(self, caller_api: str, key: str) -> Any:
+        """Subscribe to changes of a parameter."""
+        return self._call("subscribeParam", caller_api, key)
+
+    def unsubscribeParam(self, caller_api: str, key: str) -> Any:
+        """End a subscription of a parameter."""
+        return self._call("unsubscribeParam", caller_api, key)
+
+    def registerService(self, service: str, service_api: str, caller_api: str) -> Any:
+        """Register a service."""
+        return self._call("registerService", service, service_api, caller_api)
+
+    def unregisterService(self, service: str, service_api: str) -> Any:
+        """Unregister a service."""
+        return self._call("unregisterService", service, service_api)
+
+    def registerSubscriber(self, topic: str, topic_type: str, caller_api: str) -> list[str]:
+        """Register a subscriber; returns the publishers."""
+        return self._call("registerSubscriber", topic, topic_type, caller_api)
+
+    def unregisterSubscriber(self, topic: str, caller_api: str) -> Any:
+        """Unregister a subscriber."""
+        return self._call("unregisterSubscriber", topic, caller_api)
+
+    def registerPublisher(self, topic: str, topic_type: str, caller_api: str) -> list[str]:
+        """Register a publisher; returns the subscribers."""
+        return self._call("registerPublisher", topic, topic_type, caller_api)
+
+    def unregisterPublisher(self, topic: str, caller_api: str) -> Any:
+        """Unregister a publisher."""
+        return self._call("unregisterPublisher", topic, caller_api)
+
+
+def is_online(master_uri: str | None = None) -> bool:
+    """Return whether a master answers."""
+    return Master("rosgraph", master_uri).is_online()
