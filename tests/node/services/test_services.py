@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import (
+from pyros1.ground.errors import (
     MessageError,
     NodeError,
     NodeShutdownError,
