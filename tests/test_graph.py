@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import MasterError, ProtocolError, ServiceUnavailableError
 from pyros1.graph import Graph, in_namespace, parse_bus_entry, probe_service
+from pyros1.ground.errors import MasterError, ProtocolError, ServiceUnavailableError
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.msgs.std_srvs.srv import Empty, EmptyResponse
 from pyros1.net.master_client import MasterClient

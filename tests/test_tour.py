@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 import pytest
 
-from pyros1.errors import MasterUnreachableError
 from pyros1.graph import Graph
+from pyros1.ground.errors import MasterUnreachableError
 from pyros1.net.master_client import MasterClient
 
 README = Path(__file__).resolve().parent.parent / "README.md"

@@ -11,8 +11,8 @@ import pytest
 from harness import SOURCE, stock_tools
 
 from pyros1.bag import BagWriter
+from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
-from pyros1.timing import Time
 
 COMMANDS = """
 list -b BAG

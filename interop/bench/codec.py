@@ -20,8 +20,8 @@ import timeit
 from collections.abc import Callable
 from typing import Any
 
+from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
-from pyros1.timing import Time
 
 ROUNDS = 9
 

@@ -25,7 +25,7 @@ from messages_peer import encode_stock, make_empty, one_value, to_stock
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "tests" / "msgs"))
 from random_definitions import Definition, random_definition, random_message
 
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.dynamic import from_definition
 from pyros1.msgs.factory import python_name

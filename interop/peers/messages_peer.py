@@ -29,11 +29,11 @@ from genmsg.msgs import bare_msg_type
 from rostopic import create_value_transform
 
 from pyros1.finding.library import Library
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs.dynamic import from_definition
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.fill import fill_message
 from pyros1.msgs.text import format_message
-from pyros1.timing import Duration, Time
 
 SHARE = Path("/usr/share")
 

@@ -9,7 +9,7 @@ from peer_core import UNSET, Backend, Peer, read_commands
 from samples import Samples
 
 from pyros1 import AnyMsg, Duration, Node, Time
-from pyros1.errors import Error, ParameterNotSetError, WaitTimeoutError
+from pyros1.ground.errors import Error, ParameterNotSetError, WaitTimeoutError
 from pyros1.msgs import load_message, load_service
 
 

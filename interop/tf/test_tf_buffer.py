@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from tf_questions import Question, ask_stock, random_rotation, same
 
+from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
 from pyros1.tf import Buffer, TransformException
-from pyros1.timing import Time
 
 NS = 1_000_000_000
 TICK = 1_953_125  # ns, 1/512 s: stock's Python hands times over as doubles, which hold multiples of this exactly

@@ -17,18 +17,18 @@
 
 from __future__ import annotations
 
-from pyros1.starting import prepare as _prepare
+from pyros1.ground.starting import prepare as _prepare
 
 _prepare()  # before the imports, which take time
 
-from pyros1.generated import install as _install  # noqa: E402
+from pyros1.ground.generated import install as _install  # noqa: E402
 
 _install()
 
 from typing import TYPE_CHECKING, Any  # noqa: E402
 
 if TYPE_CHECKING:
-    from pyros1.errors import (
+    from pyros1.ground.errors import (
         ConnectionRefusedByPeerError,
         DeadlineError,
         DefinitionError,
@@ -56,9 +56,9 @@ if TYPE_CHECKING:
         WaitTimeoutError,
         XmlRpcFault,
     )
+    from pyros1.ground.timing import Duration, Time
     from pyros1.msgs import AnyMsg
     from pyros1.node import Node
-    from pyros1.timing import Duration, Time
 
 __version__ = "0.1.0"
 
@@ -97,23 +97,23 @@ __all__ = [
 ]
 
 _HOMES = {
-    **dict.fromkeys(__all__, "pyros1.errors"),
+    **dict.fromkeys(__all__, "pyros1.ground.errors"),
     "AnyMsg": "pyros1.msgs",
-    "Duration": "pyros1.timing",
+    "Duration": "pyros1.ground.timing",
     "Node": "pyros1.node",
-    "Time": "pyros1.timing",
+    "Time": "pyros1.ground.timing",
 }
 
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used, so that small commands start without them."""
-    from pyros1.lazy import load  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
     return load(__name__, _HOMES, name)
 
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.lazy import listing  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
 
     return listing(globals(), __all__)

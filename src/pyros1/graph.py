@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from time import monotonic
 from typing import Any, NamedTuple, Protocol, cast
 
-from pyros1.errors import (
+from pyros1.ground.errors import (
     DeadlineError,
     MasterError,
     MasterMethodError,
@@ -21,8 +21,8 @@ from pyros1.errors import (
     ServiceUnavailableError,
     UnreachableError,
 )
-from pyros1.names import SEP
-from pyros1.shown import foreign, one_line
+from pyros1.ground.names import SEP
+from pyros1.ground.shown import foreign, one_line
 
 UNKNOWN_TYPE = "unknown type"
 """Shown as the type of a topic if no node has told the master its type."""

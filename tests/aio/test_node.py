@@ -17,7 +17,7 @@ import pytest
 
 import pyros1.aio
 from pyros1.aio.messages import MOST_WAITING
-from pyros1.errors import NodeShutdownError, ServiceError, WaitTimeoutError
+from pyros1.ground.errors import NodeShutdownError, ServiceError, WaitTimeoutError
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node.subscribing.turns import STRIDE
 

@@ -9,8 +9,8 @@ import pytest
 
 import pyros1.bag
 from pyros1.bag import BagError, BagWriter
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message, from_definition
-from pyros1.timing import Duration, Time
 
 from ..bodies import encode
 from .conftest import Make

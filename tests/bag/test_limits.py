@@ -32,7 +32,7 @@ from pyros1.bag.format.records import (
     pack_time,
 )
 from pyros1.bag.limits import CHUNK_LIMIT, chunk_limit
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.master import Master
 
 from .made import write_bag

@@ -51,5 +51,5 @@ def recorded(path: Path) -> int:
     try:
         with BagReader(path, unindexed=True) as bag:
             return bag.count()
-    except (OSError, pyros1.errors.Error):
+    except (OSError, pyros1.ground.errors.Error):
         return 0

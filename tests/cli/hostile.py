@@ -64,7 +64,7 @@ class HostileRobot:
         self._loop.stop()
 
     def _dispatch(self, method: str, params: Any) -> Any:
-        from pyros1.errors import XmlRpcFault
+        from pyros1.ground.errors import XmlRpcFault
 
         if self._mode == "fault":
             raise XmlRpcFault(1, BAD)

@@ -19,7 +19,7 @@ from pyros1.cli.commands.diagnostic import status_lines
 from pyros1.cli.commands.tf._drawing import Frame, text
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.main import entry
-from pyros1.errors import ServiceError
+from pyros1.ground.errors import ServiceError
 from pyros1.msgs import load_message
 from pyros1.node.log.sink import LogSink, Record
 from pyros1.tf import Buffer

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from pyros1.cli.main import entry
-from pyros1.errors import NodeShutdownError
+from pyros1.ground.errors import NodeShutdownError
 from pyros1.net.master_client import MasterClient
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"

@@ -8,7 +8,7 @@ import pytest
 
 from pyros1.doctor import together as module
 from pyros1.doctor.together import together
-from pyros1.errors import DeadlineError
+from pyros1.ground.errors import DeadlineError
 
 
 def test_answers_errors_and_order() -> None:

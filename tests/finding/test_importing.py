@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 import pyros1.msgs
-from pyros1.errors import DefinitionError, UnknownTypeError
 from pyros1.finding.importing import OWN_MODULES, MessageFinder, installed
+from pyros1.ground.errors import DefinitionError, UnknownTypeError
 from pyros1.msgs import Message, Service, load_message, load_service
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.errors import DefinitionError, UnknownTypeError
 from pyros1.finding.library import Library
+from pyros1.ground.errors import DefinitionError, UnknownTypeError
 
 
 def write(path: Path, data: str | bytes) -> None:

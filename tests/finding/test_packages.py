@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.errors import PackageNotFoundError
 from pyros1.finding.crawl import all_packages
 from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import PackageNotFoundError
 
 NAMES_BELOW = """
 import resource, sys

@@ -12,9 +12,9 @@ import pytest
 
 from pyros1.cli.main import entry
 from pyros1.cli.shared.definitions import library
-from pyros1.errors import UnknownTypeError
 from pyros1.finding import stubs
 from pyros1.finding.library import Library
+from pyros1.ground.errors import UnknownTypeError
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.cli.shared.expression import Expression
-from pyros1.errors import LaunchError
-from pyros1.expressions import MAX_BITS, MAX_ITEMS, MAX_TEXT, ExpressionError, Interpreter, bounded, size
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.expressions import MAX_BITS, MAX_ITEMS, MAX_TEXT, ExpressionError, Interpreter, bounded, size
 from pyros1.launch.reading.expression import evaluate
 from pyros1.values import YamlError, load_yaml
 
@@ -199,8 +199,8 @@ def test_values_load_the_parser_only_for_arithmetic() -> None:
 import sys
 from pyros1.values import load_yaml
 load_yaml("{a: deg(90), b: [1.5, on]}")
-assert "ast" not in sys.modules and "pyros1.expressions" not in sys.modules
+assert "ast" not in sys.modules and "pyros1.ground.expressions" not in sys.modules
 load_yaml("rad(pi/2)")
-assert "pyros1.expressions" in sys.modules
+assert "pyros1.ground.expressions" in sys.modules
 """
     subprocess.run([sys.executable, "-c", program], check=True, timeout=60)

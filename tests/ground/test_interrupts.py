@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pyros1
-from pyros1.interrupts import DELIBERATE, Insistence, catch
+from pyros1.ground.interrupts import DELIBERATE, Insistence, catch
 
 
 def test_what_a_person_can_have_meant_counts() -> None:
@@ -43,7 +43,7 @@ def test_blocked_and_ignored_signals_come() -> None:
 LOST = """
 import signal, sys, time
 sys.path.insert(0, sys.argv[1])
-from pyros1 import interrupts
+from pyros1.ground import interrupts
 
 class Last:
     def __del__(self):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1 import names
-from pyros1.errors import InvalidNameError
+from pyros1.ground import names
+from pyros1.ground.errors import InvalidNameError
 
 
 @pytest.mark.parametrize("name", ["a", "/a", "~a", "a/b", "/", "A_1", "", "~"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1 import shown
+from pyros1.ground import shown
 
 HOSTILE = "\x1b[2J\x07\x9b1m\x7f\u202e\u2028\r\udc80"
 SHOWN = r"\x1b[2J\x07\x9b1m\x7f\u202e\u2028\r\udc80"

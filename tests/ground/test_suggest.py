@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.suggest import argument_hint, did_you_mean, meant_option, meant_remapping
+from pyros1.ground.suggest import argument_hint, did_you_mean, meant_option, meant_remapping
 
 EN_DASH, EM_DASH, MINUS = "\u2013", "\u2014", "\u2212"
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.timing import Duration, Time
+from pyros1.ground.timing import Duration, Time
 
 nanoseconds = st.integers(min_value=-(2**31) * 10**9, max_value=2**31 * 10**9 - 1)
 instants = st.integers(min_value=0, max_value=2**32 * 10**9 - 1)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.scripting import (
     Node,
     ROSLaunch,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import XmlRpcFault
+from pyros1.ground.errors import XmlRpcFault
 from pyros1.master.api import METHODS, MasterApi
 
 A = "http://a:1/"

@@ -28,7 +28,8 @@ from random_definitions import (
     random_message,
 )
 
-from pyros1.errors import DefinitionError, DeserializationError, SerializationError
+from pyros1.ground.errors import DefinitionError, DeserializationError, SerializationError
+from pyros1.ground.timing import TVal
 from pyros1.msgs import Message, from_definition
 from pyros1.msgs.array_views import memoryview_view, numpy_view
 from pyros1.msgs.base import nested_classes
@@ -37,7 +38,6 @@ from pyros1.msgs.generator import split_type
 from pyros1.msgs.json_form import from_json, to_json
 from pyros1.msgs.large import SplitBody, decode_split, layout, split_frame
 from pyros1.msgs.spec import STRUCT_CODES
-from pyros1.timing import TVal
 
 VIEWS = {"numpy": numpy_view(numpy), "memoryview": memoryview_view}
 

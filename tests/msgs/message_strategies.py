@@ -7,9 +7,9 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message
 from pyros1.msgs.base import nested_classes
-from pyros1.timing import Duration, Time
 
 _INTS = {"int8": (-(2**7), 2**7 - 1), "uint8": (0, 2**8 - 1), "int16": (-(2**15), 2**15 - 1), "uint16": (0, 2**16 - 1)}
 _INTS |= {"int32": (-(2**31), 2**31 - 1), "uint32": (0, 2**32 - 1), "int64": (-(2**63), 2**63 - 1)}

@@ -11,10 +11,10 @@ import random
 import struct
 from typing import Any, NamedTuple
 
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs.base import nested_classes
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.spec import STRUCT_CODES
-from pyros1.timing import Duration, Time
 
 SEPARATOR = "=" * 80
 BUILTINS = [*STRUCT_CODES, "string", "time", "duration"]

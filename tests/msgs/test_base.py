@@ -10,10 +10,10 @@ from typing import Any
 import codec
 import pytest
 
-from pyros1.errors import DefinitionError, DeserializationError
+from pyros1.ground.errors import DefinitionError, DeserializationError
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, Message, from_definition, load_message
 from pyros1.msgs.base import message_class
-from pyros1.timing import Duration, Time
 
 from ..bodies import decode, encode
 

@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from message_strategies import messages
 
-from pyros1.errors import DeserializationError, MessageError, SerializationError
+from pyros1.ground.errors import DeserializationError, MessageError, SerializationError
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message, from_definition
 from pyros1.msgs.base import nested_classes
 from pyros1.msgs.generator import MAX_INLINE
-from pyros1.timing import Duration, Time
 
 SEPARATOR = "=" * 80
 ALL = f"""bool b

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pyros1.errors import SerializationError
+from pyros1.ground.errors import SerializationError
 from pyros1.msgs import from_definition, load_message
 from pyros1.msgs.base import nested_classes
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import DefinitionError
+from pyros1.ground.errors import DefinitionError
 from pyros1.msgs.digest import SEPARATOR, Digests, split_full_text
 from pyros1.msgs.spec import parse_message, parse_service
 

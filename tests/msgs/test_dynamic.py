@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import DefinitionError, UnknownTypeError
+from pyros1.ground.errors import DefinitionError, UnknownTypeError
 from pyros1.msgs import DefinitionCache, from_definition, load_message
 from pyros1.msgs.dynamic import MAX_TEXT
 

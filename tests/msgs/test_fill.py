@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import from_definition
 from pyros1.msgs.fill import fill_message
-from pyros1.timing import Duration, Time
 
 SEPARATOR = "=" * 80
 Point: Any = from_definition("p/Point", "float64 x\nfloat64 y")

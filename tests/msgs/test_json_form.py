@@ -9,10 +9,10 @@ from typing import Any
 import codec
 import pytest
 
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import from_definition, load_message
 from pyros1.msgs.json_form import emit_json, from_json, to_json
-from pyros1.timing import Duration, Time
 
 
 def load(name: str) -> Any:

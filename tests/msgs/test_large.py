@@ -7,7 +7,7 @@ from typing import Any
 import codec
 import pytest
 
-from pyros1.errors import DeserializationError
+from pyros1.ground.errors import DeserializationError
 from pyros1.msgs import AnyMsg, from_definition, load_message
 from pyros1.msgs.array_views import memoryview_view
 from pyros1.msgs.large import Layout, SplitBody, decode_split, layout, split_frame

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import DefinitionError
+from pyros1.ground.errors import DefinitionError
 from pyros1.msgs.spec import Constant, Field, action_messages, parse_message, parse_service
 
 

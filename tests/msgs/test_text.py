@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from message_strategies import messages
 
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import from_definition
 from pyros1.msgs.base import nested_classes
 from pyros1.msgs.text import emit_message, format_message
 from pyros1.msgs.yamltext import item_pieces, quoted_pieces
-from pyros1.timing import Duration, Time
 
 SEPARATOR = "=" * 80
 cls: Any = from_definition(

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pyros1.errors import DeadlineError
+from pyros1.ground.errors import DeadlineError
 from pyros1.net.loop import READ, WRITE, Loop, LoopThread
 
 

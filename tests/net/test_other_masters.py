@@ -13,7 +13,7 @@ from xmlrpc.client import Fault, dumps, loads
 import pytest
 
 from pyros1.cli.main import entry
-from pyros1.errors import Error, MasterMethodError, ParameterNotSetError
+from pyros1.ground.errors import Error, MasterMethodError, ParameterNotSetError
 from pyros1.master.server import Master
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.net.hosts import parse_uri

@@ -11,7 +11,7 @@ from xmlrpc.client import Fault, MultiCall, ServerProxy
 
 import pytest
 
-from pyros1.errors import DeadlineError, Error, ProtocolError, UnreachableError, XmlRpcFault
+from pyros1.ground.errors import DeadlineError, Error, ProtocolError, UnreachableError, XmlRpcFault
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_client import XmlRpcClient

@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pyros1
-from pyros1.errors import NodeShutdownError
+from pyros1.ground.errors import NodeShutdownError
 from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
 from pyros1.msgs.std_srvs.srv import SetBool
 
@@ -210,7 +210,7 @@ def ending(main: str) -> None:
 
             interruptions = Interruptions(handle, 1)
             rate = node.rate(10_000)
-            with contextlib.suppress(pyros1.errors.NodeError, NodeShutdownError, pyros1.errors.Error):
+            with contextlib.suppress(pyros1.ground.errors.NodeError, NodeShutdownError, pyros1.ground.errors.Error):
                 while node.ok():
                     if main == "publish":
                         publisher.publish(message(Point, False, 1))

@@ -12,10 +12,10 @@ import numpy
 import pytest
 
 import pyros1
-from pyros1 import errors
-from pyros1.errors import InvalidNameError, SerializationError, UnknownTypeError
+from pyros1.ground import errors
+from pyros1.ground.errors import InvalidNameError, SerializationError, UnknownTypeError
+from pyros1.ground.timing import Duration
 from pyros1.msgs import load_message, load_service
-from pyros1.timing import Duration
 
 Float64: Any = load_message("std_msgs/Float64")
 String: Any = load_message("std_msgs/String")

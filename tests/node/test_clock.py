@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import TimeMovedBackwardsError
+from pyros1.ground.errors import TimeMovedBackwardsError
+from pyros1.ground.timing import Time
 from pyros1.node.callback_queue import CallbackQueue
 from pyros1.node.clock import Clock, Rate, Timer
-from pyros1.timing import Time
 
 
 @pytest.fixture

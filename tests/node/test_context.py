@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import NodeShutdownError
+from pyros1.ground.errors import NodeShutdownError
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node.context import find_local_context
 

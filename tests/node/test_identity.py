@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import InvalidNameError
+from pyros1.ground.errors import InvalidNameError
 from pyros1.node import Node
 from pyros1.node.identity import full_name
 

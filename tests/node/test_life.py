@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 
 import pyros1
-from pyros1.errors import MasterError, NodeShutdownError
-from pyros1.interrupts import DELIBERATE
+from pyros1.ground.errors import MasterError, NodeShutdownError
+from pyros1.ground.interrupts import DELIBERATE
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node import Node
 

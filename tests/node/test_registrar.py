@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import MasterError, MasterUnreachableError, NodeShutdownError
+from pyros1.ground.errors import MasterError, MasterUnreachableError, NodeShutdownError
 from pyros1.master.server import Master
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.msgs.std_srvs.srv import Empty

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import XmlRpcFault
+from pyros1.ground.errors import XmlRpcFault
 from pyros1.msgs.std_msgs.msg import Float64
 
 from ..parts import tcpros_port

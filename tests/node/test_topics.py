@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import MessageError, NodeError, NodeShutdownError, SerializationError, WaitTimeoutError
+from pyros1.ground.errors import MessageError, NodeError, NodeShutdownError, SerializationError, WaitTimeoutError
 from pyros1.msgs import AnyMsg, from_definition
 from pyros1.msgs.geometry_msgs.msg import PointStamped, Vector3
 from pyros1.msgs.sensor_msgs.msg import Image

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
+from pyros1.ground.timing import Time
 from pyros1.launch.testing.junit import Case, read_results
 from pyros1.master.server import Master
 from pyros1.node import Node
 from pyros1.test_nodes import advertise, hz, param, publish
 from pyros1.test_nodes.check import SetupError, Test, run_case
 from pyros1.test_nodes.program import main
-from pyros1.timing import Time
 
 Make = Callable[..., Node]
 STRING = "std_msgs/String"

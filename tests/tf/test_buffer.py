@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import NodeShutdownError
+from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import load_message
 from pyros1.tf import (
     Buffer,
@@ -21,7 +22,6 @@ from pyros1.tf import (
     TransformException,
 )
 from pyros1.tf.transformations import euler_from_quaternion, quaternion_from_euler
-from pyros1.timing import Duration, Time
 
 HALF_TURN = (0.0, 0.0, 1.0, 0.0)
 

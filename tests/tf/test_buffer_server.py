@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import NodeShutdownError
+from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import load_message
 from pyros1.node import Node
 from pyros1.tf import Buffer, BufferClient, BufferServer, TimeoutException, TransformException
-from pyros1.timing import Duration, Time
 
 Make = Callable[..., Node]
 PATIENCE = 10.0

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import NodeShutdownError
+from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.timing import Time
 from pyros1.master.server import Master
 from pyros1.msgs import load_message
 from pyros1.node import Node
 from pyros1.node.context import wait_for_links
 from pyros1.tf import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
-from pyros1.timing import Time
 
 from ..parts import publication_of
 

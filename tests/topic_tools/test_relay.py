@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import Error, NodeError, ServiceError
+from pyros1.ground.errors import Error, NodeError, ServiceError
 from pyros1.node import Node
 from pyros1.topic_tools.demux import Demux
 from pyros1.topic_tools.mux import Mux

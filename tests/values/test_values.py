@@ -16,7 +16,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.values import YamlError, dump_yaml, load_all_yaml, load_yaml
 from pyros1.values.writing import dump
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.errors import ConnectionRefusedByPeerError, ProtocolError
+from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError
 from pyros1.wire import handshake as h
 
 STRING = h.TopicType("std_msgs/String", "992c", "string data")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError
 from pyros1.wire.header import HeaderReader, decode_header, encode_header
 
 keys = st.text(st.characters(codec="utf-8", exclude_characters="="), min_size=1).filter(lambda k: k == k.strip())

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import ProtocolError, SerializationError, XmlRpcFault
+from pyros1.ground.errors import ProtocolError, SerializationError, XmlRpcFault
 from pyros1.wire import xmlrpc
 from pyros1.wire.xmlrpc_scan import scan_call, scan_response
 

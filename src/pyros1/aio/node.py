@@ -12,7 +12,8 @@ from weakref import WeakSet
 
 from pyros1.aio.driver import LoopDriver, can_drive
 from pyros1.aio.messages import Messages
-from pyros1.errors import Error, NodeShutdownError, WaitTimeoutError
+from pyros1.ground.errors import Error, NodeShutdownError, WaitTimeoutError
+from pyros1.ground.timing import Time
 from pyros1.msgs import Service
 from pyros1.net.bell import STEP
 from pyros1.node import Node as SyncNode
@@ -24,7 +25,6 @@ from pyros1.node.signals import SignalHandlers
 from pyros1.node.subscribing.drivers import Driver
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
-from pyros1.timing import Time
 
 _M = TypeVar("_M")
 _R = TypeVar("_R")

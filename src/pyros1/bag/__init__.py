@@ -48,13 +48,13 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used: a recorder needs none of them."""
-    from pyros1.lazy import load  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
     return load(__name__, _HOMES, name)
 
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.lazy import listing  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
 
     return listing(globals(), __all__)

@@ -12,11 +12,11 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.format.reader import BagReader, RawMessage
 from pyros1.bag.format.records import Connection
 from pyros1.bag.info import Summary, summarize
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
+from pyros1.ground.suggest import did_you_mean
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, DefinitionCache, Message
 from pyros1.msgs.base import nested_classes
-from pyros1.suggest import did_you_mean
-from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

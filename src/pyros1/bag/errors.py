@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 
 class BagError(Error):

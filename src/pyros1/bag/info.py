@@ -12,7 +12,7 @@ from typing import Any
 
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
-from pyros1.shown import foreign
+from pyros1.ground.shown import foreign
 
 _MOST_STAMPS = 10_000_000
 """Number of messages, the first ones, from which frequencies are computed: a small file may hold any number."""

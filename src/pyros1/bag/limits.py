@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 CHUNK_LIMIT = 256 << 20
 """Default limit of a chunk's content, in bytes."""

@@ -1,7 +1,7 @@
 """Output streams that remove control characters from what a command prints.
 
-Names and texts from other programs are cleaned where they are printed, see `pyros1.shown`. This is a second line of
-defence. Escape sequences of the command itself, such as colours, pass if the output is a terminal.
+Names and texts from other programs are cleaned where they are printed, see `pyros1.ground.shown`. This is a second line
+of defence. Escape sequences of the command itself, such as colours, pass if the output is a terminal.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any, TextIO
 
-from pyros1 import shown
+from pyros1.ground import shown
 
 _OWN = "(\x1b\\[(?:[0-9;]*m|[0-9;]*H|[0-2]?J|K|\\?(?:25|1049)[hl])|\r)"
 

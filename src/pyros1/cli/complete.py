@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pyros1.cli import registry
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.complete_line import Line
-from pyros1.shown import lines
+from pyros1.ground.shown import lines
 
 _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./:=@%,~")
 

@@ -77,7 +77,7 @@ def _machines(_: Line) -> list[str]:
 
 def _topic_type(line: Line) -> list[str]:
     """Return the topic's type; all types if it has none yet, or no master is running."""
-    from pyros1.errors import Error  # noqa: PLC0415
+    from pyros1.ground.errors import Error  # noqa: PLC0415
 
     try:
         with _master() as master:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import NoReturn
 
 from pyros1.cli import output
-from pyros1.errors import Error, MasterUnreachableError
+from pyros1.ground.errors import Error, MasterUnreachableError
 
 EX_USAGE = 64
 """Exit code for a missing or unknown verb (sysexits.h), as in the stock tools."""
@@ -66,7 +66,7 @@ def quiet_pipe() -> int:
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return a hint at what a misspelt word may mean, to append to a message; empty if nothing is similar."""
-    from pyros1.suggest import did_you_mean as hint  # noqa: PLC0415 - only what fails needs it
+    from pyros1.ground.suggest import did_you_mean as hint  # noqa: PLC0415 - only what fails needs it
 
     return hint(word, known)
 
@@ -74,7 +74,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 def elsewhere(verb: str) -> str:
     """Return a hint at other commands that have this verb, for example a tool of topic_tools typed after ``topic``."""
     from pyros1.cli import registry  # noqa: PLC0415 - only what fails needs it
-    from pyros1.suggest import SYNONYMS  # noqa: PLC0415
+    from pyros1.ground.suggest import SYNONYMS  # noqa: PLC0415
 
     homes = [f"'pyros1 {name} {verb}'" for name in registry.commands() if verb in registry.verbs(name)]
     return f" (did you mean {' or '.join(homes)}?)" if 1 <= len(homes) <= _MOST_HOMES and verb not in SYNONYMS else ""

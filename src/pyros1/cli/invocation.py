@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from pyros1 import names, shown
+from pyros1.ground import names, shown
 
 if TYPE_CHECKING:
     from pyros1.graph import Graph

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import sys
 
-from pyros1 import interrupts
 from pyros1.cli import output, registry
 from pyros1.cli.clean_output import clean_output
 from pyros1.cli.packages_here import add_packages_here
 from pyros1.cli.records import GROUPS
-from pyros1.errors import Error
+from pyros1.ground import interrupts
+from pyros1.ground.errors import Error
 
 _SPEAK_FOR_THEMSELVES = frozenset({"run", "launch"})
 """Commands that print hints at misspelt words themselves."""
@@ -149,7 +149,7 @@ def _say_what_was_meant(command: str, arguments: list[str]) -> None:
     """After a failure, print hints at words that look like misspelt options and remappings, except messages' values."""
     if command in _SPEAK_FOR_THEMSELVES:
         return
-    from pyros1.suggest import argument_hint, meant_option  # noqa: PLC0415 - only what fails needs it
+    from pyros1.ground.suggest import argument_hint, meant_option  # noqa: PLC0415 - only what fails needs it
 
     values = any(verb in arguments for verb in _TAKE_VALUES)
     for word in arguments:

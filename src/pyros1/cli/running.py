@@ -18,7 +18,7 @@ from pyros1.cli.failures import (
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_words
 from pyros1.cli.records import Command, Verb
-from pyros1.errors import Error, MasterUnreachableError
+from pyros1.ground.errors import Error, MasterUnreachableError
 
 
 def run_command(name: str, argv: list[str]) -> int:

@@ -6,8 +6,8 @@ import socket
 from time import monotonic, time
 
 from pyros1.doctor.facts import OTHER, REFUSED, TIMEOUT, UNRESOLVED, Failure, NodeFacts, Offer
-from pyros1.errors import DeadlineError, Error, ProtocolError, UnreachableError
 from pyros1.graph import NodeApi
+from pyros1.ground.errors import DeadlineError, Error, ProtocolError, UnreachableError
 from pyros1.net.hosts import parse_uri
 from pyros1.net.resolve import direct_addresses, look_up
 from pyros1.net.xmlrpc_client import XmlRpcClient

@@ -16,7 +16,7 @@ from pyros1.doctor.asking import addresses
 from pyros1.doctor.disk import folder_size
 from pyros1.doctor.facts import Disk, LocalProcess, Machine
 from pyros1.doctor.together import together
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.launch.running.logs import log_folder, ros_home
 from pyros1.net.hosts import DEFAULT_MASTER_URI, interface_addresses, parse_uri
 from pyros1.net.xmlrpc_client import XmlRpcClient

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from pyros1.doctor.disk import human_size
 from pyros1.doctor.facts import Machine
 from pyros1.doctor.finding import ERROR, WARNING, Finding
-from pyros1.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError
 from pyros1.net.hosts import DEFAULT_MASTER_URI, parse_uri
 
 LEAST_FREE = 100 << 20

@@ -10,8 +10,8 @@ from pyros1.doctor.asking import NODE_TIMEOUT, ask_node, ask_publisher, failure_
 from pyros1.doctor.facts import TIMEOUT, End, Failure, NodeFacts, Offer, System
 from pyros1.doctor.together import together
 from pyros1.doctor.topic_checks import missing_edges
-from pyros1.errors import Error
 from pyros1.graph import Graph, NodeApi, probe_service
+from pyros1.ground.errors import Error
 from pyros1.net.hosts import parse_uri
 from pyros1.net.master_client import MasterClient
 

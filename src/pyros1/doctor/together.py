@@ -8,7 +8,7 @@ from collections.abc import Callable, Hashable, Mapping
 from time import monotonic
 from typing import TypeVar
 
-from pyros1.errors import DeadlineError
+from pyros1.ground.errors import DeadlineError
 
 _K = TypeVar("_K", bound=Hashable)
 _V = TypeVar("_V")

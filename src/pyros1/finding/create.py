@@ -8,9 +8,9 @@ import re
 from html import escape  # HTML's escapes include XML's; xml.sax is slow to import
 from pathlib import Path
 
-from pyros1.errors import Error
 from pyros1.finding.cmake import cmake_lists
 from pyros1.finding.new_package import NewPackage
+from pyros1.ground.errors import Error
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")

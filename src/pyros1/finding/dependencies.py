@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from pyros1.errors import PackageNotFoundError
 from pyros1.finding.crawl import Found
 from pyros1.finding.manifest import Manifest, ManifestError, read_manifest
+from pyros1.ground.errors import PackageNotFoundError
 
 
 class Packages:

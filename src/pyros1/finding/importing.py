@@ -13,9 +13,9 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
 
-from pyros1.errors import UnknownTypeError
 from pyros1.finding.library import Library
-from pyros1.generated import OWN_MODULES, PREFIX, module_name, ros_name
+from pyros1.ground.errors import UnknownTypeError
+from pyros1.ground.generated import OWN_MODULES, PREFIX, module_name, ros_name
 from pyros1.msgs.base import Message, Service
 from pyros1.msgs.factory import make_message_class, make_service_class
 from pyros1.msgs.spec import is_type_name

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 RUN_TAGS = ("run_depend", "exec_depend", "depend")
 """Tags of a catkin package's run-time dependencies, in rospack's order."""

@@ -22,7 +22,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pyros1.errors import PackageNotFoundError
+from pyros1.ground.errors import PackageNotFoundError
 
 if TYPE_CHECKING:
     from pathlib import Path

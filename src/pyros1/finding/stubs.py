@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from pyros1.errors import UnknownTypeError
 from pyros1.finding.library import SHIPPED, Library
-from pyros1.generated import module_name
+from pyros1.ground.errors import UnknownTypeError
+from pyros1.ground.generated import module_name
 from pyros1.msgs.stubs import message_stub, package_stub, service_stub, used_packages
 
 HOME = Path(SHIPPED).parent

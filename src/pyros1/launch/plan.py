@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from pyros1.ground.names import ns_join
 from pyros1.launch.reading.conditions import DEFAULT_TIMEOUT, Condition
-from pyros1.names import ns_join
 
 
 @dataclass

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
 from typing import Any, Protocol
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.names import canonicalize_name, ns_join
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.reading.convert import convert_bool
 from pyros1.launch.reading.resources import Resources
@@ -18,7 +19,6 @@ from pyros1.launch.running.console import Console
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.session import Session
-from pyros1.names import canonicalize_name, ns_join
 
 _LAST_MOMENTS_S = 3.0
 

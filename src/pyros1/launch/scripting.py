@@ -18,7 +18,7 @@ import time
 import uuid
 from collections.abc import Iterable, Sequence
 
-from pyros1.errors import LaunchError, MasterUnreachableError, ParameterNotSetError
+from pyros1.ground.errors import LaunchError, MasterUnreachableError, ParameterNotSetError
 from pyros1.launch.plan import Plan
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.report import contents

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.errors import Error
-from pyros1.names import SEP, canonicalize_name, namespace
+from pyros1.ground.errors import Error
+from pyros1.ground.names import SEP, canonicalize_name, namespace
 
 Validator = Callable[[Any, str], Any]
 """Takes an argument and the caller's id; returns the value to use, or raises Refused."""

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from time import monotonic
 from typing import Any, Final
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.master.registry import Notice
 from pyros1.net.rpc_caller import RpcCaller
 

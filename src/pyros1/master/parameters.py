@@ -13,8 +13,8 @@ import copy
 from collections.abc import Iterable
 from typing import Any, Final
 
+from pyros1.ground.names import SEP
 from pyros1.master.registry import Members, Notice
-from pyros1.names import SEP
 from pyros1.wire.xmlrpc import PreparedDict
 
 MAX_DEPTH: Final = 90

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from pyros1.names import SEP
+from pyros1.ground.names import SEP
 
 ANY_TYPE = "*"
 

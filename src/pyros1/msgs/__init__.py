@@ -12,7 +12,7 @@ Definitions come from packages on ROS_PACKAGE_PATH, stock ROS installations, and
 
 from __future__ import annotations
 
-from pyros1 import generated
+from pyros1.ground import generated
 from pyros1.msgs.base import AnyMsg, Message, Service
 from pyros1.msgs.dynamic import DefinitionCache, from_definition
 

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from pyros1.ground.timing import TVal
 from pyros1.msgs.base import Buffer
-from pyros1.timing import TVal
 
 LARGE_STRING = 1 << 20
 """Size in bytes from which strings are decoded without a copy of their bytes, which takes longer for short ones."""

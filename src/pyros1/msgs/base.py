@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
-from pyros1.errors import DefinitionError, DeserializationError, MessageError
+from pyros1.ground.errors import DefinitionError, DeserializationError, MessageError
 
 if TYPE_CHECKING:
     from pyros1.msgs.digest import Digests

@@ -9,7 +9,7 @@ import codecs
 import struct
 from typing import Any
 
-from pyros1.errors import DeserializationError, MessageError, SerializationError
+from pyros1.ground.errors import DeserializationError, MessageError, SerializationError
 from pyros1.msgs.base import Buffer, Message, message_class
 from pyros1.msgs.factory import MAX_EMPTY
 from pyros1.msgs.spec import STRUCT_CODES

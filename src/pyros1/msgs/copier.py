@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.check import refusal
 from pyros1.msgs.encoder import WRONG_VALUE
 from pyros1.msgs.generator import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
-from pyros1.timing import Duration, Time
 
 
 class Copier(Source):

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from itertools import repeat
 from typing import Any, NamedTuple
 
-from pyros1.errors import DeserializationError
+from pyros1.ground.errors import DeserializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.check import explain

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from pyros1.errors import DefinitionError
+from pyros1.ground.errors import DefinitionError
 from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
 SEPARATOR = "=" * 80

@@ -5,7 +5,7 @@ With these, any topic can be read, even if its message package is not on this ma
 
 from __future__ import annotations
 
-from pyros1.errors import DefinitionError, UnknownTypeError
+from pyros1.ground.errors import DefinitionError, UnknownTypeError
 from pyros1.msgs.base import Message
 from pyros1.msgs.digest import Digests, split_full_text
 from pyros1.msgs.factory import make_message_class

@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.errors import SerializationError
+from pyros1.ground.errors import SerializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.check import refusal

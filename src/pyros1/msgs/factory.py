@@ -7,7 +7,7 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.errors import DefinitionError
+from pyros1.ground.errors import DefinitionError
 from pyros1.msgs.base import Message, MessageType, Service
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
+from pyros1.ground.timing import Duration, Time, TVal
 from pyros1.msgs.base import Message, message_class
 from pyros1.msgs.spec import HEADER
-from pyros1.timing import Duration, Time, TVal
 
 
 def fill_message(message: Message, args: Any, now: Time | None = None) -> None:

@@ -15,8 +15,8 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs.base import Message
-from pyros1.timing import Duration, Time
 
 MAX_INLINE = 200
 """Most values that one function handles inline; further values of nested messages are left to their own functions."""

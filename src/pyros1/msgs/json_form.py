@@ -13,10 +13,10 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
+from pyros1.ground.timing import Time, TVal
 from pyros1.msgs.base import Message, message_class
 from pyros1.msgs.fill import fill_message
-from pyros1.timing import Time, TVal
 
 _NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 _FLOATS = ("float32", "float64")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from typing import Any, NamedTuple
 
-from pyros1.errors import DeserializationError
+from pyros1.ground.errors import DeserializationError
 from pyros1.msgs.base import AnyMsg, Message, View, message_class
 from pyros1.msgs.generator import split_type
 from pyros1.msgs.spec import STRUCT_CODES

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from pyros1.errors import DefinitionError
+from pyros1.ground.errors import DefinitionError
 
 Value = bool | int | float | str
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import keyword
 from collections.abc import Iterable, Sequence
 
-from pyros1.generated import module_name
+from pyros1.ground.generated import module_name
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
 
@@ -22,8 +22,8 @@ from typing import SupportsIndex as _SupportsIndex
 
 from pyros1.msgs import {base} as _Base
 from pyros1.msgs.base import Array as _Array
-from pyros1.timing import Duration as _Duration
-from pyros1.timing import Time as _Time
+from pyros1.ground.timing import Duration as _Duration
+from pyros1.ground.timing import Time as _Time
 """
 
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
+from pyros1.ground.timing import Time, TVal
 from pyros1.msgs.base import Message, message_class
 from pyros1.msgs.yamltext import item_pieces, quoted_pieces
-from pyros1.timing import Time, TVal
 
 FieldFilter = Callable[[Message], Iterable[str]]
 Emit = Callable[[str], object]

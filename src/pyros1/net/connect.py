@@ -8,7 +8,7 @@ import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pyros1.errors import DeadlineError, TransportError, UnknownHostError, UnreachableError
+from pyros1.ground.errors import DeadlineError, TransportError, UnknownHostError, UnreachableError
 from pyros1.net.loop import WRITE
 
 if TYPE_CHECKING:

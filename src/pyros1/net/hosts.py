@@ -10,7 +10,7 @@ import struct
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
-from pyros1.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError
 from pyros1.net.resolve import direct_addresses, look_up
 
 DEFAULT_MASTER_URI: Final = "http://localhost:11311"

@@ -21,7 +21,7 @@ from itertools import count
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from pyros1.errors import DeadlineError
+from pyros1.ground.errors import DeadlineError
 
 if TYPE_CHECKING:
     from pyros1.net.reports import ErrorReports

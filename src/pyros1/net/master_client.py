@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, cast
 
-from pyros1 import shown
-from pyros1.errors import (
+from pyros1.ground import shown
+from pyros1.ground.errors import (
     DeadlineError,
     Error,
     MasterError,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from pyros1 import shown
+from pyros1.ground import shown
 from pyros1.net.background import Background, write_to_terminal
 from pyros1.net.repeats import Repeats
 

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from pyros1.errors import DeadlineError, Error, ProtocolError, UnreachableError
+from pyros1.ground.errors import DeadlineError, Error, ProtocolError, UnreachableError
 from pyros1.net.connect import ConnectHandle, connect
 from pyros1.net.hosts import parse_uri
 from pyros1.net.loop import READ, WRITE

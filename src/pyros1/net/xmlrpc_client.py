@@ -10,7 +10,7 @@ import threading
 from time import monotonic
 from typing import Any
 
-from pyros1.errors import DeadlineError, ProtocolError, UnknownHostError, UnreachableError
+from pyros1.ground.errors import DeadlineError, ProtocolError, UnknownHostError, UnreachableError
 from pyros1.net.hosts import parse_uri
 from pyros1.net.resolve import direct_addresses, look_up
 from pyros1.wire.http import Response, ResponseParser, build_request

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from time import gmtime, monotonic, time
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from pyros1.errors import Error, XmlRpcFault
+from pyros1.ground.errors import Error, XmlRpcFault
 from pyros1.net.loop import READ, WRITE
 from pyros1.wire.http import HttpError, HttpLimits, Request, RequestParser, build_response
 from pyros1.wire.http_head import date_field

@@ -7,7 +7,7 @@ from math import inf
 from types import ModuleType
 from typing import Any
 
-from pyros1.errors import InvalidNameError
+from pyros1.ground.errors import InvalidNameError
 from pyros1.msgs import AnyMsg, Message, Service, load_message, load_service
 from pyros1.wire.handshake import TopicType
 

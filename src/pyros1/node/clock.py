@@ -9,10 +9,10 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pyros1.errors import NodeShutdownError, TimeMovedBackwardsError
+from pyros1.ground.errors import NodeShutdownError, TimeMovedBackwardsError
+from pyros1.ground.timing import Duration, Time
 from pyros1.net.bell import Bell, Event
 from pyros1.node.checks import check_positive
-from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
     from pyros1.node.callback_queue import CallbackQueue

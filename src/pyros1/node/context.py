@@ -9,7 +9,7 @@ from functools import cached_property
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pyros1.errors import NodeShutdownError, UnknownHostError
+from pyros1.ground.errors import NodeShutdownError, UnknownHostError
 from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
 from pyros1.node.checks import check_timeout

@@ -6,8 +6,8 @@ import os
 import time
 from collections.abc import Mapping
 
-from pyros1 import names
-from pyros1.errors import InvalidNameError
+from pyros1.ground import names
+from pyros1.ground.errors import InvalidNameError
 
 
 def full_name(

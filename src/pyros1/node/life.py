@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pyros1.interrupts import die
+from pyros1.ground.interrupts import die
 from pyros1.net.bell import Event
 from pyros1.node.signals import SignalHandlers
 

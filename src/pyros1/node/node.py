@@ -8,8 +8,9 @@ import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
-from pyros1 import names, shown
-from pyros1.errors import Error, NodeShutdownError
+from pyros1.ground import names, shown
+from pyros1.ground.errors import Error, NodeShutdownError
+from pyros1.ground.timing import Time
 from pyros1.msgs import Service, load_message
 from pyros1.net.bell import Event
 from pyros1.net.hosts import host_from_environment
@@ -41,7 +42,6 @@ from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.node.topic_type import topic_type
 from pyros1.node.topics import Topics
-from pyros1.timing import Time
 from pyros1.wire.handshake import TopicType
 
 _M = TypeVar("_M")

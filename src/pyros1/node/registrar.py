@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from time import monotonic
 from typing import TYPE_CHECKING, Any, cast
 
-from pyros1.errors import (
+from pyros1.ground.errors import (
     DeadlineError,
     Error,
     MasterError,

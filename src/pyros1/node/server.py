@@ -12,7 +12,7 @@ import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pyros1.errors import Error, ProtocolError
+from pyros1.ground.errors import Error, ProtocolError
 from pyros1.node.log.levels import ERROR, WARN
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header

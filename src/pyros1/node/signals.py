@@ -12,7 +12,7 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-from pyros1.interrupts import Insistence, catch, is_usual
+from pyros1.ground.interrupts import Insistence, catch, is_usual
 
 
 class SignalHandlers:

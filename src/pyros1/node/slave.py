@@ -10,7 +10,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import Error, XmlRpcFault
+from pyros1.ground.errors import Error, XmlRpcFault
 from pyros1.net.hosts import parse_uri
 from pyros1.node.log.levels import WARN
 from pyros1.wire.handshake import Refusal

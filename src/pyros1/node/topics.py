@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import NodeError, WaitTimeoutError
+from pyros1.ground.errors import NodeError, WaitTimeoutError
 from pyros1.net.bell import Event
 from pyros1.node.checks import check_timeout
 from pyros1.node.publishing.publication import FAREWELL, Publication

@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import Error
 from pyros1.graph import Graph, probe_service
+from pyros1.ground.errors import Error
 from pyros1.test_nodes.check import STEP, SetupError, Test, await_clock, entries, pause, require
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.launch.testing.junit import Case
 
 if TYPE_CHECKING:

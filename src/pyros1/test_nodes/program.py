@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.launch.testing.junit import Results, description, write_results
 from pyros1.node import Node
 from pyros1.test_nodes import advertise, hz, param, publish

@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Any
 
+from pyros1.ground.timing import Duration
 from pyros1.msgs import AnyMsg
 from pyros1.test_nodes.check import STEP, SetupError, Test, await_clock, entries, pause, require
-from pyros1.timing import Duration
 
 if TYPE_CHECKING:
     from pyros1.node import Node

@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterable
 from time import monotonic
 from typing import Any, NamedTuple, TypeVar
 
-from pyros1.errors import NodeShutdownError
+from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.shown import one_line
+from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
-from pyros1.shown import one_line
 from pyros1.tf.errors import ConnectivityException, ExtrapolationException, LookupException
 from pyros1.tf.frame import to_sec
 from pyros1.tf.rotation import Transform
 from pyros1.tf.tree import Tree
-from pyros1.timing import Time
 
 _T = TypeVar("_T")
 _NS = 1_000_000_000

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import NodeShutdownError
+from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import load_message
 from pyros1.tf.buffer_server import ACTION, CODES
 from pyros1.tf.errors import TimeoutException, TransformException
-from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
     from pyros1.node import Node

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import load_message
 from pyros1.tf import errors
-from pyros1.timing import Duration, Time
 
 if TYPE_CHECKING:
     from pyros1.node import Node

@@ -6,7 +6,7 @@ import threading
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import NodeError
+from pyros1.ground.errors import NodeError
 from pyros1.msgs import load_message
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isnan
 
-from pyros1.shown import one_line
+from pyros1.ground.shown import one_line
 from pyros1.tf.errors import (
     ConnectivityException,
     ExtrapolationException,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import threading
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import one_line
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 from pyros1.node.log.levels import ERROR
 from pyros1.node.publishing.publisher import Publisher
-from pyros1.shown import one_line
 from pyros1.wire.handshake import TopicType
 
 QUEUE_SIZE = 100

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 
-from pyros1.errors import Error, NodeError
+from pyros1.ground.errors import Error, NodeError
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 from pyros1.node.subscribing.subscriber import Subscriber

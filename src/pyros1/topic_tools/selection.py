@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from pyros1.errors import InvalidNameError, NodeError
+from pyros1.ground.errors import InvalidNameError, NodeError
 from pyros1.node import Node
 from pyros1.node.log.levels import WARN
 from pyros1.node.publishing.publisher import Publisher

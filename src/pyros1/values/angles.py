@@ -1,7 +1,7 @@
 """The arithmetic of ``rad(...)`` and ``!radians`` (https://wiki.ros.org/rosparam#YAML_Format).
 
-Stock lets Python evaluate the text. Values come from elsewhere, so here the safe language of `pyros1.expressions`
-evaluates it, limited to numbers.
+Stock lets Python evaluate the text. Values come from elsewhere, so here the safe language of
+`pyros1.ground.expressions` evaluates it, limited to numbers.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import ast
 import math
 from typing import Any
 
-from pyros1.expressions import ExpressionError, Interpreter
+from pyros1.ground.expressions import ExpressionError, Interpreter
 
 
 def radians(text: str) -> float:

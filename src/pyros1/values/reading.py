@@ -16,7 +16,7 @@ import re
 from functools import cache
 from typing import Any
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 _DEEPEST = 50
 """Most levels of nesting: each takes several nested calls in Python, which limits them."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import struct
 
-from pyros1.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError
 
 MAX_MESSAGE_SIZE = 1_000_000_000
 """Largest frame accepted, in bytes: the limit that roscpp has too."""

@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from pyros1.errors import ConnectionRefusedByPeerError, ProtocolError
-from pyros1.shown import one_line
+from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError
+from pyros1.ground.shown import one_line
 
 ANY = "*"
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 
-from pyros1.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError
 
 MAX_HEADER_SIZE = 1 << 20
 """Largest header accepted from a peer, in bytes. Its largest field is the message definition: tens of kilobytes."""

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from pyros1.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError
 
 # strftime would use the names of the user's language.
 _DAYS: Final = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")

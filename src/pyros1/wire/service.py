@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import struct
 
-from pyros1.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 
 _HEAD = struct.Struct("<BI")

@@ -26,7 +26,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from pyros1.errors import ProtocolError, SerializationError, XmlRpcFault
+from pyros1.ground.errors import ProtocolError, SerializationError, XmlRpcFault
 from pyros1.wire.xmlrpc_scan import scan_call, scan_response
 
 MAX_DEPTH: Final = 100

@@ -18,7 +18,7 @@ from pyros1.bag.format import writer
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import BAG_HEADER_SIZE
 from pyros1.cli.running import run_command
-from pyros1.timing import Duration
+from pyros1.ground.timing import Duration
 
 from ..conftest import Make, values
 

@@ -19,10 +19,10 @@ from pyros1.bag import BagWriter
 from pyros1.bag.export.extras import extra
 from pyros1.bag.export.legal_names import LegalNames
 from pyros1.cli.running import run_command
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message, from_definition, load_message
 from pyros1.msgs.base import nested_classes
-from pyros1.timing import Duration, Time
 
 from ...bodies import encode
 from ..conftest import Make, values

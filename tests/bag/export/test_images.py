@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pyros1.bag.export.images import pixels, to_8_bits
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
 
 

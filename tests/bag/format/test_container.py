@@ -16,9 +16,9 @@ from pyros1.bag.format.files import Counts
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import BAG_HEADER_SIZE
 from pyros1.bag.format.writer import BagWriter
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, load_message
-from pyros1.timing import Duration, Time
 
 from ..conftest import Make, values
 from ..made import header_of

@@ -13,9 +13,9 @@ from pyros1.bag import BagWriter
 from pyros1.bag.play.control import Control
 from pyros1.bag.play.player import Player, PlayOptions
 from pyros1.bag.play.source import Bags
+from pyros1.ground.timing import Time
 from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
 from pyros1.msgs.std_msgs.msg import Header, String
-from pyros1.timing import Time
 
 from ...bodies import encode
 from ...parts import publication_of

@@ -14,7 +14,7 @@ from pyros1.bag.record.names import FileNames, Selection
 from pyros1.cli.commands.bag._running.live import LiveLine, RecordLine, record_table, size_text
 from pyros1.cli.commands.bag.record import VERB
 from pyros1.cli.invocation import Invocation
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 MOMENT = time.mktime((2026, 11, 20, 20, 24, 3, 0, 0, -1))
 

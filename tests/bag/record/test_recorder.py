@@ -378,8 +378,8 @@ def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp
 
 
 def test_sim_time_is_recorded(start: Any, make_node: Any, tmp_path: Path) -> None:
+    from pyros1.ground.timing import Time
     from pyros1.msgs.rosgraph_msgs.msg import Clock
-    from pyros1.timing import Time
 
     node = make_node("talker")
     node.params["/use_sim_time"] = True

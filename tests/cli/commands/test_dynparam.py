@@ -21,8 +21,8 @@ from pyros1.cli.commands.dynparam._values import (
     request,
 )
 from pyros1.cli.running import run_command
-from pyros1.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.msgs.dynamic_reconfigure.msg import (
     BoolParameter,
     Config,

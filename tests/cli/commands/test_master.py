@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from pyros1.cli.main import entry
-from pyros1.errors import MasterUnreachableError
+from pyros1.ground.errors import MasterUnreachableError
 from pyros1.master import Master
 from pyros1.net.master_client import MasterClient
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import pytest
 
-from pyros1.errors import ParameterNotSetError
+from pyros1.ground.errors import ParameterNotSetError
 from pyros1.net.master_client import MasterClient
 
 SOURCES = Path(__file__).resolve().parents[3] / "src"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.cli.shared.documents import Record, documents
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 
 def test_each_document_comes_when_its_end_was_read() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.convert import convert_bool, convert_condition, convert_value
 
 

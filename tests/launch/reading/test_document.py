@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.document import parse_document
 
 TEXT = '<launch>\n  <node a="1" b="2">\n    <param/>text &amp; more<!-- c --> end\n  </node>\n</launch>\n'

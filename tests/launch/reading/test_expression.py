@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.expression import evaluate
 
 VARIABLES = {"i": 3, "f": 0.5, "s": "text", "t": True}

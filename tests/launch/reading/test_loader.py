@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import Plan
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.resources import Resources

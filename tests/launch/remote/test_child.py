@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import Error
 from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import Error
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.remote.child import Child
 from pyros1.launch.running.options import Options

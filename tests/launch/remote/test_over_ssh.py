@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import MachinePlan, NodePlan
 from pyros1.launch.remote.over_ssh import SSH_VARIABLE, Machine, make_machine, ssh_words
 from pyros1.launch.remote.process import RemoteProcess

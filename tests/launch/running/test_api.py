@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.errors import XmlRpcFault
+from pyros1.ground.errors import XmlRpcFault
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process_spec import ProcessSpec

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan
 from pyros1.launch.reading.conditions import Condition
 from pyros1.launch.reading.loader import load_plan

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.errors import LaunchError
 from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import NodePlan
 from pyros1.launch.running.command_line import locate, node_environment, node_words
 

@@ -13,7 +13,7 @@ import pytest
 
 from pyros1.cli.commands.node.status import json_form, table
 from pyros1.cli.main import entry as entry_point
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.control import URIS, Launch, Status, running_launches

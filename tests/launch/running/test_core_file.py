@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.errors import LaunchError
 from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.running.core import CORE_PARAMS
 from pyros1.launch.running.core_file import CoreFile, read_core_file
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.conditions import Condition, parse_conditions, parse_seconds
 from pyros1.launch.running.readiness import Gate
 from pyros1.master.server import Master

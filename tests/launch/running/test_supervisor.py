@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import ServiceError
+from pyros1.ground.errors import ServiceError
 from pyros1.launch.running.core import Core
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.master_client import MasterClient

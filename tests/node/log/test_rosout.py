@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from pyros1.ground.timing import Time
 from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
 from pyros1.msgs.std_msgs.msg import Header
 from pyros1.node.log.rosout import RosoutAggregator
-from pyros1.timing import Time
 
 
 def message(number: int = 0, **fields: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import MasterError, MasterUnreachableError, ParameterNotSetError
+from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterNotSetError
 from pyros1.node.parameters.copies import Copies
 from pyros1.node.parameters.parameters import Parameters
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.node.parameters.private import left_over, private_parameter
 from pyros1.values import load_yaml
 

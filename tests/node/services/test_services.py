@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import (
+from pyros1.ground.errors import (
     MessageError,
     NodeError,
     NodeShutdownError,
@@ -469,7 +469,7 @@ def threads_of(node: Any) -> list[str]:
 def test_idle_and_slow_clients_cost_no_threads_and_hinder_nobody(
     server: Any, caller: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.services.server.MOST_CALLS", 8)
+    monkeypatch.setattr("pyros1.node.services.server.MOST_CALLS", 20)
     monkeypatch.setattr("pyros1.node.services.connection.LINGER", 0.001)
     server.advertise_service("popular", SetBool, lambda request: (request.data, ""))
     server.advertise_service("other", Empty, lambda request: {})
@@ -479,7 +479,7 @@ def test_idle_and_slow_clients_cost_no_threads_and_hinder_nobody(
         peer.sock.sendall(b"\x01\0\0\0\x01" if number % 2 else b"\x01\0")  # a call, or the beginning of one
         if number % 2:
             assert peer.take(10)[0] == 1
-    assert len(threads_of(server)) <= 10  # one that has answered may not be free yet for the next call
+    assert len(threads_of(server)) <= 22  # those that have answered may not be free yet for the next call
     caller.service("other", Empty)()
     with caller.service("popular", SetBool, persistent=True) as client:
         assert client(True).success

@@ -62,7 +62,7 @@ def test_nonsense_from_request_topic_is_asked_again(
 
 
 def test_a_fault_from_request_topic_is_asked_again(make_node: Any, fake_node: Any, collect: Any) -> None:
-    from pyros1.errors import XmlRpcFault
+    from pyros1.ground.errors import XmlRpcFault
 
     fake, got = fake_node("/fake"), collect()
 

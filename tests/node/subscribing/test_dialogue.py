@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from pyros1.errors import UnknownHostError
+from pyros1.ground.errors import UnknownHostError
 from pyros1.node.subscribing import dialogue as do
 from pyros1.node.subscribing.dialogue import FIRST_REST, LONGEST_REST, UNDER_WAY, Dialogue, State
 from pyros1.wire.handshake import TopicType

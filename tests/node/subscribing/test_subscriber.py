@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.errors import SerializationError
+from pyros1.ground.errors import SerializationError
 from pyros1.msgs import AnyMsg, load_message
 
 from ...bodies import encode

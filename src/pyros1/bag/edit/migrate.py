@@ -11,9 +11,9 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import RECORD_OVERHEAD, Connection
 from pyros1.bag.format.writer import BagWriter
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
+from pyros1.ground.shown import one_line
 from pyros1.msgs import load_message
-from pyros1.shown import one_line
 
 Migration = tuple[Class, Class | None, list[Missing]]
 """An outdated type: its class, its present class or None, and the missing rules."""

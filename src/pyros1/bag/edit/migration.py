@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 from pyros1.bag.errors import BagError
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
 from pyros1.msgs import Message, from_definition
 from pyros1.msgs.digest import SEPARATOR, split_full_text
 

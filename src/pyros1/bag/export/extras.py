@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 
 def extra(module: str, name: str) -> Any:

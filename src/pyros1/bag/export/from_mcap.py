@@ -13,7 +13,7 @@ from pyros1.bag.export.imported import Imported
 from pyros1.bag.export.mcap import ROS1_ENCODING, ROS1_SCHEMA, Channel
 from pyros1.bag.export.mcap_reader import McapReader
 from pyros1.bag.format.writer import BagWriter
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
 from pyros1.msgs import from_definition
 from pyros1.msgs.spec import is_type_name
 

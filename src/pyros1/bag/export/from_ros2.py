@@ -18,7 +18,7 @@ from pyros1.bag.export.imported import Imported
 from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, used_types
 from pyros1.bag.format.records import RECORD_OVERHEAD
 from pyros1.bag.format.writer import BagWriter
-from pyros1.errors import MessageError, UnknownTypeError
+from pyros1.ground.errors import MessageError, UnknownTypeError
 from pyros1.msgs import from_definition, load_message
 
 _TRANSIENT_LOCAL = 1

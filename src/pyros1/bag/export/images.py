@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
 
 Pixels = NDArray[Any]
 

@@ -11,8 +11,8 @@ from typing import Any
 from pyros1.bag.export.extras import extra
 from pyros1.bag.export.images import Pixels, pixels
 from pyros1.bag.export.topic_names import FileNames
-from pyros1.errors import MessageError
-from pyros1.timing import Time
+from pyros1.ground.errors import MessageError
+from pyros1.ground.timing import Time
 
 TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 """Types of image messages."""

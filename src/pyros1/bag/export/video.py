@@ -14,8 +14,8 @@ import numpy as np
 from pyros1.bag.export.extras import extra
 from pyros1.bag.export.images import Pixels, pixels, to_8_bits
 from pyros1.bag.export.pictures import TYPES, compressed
-from pyros1.errors import MessageError
-from pyros1.timing import Time
+from pyros1.ground.errors import MessageError
+from pyros1.ground.timing import Time
 
 _TICK = Fraction(1, 1_000_000)
 _CODECS = ("libx264", "mpeg4")

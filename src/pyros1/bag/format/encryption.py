@@ -12,7 +12,7 @@ from io import BytesIO
 from typing import Any
 
 from pyros1.bag.format.records import RecordError
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 AES = "rosbag/AesCbcEncryptor"
 NONE = "rosbag/NoEncryptor"

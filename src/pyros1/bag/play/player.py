@@ -16,10 +16,10 @@ from pyros1.bag.play.clock import NS, Ticker, Timeline
 from pyros1.bag.play.control import Control
 from pyros1.bag.play.source import Bags, Played, ReadAhead
 from pyros1.bag.play.static import StaticTransforms, keeps_static
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
+from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.node import Node
-from pyros1.timing import Time
 from pyros1.wire.handshake import TopicType
 
 _STATUS_TIME = 0.1

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pyros1.bag.format.records import Connection
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
 from pyros1.msgs import AnyMsg, load_message
 
 TYPE = "tf2_msgs/TFMessage"

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from queue import Empty, SimpleQueue
 
 from pyros1.bag.record.topics import TopicSearch
-from pyros1.errors import NodeShutdownError
-from pyros1.interrupts import catch
+from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.interrupts import catch
 from pyros1.node import Node
 
 _LOOK_TIME = 1.0

@@ -7,7 +7,7 @@ import time
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 
 @dataclass(frozen=True)

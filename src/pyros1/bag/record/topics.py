@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 
 from pyros1.bag.record.names import Selection
-from pyros1.errors import Error
 from pyros1.graph import Graph
+from pyros1.ground.errors import Error
 from pyros1.node import Node
 
 

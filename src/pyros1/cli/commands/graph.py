@@ -17,9 +17,9 @@ from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.doctor.edges import Edge, actual_edges
 from pyros1.doctor.together import together
-from pyros1.errors import MasterUnreachableError
 from pyros1.graph import Connection, Graph
-from pyros1.shown import json_text
+from pyros1.ground.errors import MasterUnreachableError
+from pyros1.ground.shown import json_text
 
 _NODE_TIMEOUT = 2.0
 _PERIOD = 1.0

@@ -13,7 +13,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_without_specials
 from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.cli.shared.integers import PORT_RANGE
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 _BANNER = """ACHTUNG WARNING ACHTUNG WARNING ACHTUNG
 This starts the master without rosout. Use pyros1 core (roscore) instead, or add --core if this is intended.
@@ -25,7 +25,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if args:
         raise UsageError(f"unrecognized args: {' '.join(args)}")
 
-    from pyros1.interrupts import catch  # noqa: PLC0415
+    from pyros1.ground.interrupts import catch  # noqa: PLC0415
     from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment, master_uri, parse_uri  # noqa: PLC0415

@@ -13,7 +13,7 @@ from typing import Any
 from pyros1.cli.failures import EX_USAGE
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.msgs import Message, load_message, load_service
 from pyros1.msgs.base import nested_classes
 from pyros1.values.writing import dump
@@ -146,7 +146,7 @@ def _element(base: str, classes: Any) -> Any:
     if base in classes:
         return classes[base]()
     if base in ("time", "duration"):
-        from pyros1.timing import Duration, Time  # noqa: PLC0415
+        from pyros1.ground.timing import Duration, Time  # noqa: PLC0415
 
         return Time() if base == "time" else Duration()
     return "" if base == "string" else 0

@@ -10,11 +10,11 @@ from typing import Any
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
-from pyros1.errors import PackageNotFoundError
 from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import PackageNotFoundError
+from pyros1.ground.suggest import argument_hint, did_you_mean
 from pyros1.launch.running.command_line import executable_words, is_own, own_python_environment
 from pyros1.launch.running.shebang import script_trouble
-from pyros1.suggest import argument_hint, did_you_mean
 
 
 class _Options:

@@ -8,13 +8,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pyros1 import shown
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_all_words
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
-from pyros1.errors import Error
+from pyros1.ground import shown
+from pyros1.ground.errors import Error
 
 if TYPE_CHECKING:
     from pyros1.launch.testing.junit import Case

@@ -15,8 +15,8 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Command, Flag, Verb
 from pyros1.cli.shared.argparsing import add_parts, make_parser
 from pyros1.cli.shared.printing import print_json
-from pyros1.errors import PackageNotFoundError
 from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import PackageNotFoundError
 
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _VERSION = re.compile(r"<version[^>]*>\s*([^<\s]+)\s*</version>")

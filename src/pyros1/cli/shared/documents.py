@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.values import load_yaml
 
 MAX_DOCUMENT = 64 << 20

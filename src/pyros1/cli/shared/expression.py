@@ -1,6 +1,6 @@
 """Expressions on messages, for options such as ``--filter``: a safe part of Python.
 
-The language is that of `pyros1.expressions`.
+The language is that of `pyros1.ground.expressions`.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.expressions import ExpressionError, Interpreter, UnknownNameError
-from pyros1.expressions.functions import MATH, functions
+from pyros1.ground.expressions import ExpressionError, Interpreter, UnknownNameError
+from pyros1.ground.expressions.functions import MATH, functions
+from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
-from pyros1.timing import TVal
 
 __all__ = ["FUNCTIONS", "MAX_ITEMS", "TIME_METHODS", "Expression", "ExpressionError"]
 

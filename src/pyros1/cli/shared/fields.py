@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
+from pyros1.ground.timing import TVal
 from pyros1.msgs import Message, load_message
 from pyros1.msgs.spec import is_type_name
-from pyros1.timing import TVal
 
 _STEP = re.compile(r"([A-Za-z_]\w*)(\[[^\[\]]*\])?\Z", re.ASCII)
 _INTEGER = re.compile(r"[+-]?\d{1,18}\Z", re.ASCII)

@@ -13,10 +13,10 @@ from typing import Any
 from pyros1.bag.export.tables import emit_row
 from pyros1.cli.shared.pieces import Pieces, Write
 from pyros1.cli.shared.printing import use_colour
+from pyros1.ground.shown import json_text, lines
+from pyros1.ground.timing import Time, TVal
 from pyros1.msgs import Message
 from pyros1.msgs.text import emit_message
-from pyros1.shown import json_text, lines
-from pyros1.timing import Time, TVal
 
 Show = Callable[[Message, Any, "str | None", Write], object]
 """Writes a message's text. Takes the message, the value to write, its type from `FieldPath.get`, and a function that

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.shared.integers import PORT_RANGE
-from pyros1.errors import Error, LaunchError
+from pyros1.ground.errors import Error, LaunchError
 
 if TYPE_CHECKING:
     from pyros1.launch.plan import Plan

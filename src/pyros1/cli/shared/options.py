@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.bag.limits import CHUNK_LIMIT, LIMIT_VARIABLE, parse_limit
 from pyros1.cli.records import Option
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 
 def _take_limit(option: object, name: str, value: str, parser: Any) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any, TextIO
 
-from pyros1 import shown
+from pyros1.ground import shown
 
 
 def print_json(value: Any) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.errors import MasterError, UnknownTypeError
+from pyros1.ground.errors import MasterError, UnknownTypeError
 from pyros1.msgs import AnyMsg, DefinitionCache, Message, load_message
 
 _LOOK_AGAIN = 0.2

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pyros1.errors import LaunchError
-from pyros1.names import ns_join, resolve_name
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.names import ns_join, resolve_name
 
 KINDS = ("topic", "service", "param", "node")
 DEFAULT_TIMEOUT = 60.0

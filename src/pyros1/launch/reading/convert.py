@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 
 
 def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each type

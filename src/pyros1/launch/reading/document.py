@@ -14,7 +14,7 @@ from xml.parsers.expat import ExpatError
 from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped]  # it has no stubs
 from defusedxml.ElementTree import DefusedXMLParser  # type: ignore[import-untyped]  # it has no stubs
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 
 _MAX_DEPTH = 200
 _MAX_ENTITIES = 100

@@ -1,6 +1,6 @@
 """``$(eval ...)``: a small, safe part of Python's expressions (X71, https://wiki.ros.org/roslaunch/XML).
 
-The language is that of `pyros1.expressions`, with all its functions and those of ``math`` without a prefix.
+The language is that of `pyros1.ground.expressions`, with all its functions and those of ``math`` without a prefix.
 """
 
 from __future__ import annotations
@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.errors import LaunchError
-from pyros1.expressions import MAX_ITEMS, ExpressionError, Interpreter, bounded
-from pyros1.expressions.functions import MATH, functions
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.expressions import MAX_ITEMS, ExpressionError, Interpreter, bounded
+from pyros1.ground.expressions.functions import MATH, functions
 
 _BUILTINS: dict[str, Any] = {**functions(MAX_ITEMS), "true": True, "false": False, **MATH}
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 
-from pyros1.errors import Error, LaunchError
+from pyros1.ground.errors import Error, LaunchError
+from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.plan import ArgPlan, IncludePlan, Plan
 from pyros1.launch.reading.convert import convert_bool, convert_condition
 from pyros1.launch.reading.document import Element, parse_document
@@ -18,7 +19,6 @@ from pyros1.launch.reading.params import ParamReader
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.reading.scope import Scope, ScopeSubstituter
 from pyros1.launch.reading.substitution import substitute
-from pyros1.suggest import did_you_mean
 
 STDIN = "-"
 _Handlers = dict[str, Callable[[Element, Scope], None]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import MachinePlan, Plan
 from pyros1.launch.reading.document import Element
 

@@ -6,14 +6,14 @@ import shlex
 from collections.abc import Callable
 from typing import Literal
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.names import is_legal_base_name
 from pyros1.launch.plan import NodePlan, Plan, TestPlan
 from pyros1.launch.reading.conditions import parse_conditions, parse_seconds
 from pyros1.launch.reading.convert import convert_bool
 from pyros1.launch.reading.document import Element
 from pyros1.launch.reading.params import Attribute, ParamReader
 from pyros1.launch.reading.scope import Scope
-from pyros1.names import is_legal_base_name
 
 Children = Callable[[Element, Scope, dict[str, Callable[[Element, Scope], None]]], None]
 _NOT_ON_TEST = ("respawn", "respawn_delay", "output")

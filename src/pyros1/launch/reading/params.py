@@ -6,13 +6,13 @@ import shlex
 from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.names import canonicalize_name, is_private, ns_join
 from pyros1.launch.plan import ParamFileAction, Plan
 from pyros1.launch.reading.convert import convert_bool, convert_value
 from pyros1.launch.reading.document import Element
 from pyros1.launch.reading.scope import Scope, ScopeSubstituter
 from pyros1.launch.reading.substitution import substitute
-from pyros1.names import canonicalize_name, is_private, ns_join
 
 Attribute = Callable[[Element, Scope, str], "str | None"]
 _SOURCES = ("value", "textfile", "binfile", "command")

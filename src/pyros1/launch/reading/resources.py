@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from pyros1.errors import LaunchError, PackageNotFoundError
-from pyros1.suggest import did_you_mean
+from pyros1.ground.errors import LaunchError, PackageNotFoundError
+from pyros1.ground.suggest import did_you_mean
 
 _Names = list[str]
 _Paths = list[Path]

@@ -6,10 +6,10 @@ import os
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.names import canonicalize_name, is_legal_name, is_private, ns_join
+from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.reading.resources import Resources
-from pyros1.names import canonicalize_name, is_legal_name, is_private, ns_join
-from pyros1.suggest import did_you_mean
 
 
 @dataclass

@@ -10,9 +10,9 @@ import re
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.reading.convert import convert_value
-from pyros1.suggest import did_you_mean
 
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 

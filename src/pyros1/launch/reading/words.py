@@ -6,11 +6,11 @@ import os
 import re
 import sys
 
-from pyros1.errors import LaunchError, PackageNotFoundError
 from pyros1.finding.packages import OWN_PACKAGES
+from pyros1.ground.errors import LaunchError, PackageNotFoundError
+from pyros1.ground.suggest import argument_hint, did_you_mean
 from pyros1.launch.reading.loader import STDIN
 from pyros1.launch.reading.resources import Resources
-from pyros1.suggest import argument_hint, did_you_mean
 
 _MOST_NAMES = 20
 _ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import sys
 
-from pyros1.errors import LaunchError
 from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.resources import Resources
 
 _COMMAND_TIMEOUT_S = 600.0

@@ -12,8 +12,8 @@ import shutil
 import sys
 import types
 
-from pyros1.errors import PackageNotFoundError
 from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
+from pyros1.ground.errors import PackageNotFoundError
 
 MISSING = "xacro is not installed: pip install pyros1[xacro]"
 _NAMES = ("xacro", "xacro.py")

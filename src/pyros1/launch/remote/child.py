@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TextIO
 
-from pyros1.errors import Error, LaunchError
+from pyros1.ground.errors import Error, LaunchError
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.reading.loader import STDIN, load_plan
 from pyros1.launch.reading.resources import Resources

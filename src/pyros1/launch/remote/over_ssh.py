@@ -23,7 +23,7 @@ from collections.abc import Callable, Mapping
 from importlib import resources
 from typing import Any
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import MachinePlan, NodePlan
 from pyros1.launch.reading.conditions import parse_seconds
 from pyros1.launch.remote.process import RemoteProcess

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.launch.running.usage import group_usages

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from pyros1.errors import LaunchError, PackageNotFoundError
+from pyros1.ground.errors import LaunchError, PackageNotFoundError
+from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.command_line import check_prefix, check_script, locate
 from pyros1.net.hosts import is_local
-from pyros1.suggest import did_you_mean
 
 
 def unknown_machines(plan: Plan) -> Iterator[LaunchError]:

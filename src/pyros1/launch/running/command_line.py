@@ -7,8 +7,8 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from pyros1.errors import LaunchError, PackageNotFoundError
 from pyros1.finding.packages import OWN_PACKAGES
+from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import NodePlan
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.shebang import script_trouble

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from pyros1.errors import Error, LaunchError, ParameterNotSetError, XmlRpcFault
+from pyros1.ground.errors import Error, LaunchError, ParameterNotSetError, XmlRpcFault
 from pyros1.net.master_client import MasterClient, unpack
 from pyros1.net.xmlrpc_client import XmlRpcClient
 

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyros1 import shown
-from pyros1.errors import Error, LaunchError
+from pyros1.ground import shown
+from pyros1.ground.errors import Error, LaunchError
 from pyros1.net.background import Background, GiveUp, Item
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.log_file import LogFile

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.launch.reading.conditions import Condition
 from pyros1.net.master_client import MasterClient
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
-from pyros1.errors import (
+from pyros1.ground.errors import (
     DeadlineError,
     Error,
     LaunchError,

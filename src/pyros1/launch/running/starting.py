@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyros1.errors import LaunchError
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan, TestPlan
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.command_line import check_prefix, check_script, locate, node_environment, node_words

@@ -13,8 +13,8 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Literal
 
-from pyros1.errors import LaunchError
-from pyros1.interrupts import Insistence, catch
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.interrupts import Insistence, catch
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec

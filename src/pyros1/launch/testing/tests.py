@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from pyros1.errors import Error, LaunchError
+from pyros1.ground.errors import Error, LaunchError
 from pyros1.launch.plan import Plan, TestPlan
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.command_line import locate

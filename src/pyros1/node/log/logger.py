@@ -10,7 +10,7 @@ import sys
 import time
 from types import CodeType, FrameType
 
-from pyros1 import shown
+from pyros1.ground import shown
 from pyros1.node.checks import check_seconds
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
 from pyros1.node.log.sink import LogSink, Record

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import Error, MasterMethodError
+from pyros1.ground.errors import Error, MasterMethodError
 from pyros1.msgs import load_message, load_service
 from pyros1.node.log.levels import NAMES, level_from_name
 from pyros1.node.log.logger import Log

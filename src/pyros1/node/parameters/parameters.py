@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import MasterMethodError, ParameterNotSetError, SerializationError
+from pyros1.ground.errors import MasterMethodError, ParameterNotSetError, SerializationError
 from pyros1.node.checks import check_name
 from pyros1.node.lane import Lane
 from pyros1.node.parameters.copies import MISSING, Copies

@@ -31,7 +31,7 @@ def private_parameter(text: str) -> Any:
         return float(text)
     if _WORD.match(text) and text.lower() not in _KEYWORDS:
         return text
-    from pyros1.errors import Error  # noqa: PLC0415 - with the next
+    from pyros1.ground.errors import Error  # noqa: PLC0415 - with the next
     from pyros1.values import load_yaml  # noqa: PLC0415 - takes 20 ms to load
 
     try:
@@ -46,7 +46,7 @@ def misspelt(arguments: Sequence[str]) -> list[str]:
     suspects = [argument for argument in arguments if argument.startswith("_")]
     if not suspects:
         return []
-    from pyros1.suggest import argument_hint  # noqa: PLC0415 - only who misspells needs it
+    from pyros1.ground.suggest import argument_hint  # noqa: PLC0415 - only who misspells needs it
 
     return [hint for hint in map(argument_hint, suspects) if hint]
 

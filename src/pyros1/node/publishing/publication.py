@@ -14,7 +14,7 @@ from threading import get_ident
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pyros1.errors import SerializationError
+from pyros1.ground.errors import SerializationError
 from pyros1.net.keepalive import keep_alive
 from pyros1.node.lane import Lane
 from pyros1.node.publishing.local_link import LocalLink

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, SupportsFloat, SupportsIndex, TypeVar, overload
 
-from pyros1.errors import NodeError, SerializationError
+from pyros1.ground.errors import NodeError, SerializationError
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.base import Array, message_class, nested_classes
 from pyros1.node.context import wait_for_links
-from pyros1.timing import Duration, Time
 from pyros1.wire.handshake import ANY
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import (
+from pyros1.ground.errors import (
     ConnectionRefusedByPeerError,
     MasterError,
     MasterMethodError,
@@ -23,12 +23,12 @@ from pyros1.errors import (
     UnknownHostError,
     WaitTimeoutError,
 )
+from pyros1.ground.shown import one_line
 from pyros1.msgs import Message, Service
 from pyros1.net.hosts import parse_uri
 from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.checks import check_timeout
 from pyros1.node.services.server import service_type
-from pyros1.shown import one_line
 from pyros1.wire.handshake import check_service_answer, service_client_header
 from pyros1.wire.header import HeaderReader, encode_header
 from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head

@@ -19,7 +19,7 @@ import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pyros1.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError
 from pyros1.net.loop import READ
 from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.wire.framing import FrameBuffer

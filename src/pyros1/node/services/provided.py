@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import NodeError
+from pyros1.ground.errors import NodeError
 from pyros1.node.services.server import MOST_CALLS, ServiceServer
 from pyros1.node.services.workers import Workers
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.errors import MessageError, NodeError
+from pyros1.ground.errors import MessageError, NodeError
 from pyros1.msgs import Message, Service
 from pyros1.node.log.levels import WARN
 from pyros1.node.services.connection import ServiceLink

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.net.connect import connect
 from pyros1.net.keepalive import keep_alive
 from pyros1.node.context import Context, find_local_context

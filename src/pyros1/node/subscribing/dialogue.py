@@ -26,7 +26,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Any, NamedTuple
 
-from pyros1.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError
+from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError
 from pyros1.wire.handshake import TopicType, check_publisher_answer
 from pyros1.wire.header import HeaderReader
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from pyros1.errors import NodeShutdownError
+from pyros1.ground.errors import NodeShutdownError
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.base import View
 from pyros1.msgs.large import Layout, SplitBody, decode_split, layout

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pyros1.errors import MessageError, NodeError
+from pyros1.ground.errors import MessageError, NodeError
 from pyros1.msgs.large import layout
 from pyros1.node.log.levels import ERROR
 from pyros1.node.subscribing.connector import Connector

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.errors import MasterUnreachableError
+from pyros1.ground.errors import MasterUnreachableError
 from pyros1.net.master_client import MasterClient
 
 SOURCES = Path(__file__).resolve().parents[4] / "src"

@@ -16,12 +16,12 @@ import pytest
 
 from pyros1.cli.commands.tf._drawing import Frame, children_of, dot, svg, text
 from pyros1.cli.main import entry
-from pyros1.errors import PackageNotFoundError
 from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import PackageNotFoundError
+from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
 from pyros1.node import Node
 from pyros1.tf import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
-from pyros1.timing import Time
 
 SOURCES = Path(__file__).resolve().parents[4] / "src"
 Make = Callable[..., Node]

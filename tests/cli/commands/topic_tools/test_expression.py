@@ -10,9 +10,9 @@ import pytest
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, ModuleError, load_modules
 from pyros1.cli.commands.topic_tools.relay_field import filler
 from pyros1.cli.commands.topic_tools.transform import transformer
-from pyros1.expressions import ExpressionError
+from pyros1.ground.expressions import ExpressionError
+from pyros1.ground.timing import Time
 from pyros1.msgs import Message, load_message
-from pyros1.timing import Time
 
 
 def now() -> Time:

@@ -19,8 +19,8 @@ from pyros1.cli.records import Argument, Option, Verb
 from pyros1.cli.shared.expression import Expression, ExpressionError
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
-from pyros1.expressions import UnknownNameError
-from pyros1.timing import Time
+from pyros1.ground.expressions import UnknownNameError
+from pyros1.ground.timing import Time
 
 _USAGE = """[options] INBAG OUTBAG [EXPRESSION]
 

@@ -14,9 +14,9 @@ from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
-from pyros1.errors import MessageError
-from pyros1.interrupts import catch
-from pyros1.shown import one_line
+from pyros1.ground.errors import MessageError
+from pyros1.ground.interrupts import catch
+from pyros1.ground.shown import one_line
 
 if TYPE_CHECKING:
     from pyros1.bag.play.control import Control

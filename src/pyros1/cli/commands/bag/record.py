@@ -7,13 +7,13 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1 import names
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_guarded
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.errors import Error
-from pyros1.shown import one_line
+from pyros1.ground import names
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import one_line
 
 if TYPE_CHECKING:
     from pyros1.bag.record.follow import Ending

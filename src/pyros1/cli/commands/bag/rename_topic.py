@@ -14,7 +14,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
-from pyros1.names import is_legal_name
+from pyros1.ground.names import is_legal_name
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

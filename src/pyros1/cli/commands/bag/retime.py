@@ -15,7 +15,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
-from pyros1.timing import Time
+from pyros1.ground.timing import Time
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

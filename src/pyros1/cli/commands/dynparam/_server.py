@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.errors import ServiceError, WaitTimeoutError
+from pyros1.ground.errors import ServiceError, WaitTimeoutError
 
 if TYPE_CHECKING:
     from pyros1.node import Node

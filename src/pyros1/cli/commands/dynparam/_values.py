@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.cli.shared.integers import INT_RANGE
-from pyros1.errors import Error
-from pyros1.suggest import did_you_mean
+from pyros1.ground.errors import Error
+from pyros1.ground.suggest import did_you_mean
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
 
 KINDS: dict[str, Callable[[Any], Any]] = {"bool": bool, "int": int, "str": str, "double": float}

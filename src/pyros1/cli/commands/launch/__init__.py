@@ -10,7 +10,7 @@ from pyros1.cli.invocation import Invocation, called_as
 from pyros1.cli.parsing import parse_these
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.launching import launch, print_exception
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
 
 _EXCLUSIVE = ("node_list", "find_node", "node_args", "ros_args")

@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 from pyros1.cli.failures import UsageError
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 from pyros1.launch.reading.world import make_resources
 from pyros1.launch.remote.child import Child, end_with_stdin
 from pyros1.launch.running.options import Options

@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from pyros1.errors import Error, LaunchError
+from pyros1.ground.errors import Error, LaunchError
+from pyros1.ground.names import canonicalize_name, ns_join
+from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.reading.loader import absolute_files, load_plan
 from pyros1.launch.reading.resources import Resources
-from pyros1.names import canonicalize_name, ns_join
-from pyros1.suggest import did_you_mean
 
 
 def check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:

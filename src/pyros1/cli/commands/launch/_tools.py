@@ -15,8 +15,8 @@ from pyros1.cli.parsing import leave_words, parse_all_words, parse_these
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.running import run_verb
 from pyros1.cli.shared.launching import print_exception
-from pyros1.errors import Error, LaunchError, MasterError, ParameterNotSetError
 from pyros1.finding.packages import files_below, package_of
+from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError
 from pyros1.launch.reading.depends import FileNeeds, file_needs, owner, undeclared
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.resources import Resources

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.errors import ServiceError, ServiceUnavailableError, WaitTimeoutError
 from pyros1.graph import NODE_TIMEOUT
-from pyros1.shown import one_line
+from pyros1.ground.errors import ServiceError, ServiceUnavailableError, WaitTimeoutError
+from pyros1.ground.shown import one_line
 
 if TYPE_CHECKING:
     from pyros1.node import Node

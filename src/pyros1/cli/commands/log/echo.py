@@ -13,7 +13,7 @@ from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json, use_colour
-from pyros1.shown import lines, one_line
+from pyros1.ground.shown import lines, one_line
 
 if TYPE_CHECKING:
     from pyros1.msgs import Message

@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, near, type_argument
-from pyros1.errors import UnknownTypeError
+from pyros1.ground.errors import UnknownTypeError
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -13,7 +13,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, near, type_argument
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
-from pyros1.errors import DefinitionError, UnknownTypeError
+from pyros1.ground.errors import DefinitionError, UnknownTypeError
 
 if TYPE_CHECKING:
     from pyros1.msgs.spec import MessageSpec, ServiceSpec

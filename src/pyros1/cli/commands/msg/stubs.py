@@ -8,7 +8,7 @@ from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 from pyros1.cli.shared.definitions import library
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

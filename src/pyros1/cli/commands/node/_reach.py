@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.errors import DeadlineError, Error, UnknownHostError
+from pyros1.ground.errors import DeadlineError, Error, UnknownHostError
 from pyros1.net.hosts import parse_uri
 
 PING_TIMEOUT = 3.0

@@ -10,8 +10,8 @@ from pyros1.cli.commands.node._reach import PING_TIMEOUT, failure
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation
 from pyros1.cli.records import Verb
-from pyros1.errors import Error, MasterError
 from pyros1.graph import Graph
+from pyros1.ground.errors import Error, MasterError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -9,8 +9,8 @@ from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.errors import DeadlineError, UnreachableError
 from pyros1.graph import UNKNOWN_TYPE, Connection, Graph, SystemState
+from pyros1.ground.errors import DeadlineError, UnreachableError
 
 _RULE = "-" * 80
 

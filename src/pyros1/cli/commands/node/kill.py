@@ -8,8 +8,8 @@ from typing import Any
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
-from pyros1.errors import DeadlineError, Error
 from pyros1.graph import Graph
+from pyros1.ground.errors import DeadlineError, Error
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:

@@ -11,8 +11,8 @@ from pyros1.cli.commands.node._reach import PING_TIMEOUT, failure
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.errors import Error
 from pyros1.graph import Graph
+from pyros1.ground.errors import Error
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

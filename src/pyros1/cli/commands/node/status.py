@@ -10,8 +10,8 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Flag, Verb
 from pyros1.cli.shared.printing import print_json
+from pyros1.ground.shown import one_line
 from pyros1.launch.running.control import Status, running_launches
-from pyros1.shown import one_line
 
 _SAMPLE = 0.5
 

@@ -10,7 +10,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import UNKNOWN_TYPE, SystemState, in_namespace
-from pyros1.shown import one_line
+from pyros1.ground.shown import one_line
 
 _QUIET_TOPICS = ("/rosout", "/rosout_agg", "/clock")
 _QUIET_SERVICES = ("/get_loggers", "/set_logger_level")

@@ -7,7 +7,7 @@ from typing import Any
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.shared.integers import INT_RANGE
-from pyros1.errors import MasterError, MasterUnreachableError
+from pyros1.ground.errors import MasterError, MasterUnreachableError
 
 
 def set_leaves(invocation: Invocation, name: str, value: Any, form: str = "") -> None:

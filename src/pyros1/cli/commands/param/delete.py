@@ -8,7 +8,7 @@ from pyros1.cli.commands.param._arguments import VERBOSE, check
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.errors import ParameterNotSetError
+from pyros1.ground.errors import ParameterNotSetError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -10,7 +10,7 @@ from pyros1.cli.commands.param._leaves import leaves
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.errors import ParameterNotSetError
+from pyros1.ground.errors import ParameterNotSetError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1 import shown
 from pyros1.cli.commands.param._arguments import VERBOSE, check
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.errors import ParameterNotSetError
-from pyros1.shown import one_line
+from pyros1.ground import shown
+from pyros1.ground.errors import ParameterNotSetError
+from pyros1.ground.shown import one_line
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -8,7 +8,7 @@ from pyros1.cli.commands.param._arguments import check
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.shown import foreign
+from pyros1.ground.shown import foreign
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -59,6 +59,6 @@ VERB = Verb(
 
 
 def _join(base: str, name: str) -> str:
-    from pyros1.names import canonicalize_name, ns_join  # noqa: PLC0415
+    from pyros1.ground.names import canonicalize_name, ns_join  # noqa: PLC0415
 
     return canonicalize_name(ns_join(base, name))

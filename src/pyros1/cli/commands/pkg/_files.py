@@ -10,9 +10,9 @@ from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Argument, Option, Verb
-from pyros1.errors import Error
 from pyros1.finding.crawl import all_packages
 from pyros1.finding.packages import files_below
+from pyros1.ground.errors import Error
 
 _MOST_CHOICES = 100
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.errors import DefinitionError, ServiceUnavailableError, UnknownTypeError
 from pyros1.graph import Graph, probe_service
+from pyros1.ground.errors import DefinitionError, ServiceUnavailableError, UnknownTypeError
 
 if TYPE_CHECKING:
     from pyros1.msgs import Service

@@ -11,8 +11,8 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.errors import MasterError
 from pyros1.graph import PROBE_TIMEOUT
+from pyros1.ground.errors import MasterError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -11,7 +11,7 @@ from binascii import crc32
 from collections.abc import Mapping
 from pathlib import Path
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 
 class SetupError(Error):

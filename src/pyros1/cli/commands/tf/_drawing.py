@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
 
-from pyros1.shown import one_line
+from pyros1.ground.shown import one_line
 
 LETTER = 7.0  # average width of a letter in pixels
 LINE = 15.0  # height of a line of text in pixels

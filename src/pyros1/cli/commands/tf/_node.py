@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pyros1.cli.failures import UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.errors import MasterError
+from pyros1.ground.errors import MasterError
 from pyros1.tf.errors import ConnectivityException, TransformException
 
 if TYPE_CHECKING:

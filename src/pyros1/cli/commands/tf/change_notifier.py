@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
-from pyros1.errors import TimeMovedBackwardsError
+from pyros1.ground.errors import TimeMovedBackwardsError
 
 if TYPE_CHECKING:
     from pyros1.node import Node

@@ -10,7 +10,7 @@ from pyros1.cli.commands.tf._node import Cures, await_clock, open_node, pauser
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.shown import one_line
+from pyros1.ground.shown import one_line
 
 if TYPE_CHECKING:
     from pyros1.node import Node

@@ -201,8 +201,8 @@ def _publish_static(node: Node, transform: Any) -> None:
 
 def _publish_repeatedly(node: Node, transform: Any, period: float) -> None:
     """Publish once. The stamp is one period ahead, so that the transform is valid until the next one."""
+    from pyros1.ground.timing import Duration  # noqa: PLC0415
     from pyros1.tf.broadcaster import TransformBroadcaster  # noqa: PLC0415
-    from pyros1.timing import Duration  # noqa: PLC0415
 
     broadcaster = TransformBroadcaster(node)
     ahead = Duration.from_sec(period)

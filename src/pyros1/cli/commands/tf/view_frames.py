@@ -12,7 +12,7 @@ from pyros1.cli.commands.tf._node import Cures, number, open_node, pauser
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Option, Verb
-from pyros1.errors import ServiceError
+from pyros1.ground.errors import ServiceError
 
 if TYPE_CHECKING:
     from pyros1.node import Node

@@ -12,9 +12,9 @@ from pyros1 import bag as bags
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import in_namespace
+from pyros1.ground.shown import one_line
+from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg
-from pyros1.shown import one_line
-from pyros1.timing import Time
 
 
 def list_topics(path: str, namespace: str | None, *, json: bool) -> None:

@@ -16,10 +16,10 @@ from pyros1.cli.shared.fields import FieldPath, FieldPathError
 from pyros1.cli.shared.forms import Json, Plot, Show, Text
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
-from pyros1.errors import MessageError
+from pyros1.ground.errors import MessageError
+from pyros1.ground.shown import one_line
+from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, Message
-from pyros1.shown import one_line
-from pyros1.timing import Time
 
 _CLOCK_PATIENCE = 2.0
 _LEAST_WIDTH = 2

@@ -15,10 +15,10 @@ from pyros1.cli.parsing import guard, parse_guarded, unguard
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.argument_names import argument_names
 from pyros1.cli.shared.documents import Record, documents
-from pyros1.errors import DefinitionError, Error, MessageError, SerializationError, UnknownTypeError
+from pyros1.ground.errors import DefinitionError, Error, MessageError, SerializationError, UnknownTypeError
+from pyros1.ground.timing import Time
 from pyros1.msgs import Message, load_message
 from pyros1.msgs.fill import fill_message
-from pyros1.timing import Time
 from pyros1.values import load_yaml
 
 HOLD = 3.0

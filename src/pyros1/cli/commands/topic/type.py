@@ -25,7 +25,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         print(topic_type)
         return
     from pyros1.cli.shared.fields import FieldPath, FieldPathError  # noqa: PLC0415 - needs the message classes
-    from pyros1.errors import MessageError  # noqa: PLC0415
+    from pyros1.ground.errors import MessageError  # noqa: PLC0415
     from pyros1.msgs import load_message  # noqa: PLC0415
 
     try:

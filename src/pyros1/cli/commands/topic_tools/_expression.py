@@ -11,11 +11,11 @@ from importlib import import_module
 from typing import Any
 
 from pyros1.cli.shared.expression import FUNCTIONS, MessageLanguage
-from pyros1.errors import Error, UnknownTypeError
-from pyros1.expressions import ExpressionError
-from pyros1.expressions.functions import MATH
+from pyros1.ground.errors import Error, UnknownTypeError
+from pyros1.ground.expressions import ExpressionError
+from pyros1.ground.expressions.functions import MATH
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message, load_message
-from pyros1.timing import Duration, Time
 
 _NUMPY = """
 abs absolute all amax amin any arccos arccosh arcsin arcsinh arctan arctan2 arctanh argmax argmin argsort around

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1 import names
 from pyros1.cli.commands.topic_tools._expression import load_modules
 from pyros1.cli.commands.topic_tools._tool import open_node
 from pyros1.cli.failures import CommandError
@@ -14,8 +13,9 @@ from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.argparsing import add_parts, make_parser
 from pyros1.cli.shared.fields import FieldPath, FieldPathError
 from pyros1.cli.shared.subscribing import Decoder
-from pyros1.errors import Error
 from pyros1.graph import Graph
+from pyros1.ground import names
+from pyros1.ground.errors import Error
 from pyros1.msgs import AnyMsg, Message, load_message
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from pyros1.cli.commands.topic_tools._tool import Tool, open_node
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
-from pyros1.errors import ServiceError
+from pyros1.ground.errors import ServiceError
 
 _DOING = {
     "select": 'Selecting "{topic}" at {kind} "{name}"',

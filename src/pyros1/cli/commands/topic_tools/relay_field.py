@@ -11,9 +11,9 @@ from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 from pyros1.cli.shared.expression import is_function
+from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 from pyros1.msgs.fill import fill_message
-from pyros1.timing import Time
 from pyros1.values import load_yaml
 
 

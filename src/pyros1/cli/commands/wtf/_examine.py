@@ -16,10 +16,10 @@ from pyros1.doctor.machine_checks import check_machine
 from pyros1.doctor.reach_checks import check_reach
 from pyros1.doctor.system import collect_system
 from pyros1.doctor.topic_checks import check_topics
-from pyros1.errors import DeadlineError, Error, MasterUnreachableError
+from pyros1.ground.errors import DeadlineError, Error, MasterUnreachableError
+from pyros1.ground.shown import one_line
 from pyros1.net.hosts import is_local, master_uri, parse_uri
 from pyros1.net.master_client import MasterClient
-from pyros1.shown import one_line
 
 _RULE = "=" * 80
 MASTER_TIMEOUT = 3.0
@@ -101,7 +101,7 @@ def _launch_problems(files: list[str], words: list[str]) -> list[str]:
     """Return the problems that `launch --check` reports about the files."""
     if not files:
         return []
-    from pyros1.errors import LaunchError  # noqa: PLC0415 - only with launch files
+    from pyros1.ground.errors import LaunchError  # noqa: PLC0415 - only with launch files
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.reading.words import find_files, parse_arguments  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415

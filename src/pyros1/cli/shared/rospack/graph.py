@@ -7,10 +7,10 @@ import os
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Flag, Option, Run, Verb
 from pyros1.cli.shared.rospack.tool import PkgError, Request, pack_verb, packages
-from pyros1.errors import PackageNotFoundError
 from pyros1.finding.crawl import places, profile
 from pyros1.finding.dependencies import Packages
 from pyros1.finding.manifest import Manifest
+from pyros1.ground.errors import PackageNotFoundError
 
 DEPS_ONLY = Flag("--deps-only", help="leave out the package itself")
 

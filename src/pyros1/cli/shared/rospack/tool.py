@@ -13,8 +13,8 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Argument, Flag, Option, Run, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.errors import Error, PackageNotFoundError
 from pyros1.finding.crawl import Found, all_packages
+from pyros1.ground.errors import Error, PackageNotFoundError
 
 if TYPE_CHECKING:
     from pyros1.finding.dependencies import Packages

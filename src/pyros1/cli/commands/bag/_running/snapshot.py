@@ -11,8 +11,8 @@ from pyros1.bag.record.names import Selection
 from pyros1.bag.record.snapshot import Snapshots
 from pyros1.bag.record.topics import TopicSearch
 from pyros1.cli.commands.bag._running.live import LiveLine, size_text
+from pyros1.ground.shown import one_line
 from pyros1.node import Node
-from pyros1.shown import one_line
 
 
 def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, options: Any, ending: Ending) -> int:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 from pyros1.bag.errors import BagError
 from pyros1.cli.failures import CommandError
-from pyros1.interrupts import ENDINGS, Insistence, catch, is_usual
+from pyros1.ground.interrupts import ENDINGS, Insistence, catch, is_usual
 
 
 @contextmanager

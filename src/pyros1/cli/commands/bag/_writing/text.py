@@ -13,8 +13,8 @@ from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import CommandError
 from pyros1.cli.shared.forms import Json
 from pyros1.cli.shared.pieces import Pieces
+from pyros1.ground.timing import Time
 from pyros1.msgs import Message
-from pyros1.timing import Time
 
 STDOUT = "-"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from pyros1.shown import one_line
+from pyros1.ground.shown import one_line
 
 _DASHES = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212\ufe58\ufe63\uff0d"
 _DASHED = rf"([-{_DASHES}]{{1,2}})([A-Za-z][\w-]*)((?:=.*)?)"

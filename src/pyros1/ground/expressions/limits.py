@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from pyros1.errors import Error
+from pyros1.ground.errors import Error
 
 MAX_TEXT = 10_000
 """Most characters of an expression."""

@@ -13,7 +13,7 @@ import string
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from pyros1.expressions.limits import ExpressionError, bounded, require, size
+from pyros1.ground.expressions.limits import ExpressionError, bounded, require, size
 
 _MAX_DIGITS = 400
 

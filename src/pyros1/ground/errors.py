@@ -32,7 +32,7 @@
 
 from __future__ import annotations
 
-from pyros1 import shown
+from pyros1.ground import shown
 
 
 class Error(Exception):

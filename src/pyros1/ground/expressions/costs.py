@@ -10,8 +10,8 @@ import ast
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from pyros1.expressions.functions import name_of, owner_of
-from pyros1.expressions.limits import CONTAINERS, HASHED, SCALARS, STEP, TEXTS, inside
+from pyros1.ground.expressions.functions import name_of, owner_of
+from pyros1.ground.expressions.limits import CONTAINERS, HASHED, SCALARS, STEP, TEXTS, inside
 
 _PLAIN = SCALARS - {int}
 _PAIRS = 64

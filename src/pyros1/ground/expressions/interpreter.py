@@ -14,9 +14,9 @@ import functools
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
-from pyros1.expressions import costs
-from pyros1.expressions.functions import MATH, applies, formatted, method, owner_of, takes_key
-from pyros1.expressions.limits import (
+from pyros1.ground.expressions import costs
+from pyros1.ground.expressions.functions import MATH, applies, formatted, method, owner_of, takes_key
+from pyros1.ground.expressions.limits import (
     CALL,
     MAX_ITEMS,
     MAX_TEXT,
@@ -31,7 +31,7 @@ from pyros1.expressions.limits import (
     require,
     spread,
 )
-from pyros1.expressions.operators import BINARY, COMPARE, UNARY, require_small
+from pyros1.ground.expressions.operators import BINARY, COMPARE, UNARY, require_small
 
 # Type of node -> method of Interpreter that returns its value.
 _METHODS: dict[type[ast.expr], str] = {

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from pyros1.errors import InvalidNameError
+from pyros1.ground.errors import InvalidNameError
 
 SEP = "/"
 

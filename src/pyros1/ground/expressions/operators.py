@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.expressions.limits import MAX_BITS, ExpressionError, require, size
+from pyros1.ground.expressions.limits import MAX_BITS, ExpressionError, require, size
 
 _STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
 

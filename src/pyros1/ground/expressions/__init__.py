@@ -7,8 +7,8 @@
 
 from __future__ import annotations
 
-from pyros1.expressions.interpreter import Interpreter
-from pyros1.expressions.limits import (
+from pyros1.ground.expressions.interpreter import Interpreter
+from pyros1.ground.expressions.limits import (
     MAX_BITS,
     MAX_ITEMS,
     MAX_TEXT,
