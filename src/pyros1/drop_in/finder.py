@@ -1,7 +1,7 @@
 """Import hook for the modules of stock ROS 1, for message packages, and for the Python modules of ROS packages.
 
-It stands at the end of ``sys.meta_path``: whatever else can be imported wins. If that is a real rospy, none of our modules
-is offered, since both kinds of messages and nodes do not mix; ``PYROS1_ROSPY=pyros1`` puts the hook first instead.
+It stands at the end of ``sys.meta_path``: whatever else can be imported wins. If that is a real rospy, none of our
+modules is offered, since both kinds of messages and nodes do not mix; ``PYROS1_ROSPY=pyros1`` puts the hook first.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Finder:
             self._asking = False
 
     def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
-        from pyros1.generated import finder  # noqa: PLC0415  few programs need definitions at once
+        from pyros1.ground.generated import finder  # noqa: PLC0415  few programs need definitions at once
 
         library = finder().library
         match rest:
@@ -79,8 +79,8 @@ class Finder:
 
     def _source(self, package: str) -> str | None:
         """Return the folder in which a ROS package keeps a Python module of its own name (catkin_python_setup)."""
-        from pyros1.errors import PackageNotFoundError  # noqa: PLC0415
         from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
+        from pyros1.ground.errors import PackageNotFoundError  # noqa: PLC0415
 
         try:
             folder = os.path.join(PackageIndex(self._environ).find_folder(package), "src")
@@ -107,7 +107,7 @@ class _Messages:
         module.__doc__ = f"Definitions of the ROS package {self._package}, from pyros1."
         if not self._kind:
             return
-        from pyros1.generated import PREFIX, module_name  # noqa: PLC0415
+        from pyros1.ground.generated import PREFIX, module_name  # noqa: PLC0415
 
         source = import_module(f"{PREFIX}.{module_name(self._package)}.{self._kind}")
 

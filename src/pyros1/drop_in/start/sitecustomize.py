@@ -9,11 +9,13 @@ _here = os.path.dirname(os.path.abspath(__file__))
 def _others():
     """Run the sitecustomize that this one hides."""
     sys.path[:] = [each for each in sys.path if os.path.abspath(each or ".") != _here]
-    sys.modules.pop("sitecustomize", None)
+    this = sys.modules.pop("sitecustomize", None)
     try:
         import sitecustomize  # noqa: F401
     except ImportError:
         pass
+    if this is not None:
+        sys.modules.setdefault("sitecustomize", this)  # Python wants to see it there
 
 
 def _install():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.errors import DeserializationError, SerializationError
-from pyros1.errors import MessageError as MessageException
+from pyros1.ground.errors import DeserializationError, SerializationError
+from pyros1.ground.errors import MessageError as MessageException
 from pyros1.msgs import Message
 from pyros1.msgs.fill import fill_message
 from pyros1.msgs.text import format_message
@@ -15,7 +15,9 @@ __all__ = ["DeserializationError", "Message", "MessageException", "Serialization
 
 def fill_message_args(msg: Message, msg_args: Any, keys: Any = None) -> None:
     """Set the fields of a message from a list of all values, or a mapping of some."""
-    args = msg_args[0] if isinstance(msg_args, list) and len(msg_args) == 1 and isinstance(msg_args[0], dict) else msg_args
+    args = (
+        msg_args[0] if isinstance(msg_args, list) and len(msg_args) == 1 and isinstance(msg_args[0], dict) else msg_args
+    )
     fill_message(msg, args, (keys or {}).get("now"))
 
 

@@ -1,5 +1,5 @@
 """Times of messages."""
 
-from pyros1.timing import Duration, Time, TVal
+from pyros1.ground.timing import Duration, Time, TVal
 
 __all__ = ["Duration", "TVal", "Time"]

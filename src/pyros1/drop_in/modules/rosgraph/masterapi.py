@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import socket
 from typing import Any
 
-from pyros1.errors import MasterError as _Refused
-from pyros1.errors import TransportError
+from pyros1.ground.errors import MasterError as _Refused
+from pyros1.ground.errors import TransportError
 from pyros1.net.master_client import MasterClient
 from rosgraph.names import make_caller_id
 from rosgraph.rosenv import get_master_uri
@@ -46,8 +45,8 @@ class Master:
         except _Refused as error:
             raise (MasterFailure if getattr(error, "code", -1) == 0 else MasterError)(str(error)) from None
         except TransportError as error:
-            raise ConnectionRefusedError(str(error)) if not isinstance(error, TimeoutError) else socket.timeout(
-                str(error)
+            raise (
+                ConnectionRefusedError(str(error)) if not isinstance(error, TimeoutError) else TimeoutError(str(error))
             ) from None
 
     def is_online(self) -> bool:

@@ -7,8 +7,8 @@ import random
 import socket
 import sys
 
-from pyros1 import names
-from pyros1.names import canonicalize_name, is_global, is_legal_base_name, is_legal_name, is_private, ns_join
+from pyros1.ground import names
+from pyros1.ground.names import canonicalize_name, is_global, is_legal_base_name, is_legal_name, is_private, ns_join
 from rosgraph.rosenv import ROS_NAMESPACE
 
 SEP = GLOBALNS = "/"

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Mapping
 
-from pyros1 import names
+from pyros1.ground import names
 from pyros1.net.hosts import master_uri
 
 ROS_MASTER_URI = "ROS_MASTER_URI"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import sys
 
-from pyros1.errors import PackageNotFoundError
 from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import PackageNotFoundError
 
 
 def load_manifest(package_name: str) -> None:

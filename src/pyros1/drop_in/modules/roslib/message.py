@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from genpy.message import Message, fill_message_args, get_printable_message_args, strify_message
-from pyros1.errors import MessageError
-from pyros1.generated import finder
+
+from pyros1.ground.errors import MessageError
+from pyros1.ground.generated import finder
 
 __all__ = ["Message", "fill_message_args", "get_message_class", "get_printable_message_args", "strify_message"]
 

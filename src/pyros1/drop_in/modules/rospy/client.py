@@ -7,8 +7,8 @@ from typing import Any
 
 import pyros1
 from pyros1.drop_in.process import PROCESS
-from pyros1.errors import NodeShutdownError, ParameterNotSetError, WaitTimeoutError
-from rospy.core import add_client_shutdown_hook, is_shutdown
+from pyros1.ground.errors import NodeShutdownError, ParameterNotSetError, WaitTimeoutError
+from rospy.core import add_client_shutdown_hook
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.msproxy import MasterProxy
 from rospy.names import resolve_name
@@ -49,7 +49,9 @@ def init_node(
     arguments = (name, argv, anonymous, log_level, disable_rostime, disable_signals)
     if PROCESS.node is not None:
         if PROCESS.arguments != arguments:
-            raise ROSException(f"rospy.init_node() has already been called with different arguments: {PROCESS.arguments}")
+            raise ROSException(
+                f"rospy.init_node() has already been called with different arguments: {PROCESS.arguments}"
+            )
         return
     options: dict[str, Any] = {"log_level": _LEVELS[log_level]} if log_level is not None else {}
 
@@ -169,4 +171,6 @@ def delete_param(param_name: str) -> None:
         raise KeyError(param_name) from None
 
 
-__all__ = [name for name in dir() if name[0] != "_" and name not in ("Any", "annotations", "sys", "pyros1", "is_shutdown")]
+__all__ = [
+    name for name in dir() if name[0] != "_" and name not in ("Any", "annotations", "sys", "pyros1", "is_shutdown")
+]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
 from typing import Any
 from urllib.parse import urlparse
@@ -11,7 +10,6 @@ from urllib.parse import urlparse
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import *  # noqa: F403
 from rospy.names import *  # noqa: F403
-from rospy.names import get_caller_id, get_name, get_namespace
 
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
@@ -65,7 +63,7 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
     """Return host and port of a service's address."""
     parts = urlparse(uri)
     if parts.scheme != "rosrpc" or not parts.hostname or not parts.port:
-        raise ParameterInvalid(f"ERROR: invalid service address [{uri}]")  # noqa: F405
+        raise ParameterInvalid(f"ERROR: invalid service address [{uri}]")
     return parts.hostname, parts.port
 
 

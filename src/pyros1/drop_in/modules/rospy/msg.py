@@ -24,7 +24,9 @@ def args_kwds_to_message(data_class: type[Any], args: tuple[Any, ...], kwds: dic
         md5sum = getattr(given, "_md5sum", None)
         if isinstance(given, AnyMsg) or (isinstance(given, Message) and md5sum == data_class._md5sum):
             return given
-        if isinstance(given, Message) and (len(data_class._slot_types) != 1 or given._type != data_class._slot_types[0]):
+        if isinstance(given, Message) and (
+            len(data_class._slot_types) != 1 or given._type != data_class._slot_types[0]
+        ):
             raise TypeError(f"expected [{data_class._slot_types}] but got [{given._slot_types}]")
     return data_class(*args)
 

@@ -6,8 +6,8 @@ import os
 import sys
 from typing import Any
 
-from pyros1 import names
 from pyros1.drop_in.process import PROCESS
+from pyros1.ground import names
 
 SEP = GLOBALNS = "/"
 REMAP = ":="

@@ -5,14 +5,14 @@ from __future__ import annotations
 import time
 from typing import Any
 
-import pyros1.timing
+import pyros1.ground.timing
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSInitException
 
-Duration = pyros1.timing.Duration
+Duration = pyros1.ground.timing.Duration
 
 
-class Time(pyros1.timing.Time):
+class Time(pyros1.ground.timing.Time):
     """A point in time."""
 
     __slots__ = ()

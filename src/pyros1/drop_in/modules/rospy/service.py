@@ -9,7 +9,7 @@ from typing import Any
 
 import pyros1
 from pyros1.drop_in.process import PROCESS
-from pyros1.errors import Error, NodeShutdownError, WaitTimeoutError
+from pyros1.ground.errors import Error, NodeShutdownError, WaitTimeoutError
 from rospy.exceptions import ROSException, ROSInterruptException
 from rospy.names import resolve_name
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.drop_in.process import PROCESS
-from pyros1.errors import TimeMovedBackwardsError
+from pyros1.ground.errors import TimeMovedBackwardsError
 from pyros1.node.clock import TimerEvent
 from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMovedBackwardsException
 from rospy.rostime import Duration, wallsleep

@@ -8,7 +8,7 @@ from typing import Any
 
 import pyros1
 from pyros1.drop_in.process import PROCESS
-from pyros1.errors import SerializationError
+from pyros1.ground.errors import SerializationError
 from rospy.exceptions import ROSException, ROSSerializationException
 from rospy.msg import AnyMsg, args_kwds_to_message
 from rospy.names import resolve_name
@@ -54,7 +54,7 @@ class Topic:
             raise ValueError(f"data_class [{data_class.__class__.__name__}] is not a message data class")
         self.resolved_name = self.name = resolve_name(name)
         self.data_class = data_class
-        self.type = data_class._type
+        self.type: str = data_class._type  # type: ignore[attr-defined]
         self.md5sum = data_class._md5sum
         self._handle: Any = None
         self._closed = False
@@ -178,4 +178,4 @@ class Subscriber(Topic):
         )
 
 
-__all__ = ["AnyMsg", "DEFAULT_BUFF_SIZE", "Publisher", "SubscribeListener", "Subscriber", "Topic"]
+__all__ = ["DEFAULT_BUFF_SIZE", "AnyMsg", "Publisher", "SubscribeListener", "Subscriber", "Topic"]

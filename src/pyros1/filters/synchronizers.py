@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any
 
-from pyros1.timing import Duration, Time
+from pyros1.ground.timing import Duration, Time
 
 
 class ExactTime:

@@ -1,0 +1,40 @@
+"""rospy by pyros1, in programs as users write them."""
+
+from __future__ import annotations
+
+from programs import run, start
+
+TALKER = """
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node("talker")
+publisher = rospy.Publisher("topic1", Float64, queue_size=10)
+rate = rospy.Rate(100)
+try:
+    while not rospy.is_shutdown():
+        publisher.publish(2.5)
+        rate.sleep()
+except rospy.ROSInterruptException:
+    pass
+"""
+LISTENER = """
+import rospy
+from std_msgs.msg import Float64
+def hear(message):
+    rospy.loginfo("received %s on %s", message.data, message._connection_header["topic"])
+    rospy.signal_shutdown("heard it")
+rospy.init_node("listener", anonymous=True)
+rospy.Subscriber("topic1", Float64, hear)
+rospy.spin()
+"""
+
+
+def test_talker_and_listener(environ: dict[str, str]) -> None:
+    talker = start(TALKER, environ)
+    try:
+        said = run(LISTENER, environ)
+    finally:
+        talker.terminate()
+        out, _ = talker.communicate(timeout=10)
+    assert "received 2.5 on /topic1" in said
+    assert not out
