@@ -1,6 +1,6 @@
 """rospy, by pyros1: the names and behaviour of ROS 1's client library for Python (https://wiki.ros.org/rospy)."""
 
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.msgs.std_msgs.msg import Header
 from rospy.client import (
     DEBUG,
@@ -157,6 +157,6 @@ _modules = (
     "service",
     "timer",
 )
-__getattr__ = getter(
+__getattr__, __dir__ = _names(
     __name__, {name: f"rospy.{name}." for name in (*_modules, "topics", "logger_level_service_caller")}
 )

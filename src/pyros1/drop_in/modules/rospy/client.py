@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import pyros1
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
 from pyros1.ground.errors import Error, NodeShutdownError, ParameterNotSetError, SerializationError, WaitTimeoutError
@@ -280,4 +280,4 @@ _late = {
     "Log": "rosgraph_msgs.msg",
     "Service": "rospy.service",
 }
-__getattr__ = getter(__name__, _late)
+__getattr__, __dir__ = _names(__name__, _late)

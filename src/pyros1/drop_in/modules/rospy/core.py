@@ -10,14 +10,14 @@ from types import FrameType
 from typing import Any
 from urllib.parse import urlparse
 
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.interrupts import Insistence, die
 from rospy.exceptions import ROSException, ROSInitException
 from rospy.impl.loggers import *  # noqa: F403  the log functions
 from rospy.impl.validators import ParameterInvalid
 from rospy.names import *  # noqa: F403
-from rospy.names import valid_name
+from rospy.names import LATE, valid_name
 
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
@@ -170,10 +170,9 @@ def is_topic(param_name: str) -> Callable[[Any, str], str]:
     return valid_name(param_name)
 
 
-_late = {"rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg"}
-_late |= dict.fromkeys(("get_ros_namespace", "load_mappings", "make_global_ns"), "rosgraph.names")
+_late = {**LATE, "rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg", "NullHandler": "logging"}
 _private = {"_in_shutdown": "ending", "_shutdown_flag": "is_shutdown"}
-_getter = getter(
+_getter, __dir__ = _names(
     __name__,
     _late,
     dict.fromkeys(("configure_logging", "set_initialized", "set_node_uri"), "rospy.init_node does this"),

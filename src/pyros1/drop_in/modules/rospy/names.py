@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
 from pyros1.ground.names import canonicalize_name
@@ -204,11 +204,12 @@ def global_name(param_name: str) -> Callable[[Any, str], str]:
     return check
 
 
-_late = {
+LATE = {
     "ParameterInvalid": "rospy.impl.validators",
     "get_ros_namespace": "rosgraph.names",
     "load_mappings": "rosgraph.names",
     "make_global_ns": "rosgraph.names",
 }
+"""Names that this module has from others, as stock's, and the modules that have all names of this one."""
 _why = {"reload_mappings": "give the arguments to rospy.init_node(name, argv=...)"}
-__getattr__ = getter(__name__, _late, _why)
+__getattr__, __dir__ = _names(__name__, LATE, _why)

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import pyros1.ground.timing
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSInitException
 
 _NS = 1_000_000_000
+
+
+def _own(value: Any) -> Any:
+    """Return a time or duration of rospy's classes, as results of calculations with them are."""
+    if value.__class__ is pyros1.ground.timing.Duration:
+        return Duration(value.secs, value.nsecs)
+    if value.__class__ is pyros1.ground.timing.Time:
+        return Time(value.secs, value.nsecs)
+    return value
 
 
 class Duration(pyros1.ground.timing.Duration):
@@ -24,6 +34,34 @@ class Duration(pyros1.ground.timing.Duration):
 
     def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
         super().__init__(secs, nsecs)
+
+    @classmethod
+    def from_sec(cls, float_secs: float) -> Duration:
+        """Return a length of so many seconds."""
+        return cls(float(float_secs))
+
+    def __add__(self, other: object) -> Any:
+        return _own(super().__add__(other))
+
+    def __sub__(self, other: object) -> Any:
+        return _own(super().__sub__(other))
+
+    def __neg__(self) -> Any:
+        return _own(super().__neg__())
+
+    def __mul__(self, factor: object) -> Any:
+        return _own(super().__mul__(factor))
+
+    def __floordiv__(self, other: object) -> Any:
+        return _own(super().__floordiv__(other))
+
+    def __truediv__(self, other: object) -> Any:
+        return _own(super().__truediv__(other))
+
+    def __mod__(self, other: object) -> Any:
+        return _own(super().__mod__(other))
+
+    __radd__, __rmul__ = __add__, __mul__
 
     def __repr__(self) -> str:
         return f"rospy.Duration[{self.to_nsec()}]"
@@ -45,6 +83,15 @@ class Time(pyros1.ground.timing.Time):
     def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
         super().__init__(secs, nsecs)
 
+    def __add__(self, other: object) -> Any:
+        return _own(super().__add__(other))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: object) -> Any:
+        difference = super().__sub__(other)
+        return difference if isinstance(other, pyros1.ground.timing.Time) else _own(difference)
+
     def __repr__(self) -> str:
         return f"rospy.Time[{self.to_nsec()}]"
 
@@ -56,6 +103,11 @@ class Time(pyros1.ground.timing.Time):
             ROSInitException: the node has not been started.
         """
         return get_rostime()
+
+    @classmethod
+    def from_sec(cls, float_secs: float) -> Time:
+        """Return the time of so many seconds."""
+        return cls(float(float_secs))
 
     @classmethod
     def from_seconds(cls, float_secs: float) -> Time:
@@ -120,6 +172,6 @@ def wallsleep(duration: float) -> None:
         time.sleep(duration)
 
 
-__getattr__ = getter(
+__getattr__, __dir__ = _names(
     __name__, why={"get_rostime_cond": "use rospy.sleep", "_set_rostime": "publish rosgraph_msgs/Clock on /clock"}
 )

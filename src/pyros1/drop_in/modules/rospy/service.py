@@ -5,11 +5,11 @@ from __future__ import annotations
 import threading
 from typing import Any
 
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names, too
 from rospy.impl.registration import Registration
-from rospy.names import resolve_name
+from rospy.names import LATE, resolve_name
 
 
 class ServiceException(Exception):
@@ -79,6 +79,7 @@ class ServiceManager:
 SERVICES = ServiceManager()
 """The services of this program."""
 
-_late = {"Service": "rospy.impl.tcpros_service", "ServiceProxy": "rospy.impl.tcpros_service"}
+_late = {**LATE, "Service": "rospy.impl.tcpros_service", "ServiceProxy": "rospy.impl.tcpros_service"}
+_late |= dict.fromkeys(("BIDIRECTIONAL", "INBOUND", "OUTBOUND", "Transport"), "rospy.impl.transport")
 _late |= {"wait_for_service": "rospy.impl.tcpros_service", "Log": "rosgraph_msgs.msg"}
-__getattr__ = getter(__name__, _late)
+__getattr__, __dir__ = _names(__name__, _late)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pyros1
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import NodeError, SerializationError
 from pyros1.ground.names import canonicalize_name, is_legal_name
@@ -18,7 +18,7 @@ from rospy.impl.topic_views import PublisherImpl as _PublisherImpl
 from rospy.impl.topic_views import SubscriberImpl as _SubscriberImpl
 from rospy.impl.topic_views import TopicManager as _TopicManager
 from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message
-from rospy.names import resolve_name, resolve_name_without_node_name
+from rospy.names import LATE, resolve_name, resolve_name_without_node_name
 
 DEFAULT_BUFF_SIZE = 65536
 TOPICS = _TopicManager()
@@ -280,8 +280,8 @@ class _With:
 
 
 _links = "pyros1's nodes have their own links; see Publisher.impl.connections"
-__getattr__ = getter(
+__getattr__, __dir__ = _names(
     __name__,
-    {"SubscriberStatisticsLogger": "rospy.impl.statistics", "Log": "rosgraph_msgs.msg"},
-    dict.fromkeys(("Poller", "QueuedConnection", "get_tcpros_handler", "get_registration_listeners"), _links),
+    {**LATE, "Log": "rosgraph_msgs.msg"},
+    dict.fromkeys(("Poller", "QueuedConnection", "SubscriberStatisticsLogger", "get_tcpros_handler"), _links),
 )

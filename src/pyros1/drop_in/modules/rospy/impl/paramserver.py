@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 
 
@@ -56,4 +56,4 @@ def get_param_server_cache() -> ParamServerCache:
     return _CACHE
 
 
-__getattr__ = getter(__name__)
+__getattr__, __dir__ = _names(__name__)

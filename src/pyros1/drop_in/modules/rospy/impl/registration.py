@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 
 
 class Registration:
@@ -30,5 +30,5 @@ def get_service_manager() -> Any:
 
 
 _own = "pyros1's nodes register themselves"
-_names = ("RegManager", "RegistrationListener", "RegistrationListeners", "get_registration_listeners")
-__getattr__ = getter(__name__, why=dict.fromkeys((*_names, "set_topic_manager", "set_service_manager"), _own))
+_unlike = ("RegManager", "RegistrationListener", "RegistrationListeners", "get_registration_listeners")
+__getattr__, __dir__ = _names(__name__, why=dict.fromkeys((*_unlike, "set_topic_manager", "set_service_manager"), _own))

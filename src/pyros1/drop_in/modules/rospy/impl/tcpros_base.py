@@ -7,17 +7,24 @@ import struct
 from time import monotonic
 from typing import Any
 
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.ground.errors import ProtocolError
 from pyros1.msgs import Message
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import HeaderReader, encode_header
-from rospy.exceptions import ROSException, TransportException, TransportInitError, TransportTerminated
-from rospy.names import get_caller_id
+from rospy.core import *  # noqa: F403  stock's module has these names, too
+from rospy.exceptions import (
+    ROSException,
+    ROSInternalException,
+    TransportException,
+    TransportInitError,
+    TransportTerminated,
+)
+from rospy.impl.transport import BIDIRECTIONAL, INBOUND, OUTBOUND, Transport
+from rospy.names import LATE, get_caller_id
 
 DEFAULT_BUFF_SIZE = 65536
 TCPROS = "TCPROS"
-INBOUND, OUTBOUND, BIDIRECTIONAL = "i", "o", "b"
 
 
 class TCPROSTransportProtocol:
@@ -59,7 +66,7 @@ class TCPROSTransportProtocol:
         return [self.recv_data_class._decode(transport.receive_bytes(size), 0, size)]
 
 
-class TCPROSTransport:
+class TCPROSTransport(Transport):
     """A connection of which the program takes care itself: ``connect``, ``send_message``, ``receive_once``, ``close``.
 
     Args:
@@ -77,16 +84,12 @@ class TCPROSTransport:
     def __init__(self, protocol: TCPROSTransportProtocol, name: str, header: dict[str, str] | None = None) -> None:
         if not name:
             raise TransportInitError("Unable to initialize transport: name is not set")
+        super().__init__(protocol.direction, name)
         self.protocol = protocol
-        self.name = name
         self.header = header or {}
-        self.direction = protocol.direction
         self.endpoint_id = "unset"
         self.buff_size = DEFAULT_BUFF_SIZE
-        self.done = False
         self.socket: socket.socket | None = None
-        self.md5sum = self.type = None
-        self.stat_bytes = self.stat_num_msg = 0
         self._rest = b""
 
     def connect(self, dest_addr: str, dest_port: int, endpoint_id: str, timeout: float | None = None) -> None:
@@ -201,6 +204,10 @@ class TCPROSTransport:
             raise ROSException("the connection is not open")
         return self.socket
 
+    def set_endpoint_id(self, endpoint_id: str) -> None:
+        """Set the other side's URI or name."""
+        self.endpoint_id = endpoint_id
+
     def fileno(self) -> int | None:
         """Return the socket's number; None without one."""
         return self.socket.fileno() if self.socket is not None else None
@@ -215,12 +222,16 @@ class TCPROSTransport:
 
     def close(self) -> None:
         """Close the connection."""
-        self.done = True
         if self.socket is not None:
             self.socket.close()
             self.socket = None
+        super().close()
 
 
 _own = "pyros1's node does this itself"
-_names = ("TCPROSServer", "TCPServer", "init_tcpros_server", "start_tcpros_server", "get_tcpros_server_address")
-__getattr__ = getter(__name__, why=dict.fromkeys((*_names, "recv_buff"), _own))
+_unlike = ("TCPROSServer", "TCPServer", "init_tcpros_server", "start_tcpros_server", "get_tcpros_server_address")
+__getattr__, __dir__ = _names(
+    __name__,
+    {**LATE, "ServiceException": "rospy.service", "Log": "rosgraph_msgs.msg"},
+    dict.fromkeys((*_unlike, "recv_buff"), _own),
+)

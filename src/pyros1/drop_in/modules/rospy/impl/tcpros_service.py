@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any
 
 import pyros1
-from pyros1.drop_in.missing import getter
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import (
     ConnectionRefusedByPeerError,
@@ -296,5 +296,10 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         raise ROSInterruptException("rospy shutdown") from None
 
 
-_late = {"TCPROSServiceClient": "rospy.impl.tcpros_client"}
-__getattr__ = getter(__name__, _late, {"TCPService": "pyros1's node serves the connections of services itself"})
+_late = {
+    **dict.fromkeys(("TCPROSTransport", "TCPROSTransportProtocol"), "rospy.impl.tcpros_base"),
+    "TCPROSServiceClient": "rospy.impl.tcpros_client",
+}
+__getattr__, __dir__ = _names(
+    __name__, _late, {"TCPService": "pyros1's node serves the connections of services itself"}
+)
