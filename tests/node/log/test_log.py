@@ -120,7 +120,7 @@ def test_format_n31(capsys: Any) -> None:
     head, _, times = capsys.readouterr().out.rstrip("\n").rpartition("|")
     year = re.escape(head.split("|")[6])
     assert re.fullmatch(r"20\d\d", year)
-    assert head == f"INFO|hi|rosout.child|test_log.py|test_format_n31|/n|{year}|${{nonsense}}"
+    assert head == f"INFO|hi|rosout.child|{__file__}|test_format_n31|/n|{year}|${{nonsense}}"
     assert re.fullmatch(r"\d+\.\d{6}, 1000\.000000", times)
 
 

@@ -134,7 +134,7 @@ class Log:
         sink = self._sink
         stamp, simulated = sink.now()
         file = os.path.basename(path)
-        record = Record(level, text, name or self.name, file, line, function, time.time(), stamp)
+        record = Record(level, text, name or self.name, file, line, function, time.time(), stamp, path)
         sink.emit(record, simulated, places)
 
     def use_levels(self, levels: MutableMapping[str, int]) -> None:
@@ -166,7 +166,7 @@ class Log:
     ) -> None:
         stamp, simulated = self._sink.now()
         file = os.path.basename(code.co_filename)
-        record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp)
+        record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp, code.co_filename)
         self._sink.emit(record, simulated, EVERYWHERE if to_terminal else NOT_TERMINAL, by_program)
 
     def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:

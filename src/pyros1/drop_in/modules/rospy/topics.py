@@ -21,6 +21,7 @@ from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message
 from rospy.names import LATE, resolve_name, resolve_name_without_node_name
 
 DEFAULT_BUFF_SIZE = 65536
+python3 = 1
 TOPICS = _TopicManager()
 """The topics of this program."""
 _NO_QUEUE = (
