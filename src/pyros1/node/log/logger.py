@@ -111,6 +111,10 @@ class Log:
         sink.settle()
         sink.repeats.say((code.co_filename, line), text % tuple(map(shown.one_line, args)) if args else text, emit)
 
+    def internal(self, error: BaseException) -> None:
+        """Log an error of pyros1 itself, which should not be."""
+        self.peer(ERROR, shown.lines(f"internal error (please report it)\n{trace_of(error)}"))
+
     def pass_on(
         self,
         level: int,

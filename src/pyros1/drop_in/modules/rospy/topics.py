@@ -10,7 +10,7 @@ import pyros1
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import NodeError, SerializationError
-from pyros1.ground.names import canonicalize_name, is_legal_name
+from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names, too
 from rospy.exceptions import ROSException, ROSSerializationException
 from rospy.impl.registration import Registration, get_topic_manager
@@ -18,7 +18,7 @@ from rospy.impl.topic_views import PublisherImpl as _PublisherImpl
 from rospy.impl.topic_views import SubscriberImpl as _SubscriberImpl
 from rospy.impl.topic_views import TopicManager as _TopicManager
 from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message
-from rospy.names import LATE, resolve_name, resolve_name_without_node_name
+from rospy.names import LATE, resolve_name, resolve_name_without_node_name, warn_of_name
 
 DEFAULT_BUFF_SIZE = 65536
 python3 = 1
@@ -79,8 +79,7 @@ class Topic:
         if not hasattr(data_class, "_md5sum"):
             raise ValueError(f"data_class [{data_class.__class__.__name__}] is not a message data class")
         self._given = canonicalize_name(name)
-        if not is_legal_name(self._given):
-            raise ValueError(f"topic name [{name}] is not a legal ROS name")
+        warn_of_name(name, 4)
         resolve = resolve_name if PROCESS.node is not None else resolve_name_without_node_name
         self.name = self.resolved_name = resolve(name)
         self.data_class = data_class
