@@ -9,9 +9,10 @@ from typing import Any
 import pyros1
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
-from pyros1.ground.errors import NodeError, SerializationError
+from pyros1.ground.errors import MasterError, NodeError, SerializationError
 from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names, too
+from rospy.core import logfatal
 from rospy.exceptions import ROSException, ROSSerializationException
 from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.topic_views import PublisherImpl as _PublisherImpl
@@ -97,6 +98,9 @@ class Topic:
             self._handle = self._open(node, self.data_class)
         except NodeError:  # stock lets the class of the first one win
             self._handle = self._open(node, self.impl.data_class)
+        except MasterError as error:
+            logfatal("unable to register [%s] with the master: %s", self.name, error)
+            return
         self.impl.handles.append(self._handle)
 
     def _open(self, node: pyros1.Node, data_class: Any) -> Any:

@@ -16,6 +16,7 @@ from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import (
     ConnectionRefusedByPeerError,
     Error,
+    MasterError,
     NodeError,
     NodeShutdownError,
     SerializationError,
@@ -26,7 +27,7 @@ from pyros1.ground.errors import (
 )
 from pyros1.node.services.client import ServiceClient
 from pyros1.node.services.client import wait_for_service as _wait
-from rospy.core import logerr, logwarn
+from rospy.core import logerr, logfatal, logwarn
 from rospy.exceptions import ROSException, ROSInterruptException
 from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
 from rospy.msg import args_kwds_to_message
@@ -110,6 +111,9 @@ class ServiceImpl(_Service):
         except NodeError as error:
             SERVICES.unregister(self.resolved_name, self)
             raise ServiceException(str(error)) from error
+        except MasterError as error:
+            logfatal("unable to register service [%s] with the master: %s", self.resolved_name, error)
+            return
         self.uri = self._server.uri
         self.registered = True
 
