@@ -226,4 +226,4 @@ class Duration(TVal):
 
 
 # Python has made the slots by now; programs that walk through messages want to see them here, too.
-Time.__slots__ = Duration.__slots__ = TVal.__slots__
+Time.__slots__ = Duration.__slots__ = TVal.__slots__  # type: ignore[assignment]
