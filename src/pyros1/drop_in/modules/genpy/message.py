@@ -106,7 +106,7 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
     Raises:
         SerializationError: it does not fit.
     """
-    check_value(field_name, field_type, field_val, lambda name: get_message_class(name))
+    check_value(field_name, field_type, field_val, get_message_class)
 
 
 def get_message_class(message_type: str, reload_on_error: bool = False) -> Any:
