@@ -1,17 +1,19 @@
 """Where ROS packages keep their own Python modules: catkin installs them, and pyros1 imports them from the sources.
 
 A package's setup.py names them (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``). It is only
-read, never run; if it cannot be understood, the usual places count: ``src`` and ``python``.
+searched for ``package_dir``, never run; then the usual places count: ``src`` and ``python``.
 """
 
 from __future__ import annotations
 
-import ast
 import os
+import re
 from collections.abc import Iterator
 
-_MOST = 1 << 18
-"""Most bytes of a setup.py that are read."""
+from pyros1.finding.packages import manifest_text
+
+_PACKAGE_DIR = re.compile(r"""package_dir\W{1,20}\{([^{}]*)\}""")
+_PAIR = re.compile(r"""["']([\w.]*)["']\s*:\s*["']([^"'\n]*)["']""")
 _USUAL = ("src", "python")
 
 
@@ -34,37 +36,13 @@ def folder_of(package: str, module: str) -> str | None:
 
 def _named(package: str, module: str) -> Iterator[str]:
     """Yield the folders of a module by the package's setup.py."""
-    folders = _package_dir(os.path.join(package, "setup.py"))
-    if module in folders:
-        where = os.path.normpath(os.path.join(package, folders[module]))
-        if os.path.basename(where) == module:
-            yield os.path.dirname(where)
-    if "" in folders:
-        yield os.path.normpath(os.path.join(package, folders[""]))
-
-
-def _package_dir(path: str) -> dict[str, str]:
     try:
-        with open(path, "rb") as file:
-            tree = ast.parse(file.read(_MOST))
-    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
-        return {}
-    for call in ast.walk(tree):
-        if not isinstance(call, (ast.Call, ast.Dict)):
-            continue
-        pairs = (
-            ((word.arg, word.value) for word in call.keywords)
-            if isinstance(call, ast.Call)
-            else ((getattr(key, "value", None), value) for key, value in zip(call.keys, call.values, strict=True))
-        )
-        for name, value in pairs:
-            if name == "package_dir" and isinstance(value, ast.Dict):
-                return {
-                    key.value: where.value
-                    for key, where in zip(value.keys, value.values, strict=True)
-                    if isinstance(key, ast.Constant)
-                    and isinstance(where, ast.Constant)
-                    and isinstance(key.value, str)
-                    and isinstance(where.value, str)
-                }
-    return {}
+        match = _PACKAGE_DIR.search(manifest_text(os.path.join(package, "setup.py")))
+    except (OSError, ValueError):
+        return
+    for name, place in _PAIR.findall(match[1]) if match else ():
+        folder = os.path.normpath(os.path.join(package, place))
+        if not name:
+            yield folder
+        elif name == module and os.path.basename(folder) == module:
+            yield os.path.dirname(folder)

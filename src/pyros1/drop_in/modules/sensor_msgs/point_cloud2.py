@@ -46,8 +46,10 @@ def read_points(
     layout = struct.Struct(_get_struct_fmt(cloud.is_bigendian, cloud.fields, field_names))
     data = bytes(cloud.data) if isinstance(cloud.data, (list, tuple)) else cloud.data
     places = list(uvs)
-    if places or layout.size > cloud.point_step or len(data) < cloud.row_step * (cloud.height - 1) + (
-        cloud.point_step * cloud.width
+    if (
+        places
+        or layout.size > cloud.point_step
+        or len(data) < cloud.row_step * (cloud.height - 1) + (cloud.point_step * cloud.width)
     ):
         yield from _read_one_by_one(cloud, data, layout, places, skip_nans)
         return
