@@ -55,8 +55,9 @@ async def synchronized(
         try:
             while True:
                 get = asyncio.ensure_future(ready.get())
+                either: set[asyncio.Future[Any]] = {get, readers}
                 try:
-                    await asyncio.wait({get, readers}, return_when=asyncio.FIRST_COMPLETED)
+                    await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
                     if not get.done() and ready.empty():
                         break
                     messages = await get
