@@ -30,6 +30,7 @@ def test_a_camera_and_its_info(make_node: Any) -> None:
     kept: queue.Queue[Any] = queue.Queue()
     cache.connect(kept.put)
     image, info = node.advertise("image", Image), node.advertise("info", CameraInfo)
+    assert image.wait_for_subscribers(1, 10.0) and info.wait_for_subscribers(1, 10.0)
     for number in range(1, 4):
         image.publish(stamped(Image, Time(number)))
         kept.get(timeout=10)
