@@ -95,7 +95,7 @@ def test_server_and_client(make_node: Any, parameters: Parameters) -> None:
         return config
 
     server = Server(node, parameters, changed)
-    assert calls == [(100.0, 0, False, 7)]
+    assert calls == [(100.0, 0, False, -1)]
     assert node.params["~rate"] == 100.0 and node.params["~colour"] == "RED"
 
     configs: queue.Queue[Any] = queue.Queue()

@@ -69,8 +69,10 @@ class Finder:
                 folder = self._source(package)
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
-                if library.has_package(package):
+                if library.has_package(package) or self._config(package, rest, name):
                     return ModuleSpec(name, _Messages(package, ""), is_package=True)  # type: ignore[arg-type]
+            case ["cfg", *inner]:
+                return self._config(package, inner, name)
             case ["msg" | "srv" as kind] if library.has_package(package):
                 return ModuleSpec(name, _Messages(package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[0] == "_" and library.has_package(package):
@@ -79,14 +81,25 @@ class Finder:
 
     def _source(self, package: str) -> str | None:
         """Return the folder in which a ROS package keeps a Python module of its own name (catkin_python_setup)."""
+        folder = os.path.join(self._folder_of(package) or "", "src")
+        return folder if os.path.isfile(os.path.join(folder, package, "__init__.py")) else None
+
+    def _config(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
+        """Return the spec of ``PACKAGE.cfg`` or of a module in it, from the package's .cfg files."""
+        from pyros1.drop_in import configs  # noqa: PLC0415
+
+        folder = self._folder_of(package)
+        return configs.find(folder, rest, name) if folder is not None else None
+
+    def _folder_of(self, package: str) -> str | None:
+        """Return the folder of a ROS package; None if there is none of that name."""
         from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
         from pyros1.ground.errors import PackageNotFoundError  # noqa: PLC0415
 
         try:
-            folder = os.path.join(PackageIndex(self._environ).find_folder(package), "src")
+            return PackageIndex(self._environ).find_folder(package)
         except PackageNotFoundError:
             return None
-        return folder if os.path.isfile(os.path.join(folder, package, "__init__.py")) else None
 
 
 class _Messages:

@@ -54,7 +54,7 @@ class Client:
         self._tree: Any = None
         node.wait_for_service(f"{self.name}/set_parameters", timeout)
         self._service = node.service(f"{self.name}/set_parameters", Reconfigure)
-        self._subscribers = [
+        self._subscribers: list[Any] = [
             node.subscribe(f"{self.name}/parameter_descriptions", ConfigDescription, self._described),
             node.subscribe(f"{self.name}/parameter_updates", ConfigMessage, self._updated),
         ]

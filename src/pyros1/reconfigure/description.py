@@ -111,7 +111,7 @@ class Parameters(Group):
     """The parameters that a node lets others change while it runs.
 
     Its attributes are those of the modules that ``.cfg`` files of ROS packages become: ``config_description``, ``min``,
-    ``max``, ``defaults``, ``level`` and ``type`` by parameter, and ``all_level``.
+    ``max``, ``defaults`` and ``level`` by parameter, and ``all_level``.
     """
 
     def __init__(self) -> None:

@@ -1,7 +1,7 @@
 """Descriptions and configurations of dynamic_reconfigure, as messages and as plain dictionaries.
 
-A description is a group: a dictionary with ``name``, ``type``, ``state`` (whether it is on), ``id``, ``parent`` (an id),
-``parameters`` and ``groups`` (both lists); a parameter one with ``name``, ``type``, ``default``, ``min``, ``max``,
+A description is a group: a dictionary with ``name``, ``type``, ``state`` (whether it is on), ``id``, ``parent`` (an
+id), ``parameters`` and ``groups`` (both lists); a parameter one with ``name``, ``type``, ``default``, ``min``, ``max``,
 ``level``, ``description`` and ``edit_method``. Out of messages, ``groups`` is a dictionary by name.
 
 Pure. Trees are walked without recursion: others send them.

@@ -31,13 +31,14 @@ class Server:
         node: the node.
         description: `Parameters`, or a module that a ``.cfg`` file has become.
         callback: called at first and with each change, as ``callback(config, level)``: the new values in a `Config`,
-            and the level bits of all parameters that change; at first all. It returns the configuration, which it may
-            alter. Under ``groups`` is the tree of groups with their states.
+            and the level bits of all parameters that change; at first -1, which has all bits. It returns the
+            configuration, which it may alter. Under ``groups`` is the tree of groups with their states.
         namespace: of the parameters, topics and service: within the node's private one, unless it begins with ``/``.
         make: makes the configuration's dictionaries.
 
     Attributes:
         config: the current configuration. namespace: with a ``/`` at its end. message: the description as a message.
+        descriptions, updates: publishers. service: what others call.
 
     Raises:
         CallbackError: the callback has not returned a configuration.
@@ -65,12 +66,12 @@ class Server:
         self.message = describe(
             description.config_description, description.max, description.min, dict(description.defaults)
         )
-        self._descriptions = node.advertise(f"{self.namespace}parameter_descriptions", ConfigDescription, latch=True)
-        self._updates = node.advertise(f"{self.namespace}parameter_updates", ConfigMessage, latch=True)
-        self._descriptions.publish(self.message)
+        self.descriptions = node.advertise(f"{self.namespace}parameter_descriptions", ConfigDescription, latch=True)
+        self.updates = node.advertise(f"{self.namespace}parameter_updates", ConfigMessage, latch=True)
+        self.descriptions.publish(self.message)
         with self._lock:
-            self._change(self.config, description.all_level)
-        self._service = node.advertise_service(f"{self.namespace}set_parameters", Reconfigure, self._asked)
+            self._change(self.config, -1)
+        self.service = node.advertise_service(f"{self.namespace}set_parameters", Reconfigure, self._asked)
 
     def _defaults(self) -> list[tuple[str, Any]]:
         return list(self.description.defaults.items())
@@ -116,7 +117,7 @@ class Server:
             if self._written.get(name, self) != config[name]:
                 self._node.params[self.namespace + name] = self._written[name] = config[name]
         self.config = config
-        self._updates.publish(encode(config, self._types))
+        self.updates.publish(encode(config, self._types))
         return config
 
     def _asked(self, request: Any) -> Any:
@@ -143,6 +144,6 @@ class Server:
 
     def close(self) -> None:
         """Offer the parameters no longer."""
-        self._service.shutdown()
-        self._updates.unregister()
-        self._descriptions.unregister()
+        self.service.shutdown()
+        self.updates.unregister()
+        self.descriptions.unregister()
