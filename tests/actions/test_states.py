@@ -129,8 +129,11 @@ def test_a_goal_that_the_server_forgets_is_lost() -> None:
     progress = Progress("g", lambda _: None)
     progress.take_statuses({})
     assert not progress.done  # it may not have come yet
+    assert progress.ask_to_cancel()
+    progress.take_statuses({})
+    assert not progress.done
     progress.take_statuses({"g": SimpleNamespace(status=1, text="on")})
-    assert progress.stage is Stage.ACTIVE
+    assert progress.stage is Stage.WAITING_FOR_CANCEL_ACK
     progress.take_statuses({})
     assert progress.done
     assert progress.status is Status.LOST

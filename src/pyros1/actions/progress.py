@@ -7,10 +7,6 @@ from typing import Any
 
 from pyros1.actions.states import Stage, Status, stages_after
 
-_MAY_BE_UNKNOWN = frozenset({Stage.WAITING_FOR_GOAL_ACK, Stage.WAITING_FOR_RESULT, Stage.DONE})
-"""Stages in which a server need not know the goal: not yet, or no more."""
-
-
 class Progress:
     """Stage, status and result of one goal. The caller has the locks.
 
@@ -34,6 +30,7 @@ class Progress:
         self.status = Status.PENDING
         self.text = ""
         self.result: Any = None
+        self._known = False  # the server has spoken of it
         self._on_stage = on_stage
         self._on_oddity = on_oddity
 
@@ -52,7 +49,7 @@ class Progress:
         status = statuses.get(self.name)
         if status is not None:
             self._follow(status.status, status.text)
-        elif self.stage not in _MAY_BE_UNKNOWN:
+        elif self._known and self.stage is not Stage.WAITING_FOR_RESULT:
             self.lose("the action server no longer knows the goal")
 
     def take_result(self, status: Any, result: Any) -> None:
@@ -81,6 +78,7 @@ class Progress:
             self._enter(Stage.DONE)
 
     def _follow(self, status: int, text: str) -> None:
+        self._known = True
         stages = stages_after(self.stage, status)
         if stages is None:
             self._on_oddity(f"goal {self.name} was {self.stage.name}, and its server now says status {status}")
