@@ -15,7 +15,7 @@ for module in (pyros1, pyros1.bag, pyros1.tf):
 assert {"load_message", "std_msgs", "geometry_msgs"} <= {*dir(pyros1.msgs)}
 from pyros1.msgs.geometry_msgs import msg
 assert {"Twist", "Pose"} <= {*dir(msg)}
-assert "Vector3  linear" in msg.Twist.__doc__
+assert "linear" in msg.Twist.__doc__.split()
 """
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 import threading
 from typing import Any
 
@@ -13,6 +14,7 @@ from pyros1.msgs import AnyMsg, from_definition
 from pyros1.msgs.geometry_msgs.msg import PointStamped, Vector3
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Empty, Float64, Float64MultiArray, Header, String
+from pyros1.net.master_client import MasterClient
 from pyros1.node.topic_type import topic_type
 
 from ..bodies import encode
@@ -692,3 +694,61 @@ def test_waiting_for_links_has_a_limit(make_node: Any) -> None:
     node = make_node("a")
     assert not node.advertise("t", Float64).wait_for_subscribers(timeout=0.02)
     assert not node.subscribe("u", Float64, print).wait_for_publishers(timeout=0.02)
+
+
+def test_an_end_and_a_new_beginning_at_once_leave_the_node_subscribed(
+    make_node: Any, master: Any, in_thread: Any
+) -> None:
+    node = make_node("listener")
+    client = MasterClient("/test", master.uri)
+    together = threading.Barrier(2)
+
+    def end(subscriber: Any) -> None:
+        together.wait(10)
+        subscriber.unregister()
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        subscriber = node.subscribe("t", Float64, print)
+        for _ in range(100):
+            ending = in_thread(end, subscriber)
+            together.wait(10)
+            subscriber = node.subscribe("t", Float64, print)
+            ending.join()
+            assert ["/t", ["/listener"]] in client.get_system_state()[1]
+    finally:
+        sys.setswitchinterval(interval)
+        client.close()
+
+
+def test_an_end_and_a_new_beginning_at_once_leave_the_node_publishing(
+    make_node: Any, master: Any, in_thread: Any
+) -> None:
+    node = make_node("talker")
+    other = make_node("listener")
+    heard = threading.Event()
+    client = MasterClient("/test", master.uri)
+    together = threading.Barrier(2)
+
+    def end(publisher: Any) -> None:
+        together.wait(10)
+        publisher.unregister()
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        publisher = node.advertise("t", Float64)
+        for _ in range(100):
+            ending = in_thread(end, publisher)
+            together.wait(10)
+            publisher = node.advertise("t", Float64)
+            ending.join()
+            assert ["/t", ["/talker"]] in client.get_system_state()[0]
+    finally:
+        sys.setswitchinterval(interval)
+        client.close()
+    other.subscribe("t", Float64, lambda _: heard.set())
+    assert publisher.wait_for_subscribers(timeout=10)
+    publisher.publish(Float64(1.0))
+    assert heard.wait(10)

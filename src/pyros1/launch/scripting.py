@@ -1,4 +1,4 @@
-"""Launching from a user's program: single nodes or launch files (X93).
+"""Launching from a user's program: single nodes or launch files.
 
     launch = ROSLaunch()
     launch.start()

@@ -95,21 +95,32 @@ class Registrar:
             MasterError: the master refuses.
             NodeShutdownError: the node is shutting down.
         """
-        return self._do(_Job((method, *args)))
+        return self.begin_register(method, *args)()
+
+    def begin_register(self, method: str, *args: str) -> Callable[[], Any]:
+        """Begin to `register`; return a function that waits for the answer. The master is called in order of calls."""
+        return self._begin(_Job((method, *args)))
 
     def unregister(self, method: str, *args: str) -> None:
         """Undo `register` with the same arguments.
 
         It is not an error if the master does not answer, since it has then lost the node anyway, or has no such method.
         """
-        self._entries.pop((method, *args), None)
-        self._do(_Job(_inverse((method, *args))))
+        self.begin_unregister(method, *args)()
 
-    def _do(self, job: _Job) -> Any:
+    def begin_unregister(self, method: str, *args: str) -> Callable[[], Any]:
+        """Begin to `unregister`; return a function that waits for it."""
+        self._entries.pop((method, *args), None)
+        return self._begin(_Job(_inverse((method, *args))))
+
+    def _begin(self, job: _Job) -> Callable[[], Any]:
         if self._closed:
             raise NodeShutdownError(f"{self._context.name} is shutting down")
         self._jobs.append(job)
         self._changed.ring()
+        return lambda: self._wait(job)
+
+    def _wait(self, job: _Job) -> Any:
         while not job.done.wait(0.5):
             if self._closed and not self._thread.is_alive():
                 raise NodeShutdownError(f"{self._context.name} is shutting down")

@@ -73,8 +73,14 @@ class Topics:
             created = Publication(context, name, message_class, wire_type, queue_size, latch, headers)
             created.handles = 1
             self._publish({**self.publications, name: created})
+            try:
+                # With the lock, here and below: the master must hear of an end and a new beginning in that order.
+                registered = self._registrar().begin_register("registerPublisher", name, wire_type.name, context.uri)
+            except BaseException:
+                self._drop_publication(created)
+                raise
         try:
-            self._registrar().register("registerPublisher", name, wire_type.name, context.uri)
+            registered()
         except BaseException:
             self._drop_publication(created)
             raise
@@ -85,8 +91,19 @@ class Topics:
             publication.handles -= 1
             if publication.handles or self._context.stopping.is_set():
                 return
-        self._registrar().unregister("registerPublisher", publication.topic, publication.type.name, self._context.uri)
-        self._drop_publication(publication)
+            # Out of the table at once: whoever advertises the topic now must get a new publication.
+            self._publish({k: v for k, v in self.publications.items() if v is not publication})
+            try:
+                unregistered = self._registrar().begin_unregister(
+                    "registerPublisher", publication.topic, publication.type.name, self._context.uri
+                )
+            except BaseException:
+                publication.close()
+                raise
+        try:
+            unregistered()
+        finally:
+            publication.close()
 
     def _drop_publication(self, publication: Publication) -> None:
         with self._lock:
@@ -140,9 +157,17 @@ class Topics:
                 else:
                     subscription.remove(subscriber)
                 raise
+            if new:
+                try:
+                    registered = self._registrar().begin_register(
+                        "registerSubscriber", name, subscription.type.name, context.uri
+                    )
+                except BaseException:
+                    self._drop_subscription(subscription)
+                    raise
         if new:
             try:
-                uris = self._registrar().register("registerSubscriber", name, subscription.type.name, context.uri)
+                uris = registered()
             except BaseException:
                 self._drop_subscription(subscription)
                 raise
@@ -165,10 +190,15 @@ class Topics:
             if subscription is None or subscription.remove(subscriber) or self._context.stopping.is_set():
                 return
             self._subscribe_to({k: v for k, v in self.subscriptions.items() if v is not subscription})
+            try:
+                unregistered = self._registrar().begin_unregister(
+                    "registerSubscriber", subscription.topic, subscription.type.name, self._context.uri
+                )
+            except BaseException:
+                subscription.close()
+                raise
         try:
-            self._registrar().unregister(
-                "registerSubscriber", subscription.topic, subscription.type.name, self._context.uri
-            )
+            unregistered()
         finally:
             subscription.close()
 

@@ -1,0 +1,120 @@
+"""Write ``interop/modules.md``: which public names of stock's Python modules ours have, and which ones tests use.
+
+::
+
+    python interop/modules/make_table.py            # needs stock ROS
+    python interop/modules/make_table.py --check    # exit code 1 if the page is not current
+
+A name counts as tested if a test program in ``interop/modules`` or ``tests/drop_in`` that imports the module's package
+uses it. Names that ``Class.member`` inherits count once for each class.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+PAGE = ROOT / "interop" / "modules.md"
+STOCK_PYTHON = "/usr/bin/python3"
+START = ROOT / "src" / "pyros1" / "drop_in" / "start"
+
+MODULES = """
+rospy rospy.client rospy.core rospy.exceptions rospy.msg rospy.msproxy rospy.names rospy.numpy_msg rospy.rostime
+rospy.service rospy.timer rospy.topics rospy.logger_level_service_caller rospy.impl.tcpros_base
+rospy.impl.tcpros_service rospy.impl.paramserver
+genpy genpy.message genpy.rostime genpy.dynamic genpy.base genpy.generator
+genmsg genmsg.base genmsg.names genmsg.msgs genmsg.msg_loader genmsg.gentools
+roslib roslib.message roslib.packages roslib.names roslib.msgs roslib.srvs roslib.manifest roslib.rospack roslib.rosenv
+roslib.scriptutil roslib.network roslib.launcher
+rosgraph rosgraph.masterapi rosgraph.names rosgraph.network rosgraph.rosenv rosgraph.xmlrpc rosgraph.impl.graph
+rosgraph.roslogging rospkg rospkg.distro rospkg.environment rospkg.common
+rosbag rosbag.bag rosbag.migration rosbag.rosbag_main rostopic rosnode rosservice rosparam rosmsg
+roslaunch roslaunch.parent roslaunch.scriptapi roslaunch.rlutil roslaunch.xmlloader roslaunch.core roslaunch.config
+roslaunch.pmon roslaunch.substitution_args rostest rosunit rosunit.junitxml
+tf tf.transformations tf.broadcaster tf.listener tf2_ros tf2_py tf2_geometry_msgs tf2_sensor_msgs
+actionlib actionlib.action_client actionlib.action_server actionlib.simple_action_client
+actionlib.simple_action_server actionlib.server_goal_handle actionlib.goal_id_generator
+actionlib.handle_tracker_deleter actionlib.status_tracker actionlib.exceptions
+dynamic_reconfigure dynamic_reconfigure.server dynamic_reconfigure.client dynamic_reconfigure.encoding
+dynamic_reconfigure.parameter_generator dynamic_reconfigure.parameter_generator_catkin
+message_filters diagnostic_updater topic_tools sensor_msgs.point_cloud2 cv_bridge laser_geometry
+interactive_markers.interactive_marker_server interactive_markers.menu_handler
+""".split()  # noqa: SIM905  shorter as text
+
+BEGINNING = """# Python modules of stock ROS 1, and ours
+
+Written by `interop/modules/make_table.py` from stock's installed modules and ours; not to be changed by hand. A public
+name is a function, class, value, or public member of a class. *There* means that our module has it; *tested* that a test
+program in `interop/modules` or `tests/drop_in` uses it. Names that we lack raise an error that says so.
+
+| module | names | there | tested | missing |
+|---|---|---|---|---|
+"""
+
+
+def surface(python: str, mode: str, names: str = "", *words: str) -> dict[str, list[str] | None]:
+    """Return what ``surface.py`` says on an interpreter."""
+    environ = {"PATH": os.environ["PATH"], "HOME": "/nonexistent", "PYTHONPATH": str(START)}
+    if python == STOCK_PYTHON:
+        del environ["PYTHONPATH"]
+    command = [python, str(HERE / "surface.py"), mode, *words]
+    done = subprocess.run(command, input=names, env=environ, capture_output=True, text=True, timeout=300, check=True)
+    answer: dict[str, list[str] | None] = json.loads(done.stdout.splitlines()[-1])
+    return answer
+
+
+def used_names() -> dict[str, set[str]]:
+    """Return the words that the test programs use, by the packages that these import."""
+    found: dict[str, set[str]] = {}
+    for folder in (HERE, ROOT / "tests" / "drop_in"):
+        for path in sorted(folder.rglob("*.py")):
+            if path in (Path(__file__), HERE / "surface.py") or path.name.endswith("_names.py"):
+                continue
+            text = path.read_text(encoding="utf-8")
+            words = set(re.findall(r"\w+", text))
+            for package in {name.partition(".")[0] for name in MODULES}:
+                if re.search(rf"\b(?:import|from) (?:[\w, ]+, )?{package}\b", text):
+                    found.setdefault(package, set()).update(words)
+    return found
+
+
+def page() -> str:
+    """Return the text of the page."""
+    stock = surface(STOCK_PYTHON, "list", "", *MODULES)
+    ours = surface(sys.executable, "have", json.dumps({name: each or [] for name, each in stock.items()}))
+    used = used_names()
+    rows: list[str] = []
+    sums = [0, 0, 0]
+    for module in MODULES:
+        names = stock[module]
+        if names is None:
+            continue
+        there = ours[module] or []
+        words = used.get(module.partition(".")[0], set())
+        tested = [name for name in there if name.rpartition(".")[2] in words]
+        missing = [name for name in names if name not in there]
+        gone = "all" if not there and names else ", ".join(f"`{name}`" for name in missing)
+        rows.append(f"| `{module}` | {len(names)} | {len(there)} | {len(tested)} | {gone} |\n")
+        for index, part in enumerate((names, there, tested)):
+            sums[index] += len(part)
+    rows.append(f"| all | {sums[0]} | {sums[1]} | {sums[2]} | |\n")
+    return BEGINNING + "".join(rows)
+
+
+def main() -> int:
+    """Write or check the page; return the exit code."""
+    text = page()
+    if "--check" in sys.argv:
+        return int(not PAGE.exists() or PAGE.read_text(encoding="utf-8") != text)
+    PAGE.write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
