@@ -123,6 +123,10 @@ class Bag(Facts):
             self._writer = BagWriter(self._target, self._compression, self._chunk_threshold)
             return
         self._version = _version(self._file)
+        if self._mode == "a" and self._version != 200:
+            raise ROSBagException(f"bag version {self._version} is unsupported for appending")
+        if self._version not in (200, 102):
+            raise ROSBagException(f"unknown bag version {self._version}")
         try:
             if self._mode == "a":
                 self._writer = append(self._target, self._compression, self._chunk_threshold)
@@ -472,6 +476,4 @@ def _version(file: Any) -> int:
     if found is None:
         raise ROSBagException("This does not appear to be a bag file")
     major, minor = map(int, found.groups())
-    if (major, minor) not in ((2, 0), (1, 2)):
-        raise ROSBagException(f"unknown bag version {100 * major + minor}")
     return 100 * major + minor
