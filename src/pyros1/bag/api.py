@@ -72,6 +72,7 @@ class Bag:
     ) -> None:
         self.reader = BagReader(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
         self._classes = DefinitionCache()
+        self._known: dict[int, type[Message]] = {}
 
     @property
     def path(self) -> str:
@@ -255,7 +256,9 @@ class Bag:
             BagError: the bytes cannot be decoded, or the definition is missing or wrong.
         """
         try:
-            cls = self.message_class(stored.connection)
+            cls = self._known.get(stored.connection.id)
+            if cls is None:
+                cls = self._known[stored.connection.id] = self.message_class(stored.connection)
             message: Message = cls._decode(stored.data, 0, len(stored.data))
         except MessageError as error:
             where = f"message on {stored.connection.topic} at {stored.time / 1e9:.6f}"
