@@ -2,6 +2,9 @@
 
 It stands at the end of ``sys.meta_path``: whatever else can be imported wins. If that is a real rospy, none of our
 modules is offered, since both kinds of messages and nodes do not mix; ``PYROS1_ROSPY=pyros1`` puts the hook first.
+
+Python holds the import lock while it looks for a module. Nothing may be imported meanwhile: another thread may be in
+the middle of importing the same, and wait for that lock. So all that the hook needs is imported before.
 """
 
 from __future__ import annotations
@@ -13,6 +16,11 @@ from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 from typing import Any
+
+from pyros1.finding.importing import installed
+from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import PackageNotFoundError
+from pyros1.ground.generated import PREFIX, module_name
 
 VARIABLE = "PYROS1_ROSPY"
 """Environment variable: "pyros1" prefers our modules to installed ones, "stock" leaves ours out."""
@@ -33,7 +41,9 @@ class Finder:
         self._folder = folder
         self._names = frozenset(name.partition(".")[0] for name in os.listdir(folder) if name[0] not in "_.")
         self._stock: bool | None = None
-        self._asking = False
+        self._library = installed(os.environ).library
+        self._index = PackageIndex(environ)
+        self._of_package("std_msgs", [], "std_msgs")  # what it imports late
 
     @property
     def stock(self) -> bool:
@@ -48,42 +58,30 @@ class Finder:
     ) -> ModuleSpec | None:
         """Answer the import system; None leaves the name to others, or to the usual error."""
         top, *rest = name.split(".")
-        if self.stock:
+        if top == "pyros1" or top in sys.stdlib_module_names or self.stock:
             return None
         if not rest and top in self._names:
             return PathFinder.find_spec(name, [self._folder])
-        if top in sys.builtin_module_names or top == "pyros1" or self._asking:
-            return None
-        self._asking = True  # looking for packages may import modules itself
-        try:
-            return self._of_package(top, rest, name)
-        finally:
-            self._asking = False
+        return self._of_package(top, rest, name)
 
     def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
-        from pyros1.ground.generated import finder  # noqa: PLC0415  few programs need definitions at once
-
-        library = finder().library
         match rest:
             case []:
                 folder = self._source(package)
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
-                if library.has_package(package):
+                if self._library.has_package(package):
                     return ModuleSpec(name, _Messages(package, ""), is_package=True)  # type: ignore[arg-type]
-            case ["msg" | "srv" as kind] if library.has_package(package):
+            case ["msg" | "srv" as kind] if self._library.has_package(package):
                 return ModuleSpec(name, _Messages(package, kind), is_package=True)  # type: ignore[arg-type]
-            case ["msg" | "srv" as kind, module] if module[0] == "_" and library.has_package(package):
+            case ["msg" | "srv" as kind, module] if module[0] == "_" and self._library.has_package(package):
                 return ModuleSpec(name, _Messages(package, kind))  # type: ignore[arg-type]
         return None
 
     def _source(self, package: str) -> str | None:
         """Return the folder in which a ROS package keeps a Python module of its own name (catkin_python_setup)."""
-        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
-        from pyros1.ground.errors import PackageNotFoundError  # noqa: PLC0415
-
         try:
-            folder = os.path.join(PackageIndex(self._environ).find_folder(package), "src")
+            folder = os.path.join(self._index.find_folder(package), "src")
         except PackageNotFoundError:
             return None
         return folder if os.path.isfile(os.path.join(folder, package, "__init__.py")) else None
@@ -107,8 +105,6 @@ class _Messages:
         module.__doc__ = f"Definitions of the ROS package {self._package}, from pyros1."
         if not self._kind:
             return
-        from pyros1.ground.generated import PREFIX, module_name  # noqa: PLC0415
-
         source = import_module(f"{PREFIX}.{module_name(self._package)}.{self._kind}")
 
         def __getattr__(name: str) -> Any:
@@ -123,11 +119,14 @@ class _Messages:
         vars(module)["__dir__"] = lambda: dir(source)
 
 
-def install() -> None:
-    """Install the hook in this process, once."""
-    if any(isinstance(each, Finder) for each in sys.meta_path):
-        return
+def install() -> Finder:
+    """Install the hook in this process, once, and return it."""
+    for each in sys.meta_path:
+        if isinstance(each, Finder):
+            return each
+    finder = Finder()
     if os.environ.get(VARIABLE) == "pyros1":
-        sys.meta_path.insert(0, Finder())
+        sys.meta_path.insert(0, finder)
     else:
-        sys.meta_path.append(Finder())
+        sys.meta_path.append(finder)
+    return finder

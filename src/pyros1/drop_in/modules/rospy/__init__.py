@@ -1,7 +1,6 @@
 """rospy, by pyros1: the names and behaviour of ROS 1's client library for Python (https://wiki.ros.org/rospy)."""
 
 from pyros1.msgs.std_msgs.msg import Header
-
 from rospy.client import (
     DEBUG,
     ERROR,
