@@ -17,9 +17,12 @@ from harness import SOURCE, STOCK_PYTHON
 HERE = Path(__file__).parent
 MODULES = [
     "rospy",
-    *("rospy." + name for name in "client core exceptions msg msproxy names numpy_msg rostime service".split()),
-    *("rospy." + name for name in "timer topics logger_level_service_caller".split()),
-    *("rospy.impl." + name for name in "paramserver tcpros_base tcpros_service".split()),
+    *(
+        "rospy." + name
+        for name in ["client", "core", "exceptions", "msg", "msproxy", "names", "numpy_msg", "rostime", "service"]
+    ),
+    *("rospy." + name for name in ["timer", "topics", "logger_level_service_caller"]),
+    *("rospy.impl." + name for name in ["paramserver", "tcpros_base", "tcpros_service"]),
 ]
 LACKING = {
     "rospy.client": set(),

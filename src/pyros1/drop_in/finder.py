@@ -82,7 +82,7 @@ class Finder:
             raise ModuleNotFoundError(f"pyros1 has no {name}", name=top)
         return spec
 
-    def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
+    def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:  # noqa: PLR0911
         match rest:
             case []:
                 folder = self._source(package)

@@ -27,6 +27,7 @@ from genmsg.msgs import (
 )
 from genmsg.msgs import bare_msg_type as base_msg_type
 from genmsg.msgs import parse_type as _parse_type
+
 from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import finder

@@ -13,7 +13,6 @@ from genmsg.names import (
     resource_name_base,
     resource_name_package,
 )
-from pyros1.drop_in.missing import missing
 from rosgraph.names import (
     ANYTYPE,
     BASE_NAME_LEGAL_CHARS_P,
@@ -36,6 +35,8 @@ from rosgraph.names import (
     ns_join,
     resolve_name,
 )
+
+from pyros1.drop_in.missing import missing
 
 TYPE_SEPARATOR = "/"
 

@@ -8,6 +8,7 @@ from typing import Any
 from genmsg.base import COMMENTCHAR, IODELIM, SEP, InvalidMsgSpec
 from genmsg.msg_loader import MsgContext, load_srv_from_string
 from genmsg.srvs import SrvSpec
+
 from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import finder
