@@ -6,8 +6,9 @@ import os
 import sys
 from typing import Any
 
-from pyros1.drop_in.missing import missing
 from rospkg import ResourceNotFound, RosPack
+
+from pyros1.drop_in.missing import missing
 
 __getattr__ = missing(__name__)
 

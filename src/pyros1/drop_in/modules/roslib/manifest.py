@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from pyros1.drop_in.missing import missing
-from roslib.packages import InvalidROSPkgException, get_pkg_dir
 from rospkg.common import MANIFEST_FILE
 from rospkg.manifest import Depend, Export, Manifest, parse_manifest, parse_manifest_file
 from rospkg.manifest import InvalidManifest as ManifestException
 from rospkg.manifest import RosDep as ROSDep
+
+from pyros1.drop_in.missing import missing
+from roslib.packages import InvalidROSPkgException, get_pkg_dir
 
 __getattr__ = missing(__name__)
 

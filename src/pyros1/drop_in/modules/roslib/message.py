@@ -15,6 +15,7 @@ from genpy.message import (
     get_service_class,
     strify_message,
 )
+
 from pyros1.drop_in.missing import missing
 
 ROSMessageException = MessageException

@@ -13,7 +13,6 @@ from genmsg.names import (
     resource_name_base,
     resource_name_package,
 )
-from pyros1.drop_in.missing import missing
 from rosgraph.names import (
     ANYTYPE,
     BASE_NAME_LEGAL_CHARS_P,
@@ -31,17 +30,15 @@ from rosgraph.names import (
     is_private,
     isstring,
     load_mappings,
+    make_caller_id,
     make_global_ns,
     namespace,
     ns_join,
     resolve_name,
 )
 
+from pyros1.drop_in.missing import missing
+
 TYPE_SEPARATOR = "/"
 
 __getattr__ = missing(__name__)
-
-
-def make_caller_id(name: str) -> str:
-    """Return the full name of a script, with a slash at its end."""
-    return make_global_ns(ns_join(get_ros_namespace(), name))

@@ -1,6 +1,5 @@
 """Addresses and connection headers, from before rosgraph."""
 
-from pyros1.drop_in.missing import missing
 from rosgraph.network import (
     ROS_HOSTNAME,
     ROS_IP,
@@ -18,5 +17,7 @@ from rosgraph.network import (
     read_ros_handshake_header,
     write_ros_handshake_header,
 )
+
+from pyros1.drop_in.missing import missing
 
 __getattr__ = missing(__name__)

@@ -6,12 +6,13 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.drop_in.missing import missing
-from pyros1.finding.packages import files_below
 from rospkg import ResourceNotFound, RosPack, get_package_name
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE
 from rospkg.environment import ROS_PACKAGE_PATH, ROS_ROOT
 from rospkg.rospack import list_by_path
+
+from pyros1.drop_in.missing import missing
+from pyros1.finding.packages import files_below
 
 SRC_DIR = "src"
 

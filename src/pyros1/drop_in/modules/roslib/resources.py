@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 
-from pyros1.drop_in.missing import missing
 from rospkg import RosPack
+
+from pyros1.drop_in.missing import missing
 
 __getattr__ = missing(__name__)
 

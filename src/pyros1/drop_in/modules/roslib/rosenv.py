@@ -6,10 +6,18 @@ import os
 import sys
 from collections.abc import Mapping
 
-from pyros1.drop_in.missing import missing
 from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_MASTER_URI, ROS_NAMESPACE
-from rospkg.environment import ROS_HOME, ROS_LOG_DIR, ROS_PACKAGE_PATH, ROS_ROOT
-from rospkg.environment import get_log_dir, get_ros_home, get_test_results_dir
+from rospkg.environment import (
+    ROS_HOME,
+    ROS_LOG_DIR,
+    ROS_PACKAGE_PATH,
+    ROS_ROOT,
+    get_log_dir,
+    get_ros_home,
+    get_test_results_dir,
+)
+
+from pyros1.drop_in.missing import missing
 
 ROS_BINDEPS_PATH = "ROS_BINDEPS_PATH"
 ROS_BOOST_ROOT = "ROS_BOOST_ROOT"

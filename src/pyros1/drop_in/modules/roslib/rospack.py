@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.drop_in.missing import missing
 from rospkg import ResourceNotFound, RosPack, RosStack
+
+from pyros1.drop_in.missing import missing
 
 _WHY = "ask rospkg.RosPack"
 

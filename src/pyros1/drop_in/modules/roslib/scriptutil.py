@@ -7,8 +7,9 @@ import os
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.drop_in.missing import missing
 from rosgraph.names import script_resolve_name
+
+from pyros1.drop_in.missing import missing
 
 __getattr__ = missing(__name__)
 

@@ -11,8 +11,24 @@ from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE
 
 _RUN_TAGS = ("run_depend", "exec_depend", "build_depend", "build_export_depend", "buildtool_depend", "depend")
 _KNOWN = frozenset(
-    "author brief depend description export license logo name notes platform review rosdep status url version"
-    " versioncontrol".split()
+    [
+        "author",
+        "brief",
+        "depend",
+        "description",
+        "export",
+        "license",
+        "logo",
+        "name",
+        "notes",
+        "platform",
+        "review",
+        "rosdep",
+        "status",
+        "url",
+        "version",
+        "versioncontrol",
+    ]
 )
 
 __getattr__ = missing(__name__)

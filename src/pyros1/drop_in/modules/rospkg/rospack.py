@@ -25,7 +25,7 @@ class ManifestManager:
         ros_paths: the folders; None: those of the environment, and what pyros1 finds besides.
     """
 
-    _instances: dict[Any, Any] = {}  # noqa: RUF012
+    _instances: dict[Any, Any] = {}
 
     def __init__(self, manifest_name: str, ros_paths: Sequence[str] | None = None) -> None:
         self._manifest_name = manifest_name

@@ -94,7 +94,7 @@ def read_points_list(
     """Return the points of a cloud as named tuples; arguments and errors as for :func:`read_points`."""
     assert getattr(cloud, "_type", "") == "sensor_msgs/PointCloud2", "cloud is not a sensor_msgs.msg.PointCloud2"
     names = [field.name for field in cloud.fields] if field_names is None else field_names
-    kind = namedtuple("Point", names)  # type: ignore[misc]  # noqa: PYI024  the names are data
+    kind = namedtuple("Point", names)  # type: ignore[misc]
     return [kind._make(point) for point in read_points(cloud, field_names, skip_nans, uvs)]
 
 
