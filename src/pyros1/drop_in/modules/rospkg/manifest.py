@@ -109,7 +109,7 @@ class Manifest:
         is_catkin: whether it is a package.xml.
     """
 
-    __slots__ = [  # noqa: RUF023  in stock's order
+    __slots__ = [
         *("description", "brief", "author", "license", "licenses", "license_url", "url", "depends", "rosdeps"),
         *("platforms", "exports", "version", "status", "notes", "unknown_tags", "type", "filename", "is_catkin"),
     ]
