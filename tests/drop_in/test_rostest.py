@@ -60,9 +60,7 @@ LAUNCH = """<launch>
 def test_a_program_of_a_launch_file(environ: dict[str, str], tmp_path: Path, expected: str, code: int) -> None:
     package = tmp_path / "talker_tests"
     package.mkdir()
-    (package / "package.xml").write_text(
-        "<package><name>talker_tests</name><version>1.0.0</version></package>"
-    )
+    (package / "package.xml").write_text("<package><name>talker_tests</name><version>1.0.0</version></package>")
     program = package / "test_talker.py"
     program.write_text(PROGRAM.format(python=sys.executable))
     program.chmod(program.stat().st_mode | stat.S_IXUSR)

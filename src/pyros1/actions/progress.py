@@ -7,6 +7,7 @@ from typing import Any
 
 from pyros1.actions.states import Stage, Status, stages_after
 
+
 class Progress:
     """Stage, status and result of one goal. The caller has the locks.
 
