@@ -17,7 +17,7 @@ from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.commands import run as _run
 from pyros1.drop_in.missing import missing
 from pyros1.graph import NodeApi
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import DeadlineError, Error
 
 __getattr__ = missing(__name__)
 
@@ -136,8 +136,10 @@ def kill_nodes(node_names: Iterable[str]) -> tuple[list[str], list[str]]:
             finally:
                 api.close()
             success.append(name)
-        except (Error, OSError, ROSNodeException):
+        except (DeadlineError, ROSNodeException):
             fail.append(name)
+        except (Error, OSError):
+            success.append(name)  # a node may end before it has answered
     return success, fail
 
 

@@ -132,6 +132,8 @@ def load_str(
         namespace = default_namespace or get_ros_namespace()
         if isinstance(document, dict) and NS in document:
             namespace = ns_join(namespace, document.pop(NS))
+            if verbose:
+                print(f"reading parameters into namespace [{namespace}]")
         found.append((document, namespace))
     return found
 
@@ -186,22 +188,18 @@ def _check(value: Any) -> None:
 
 
 def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
-    """Set a namespace to a dictionary of parameters.
+    """Set the parameters of a namespace one by one; those that are not named keep their values.
 
     Raises:
         RosParamException: `ns` is the root, and the values are not a dictionary.
+        OverflowError: as for `set_param_raw`.
     """
     _check(values)
-    server = get_param_server()
     if ns == GLOBALNS and not isinstance(values, dict):
         raise RosParamException("global / can only be set to a dictionary")
     if verbose:
         print_params(values, ns)
-    if ns == GLOBALNS:
-        for key, value in values.items():
-            server.setParam(ns_join(ns, key), value)
-    else:
-        server.setParam(ns, values)
+    set_param_raw(ns, values)
 
 
 def delete_param(param: str, verbose: bool = False) -> None:

@@ -177,9 +177,9 @@ def call_service(service_name: str, service_args: Any, service_class: Any = None
         def shown(value: Any) -> str:
             return f"{value} (type {type(value).__name__})"
 
-        given = "\n * ".join(map(shown, service_args)) if isinstance(service_args, list) else shown(service_args)
+        given = "".join(f"\n * {shown(each)}" for each in service_args)
         raise ROSServiceException(
-            f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n * {given}"
+            f"Incompatible arguments to call service:\n{error}\nProvided arguments are:{given or chr(10)}"
             f"\n\nService arguments are: [{get_printable_message_args(request)}]"
         ) from None
     rospy.init_node("rosservice", anonymous=True)

@@ -145,13 +145,10 @@ def find_by_type(topic_type: str) -> list[str]:
 
 
 def get_topic_list(master: Any = None) -> tuple[list[Any], list[Any]]:
-    """Return publications and subscriptions, each as (topic, type, nodes); raises ROSTopicIOException."""
-    try:
-        master = master or rosgraph.Master("/rostopic")
-        publishers, subscribers, _ = master.getSystemState()
-        types = {entry[0]: entry[1] for entry in _master_get_topic_types(master)}
-    except OSError:
-        raise ROSTopicIOException("Unable to communicate with master!") from None
+    """Return publications and subscriptions, each as (topic, type, nodes); raises OSError without a master."""
+    master = master or rosgraph.Master("/rostopic")
+    publishers, subscribers, _ = master.getSystemState()
+    types = {entry[0]: entry[1] for entry in _master_get_topic_types(master)}
     return tuple(  # type: ignore[return-value]
         [(topic, types.get(topic, "unknown type"), nodes) for topic, nodes in table]
         for table in (publishers, subscribers)
@@ -181,7 +178,7 @@ def get_info_text(topic: str) -> str:
 
     Raises:
         ROSTopicException: there is no such topic.
-        ROSTopicIOException: the master does not answer.
+        OSError: the master does not answer.
     """
     master = rosgraph.Master("/rostopic")
     publishers, subscribers = get_topic_list(master)

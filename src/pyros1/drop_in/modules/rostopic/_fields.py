@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -56,29 +57,27 @@ def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
         pattern: the path behind the topic, for example ``/pose/position/x`` or ``/poses[0:2]``.
 
     Returns:
-        The function, which prints an error and returns None for messages without the field; None for an empty path.
+        The function, which prints an error and returns None for messages without the field. None for an empty path,
+        and for a wrong one, after an error was printed.
     """
     if not pattern or pattern == "/":
         return None
     try:
         steps = _steps(pattern)
     except (_NoFieldError, AssertionError, ValueError) as error:
-        raise _exception(f"field expression [{pattern}] is wrong: {error}") from None
+        print(f"field expression [{pattern}] is wrong: {error}", file=sys.stderr)
+        return None
 
     def field(message: Any) -> Any:
         try:
             return _value(message, steps)
-        except (AttributeError, IndexError, TypeError):
-            print(f"no field named [{pattern}]")
-            return None
+        except AttributeError as error:
+            print(f"no field named {error.name} in {pattern}", file=sys.stderr)
+        except (IndexError, TypeError) as error:
+            print(f"no field {pattern}: {error}", file=sys.stderr)
+        return None
 
     return field
-
-
-def _exception(text: str) -> Exception:
-    from rostopic import ROSTopicException
-
-    return ROSTopicException(text)
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> Callable[[Any], Iterator[str]]:
