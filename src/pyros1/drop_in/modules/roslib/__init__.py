@@ -1,5 +1,21 @@
-"""roslib, by pyros1 (https://wiki.ros.org/roslib)."""
+"""roslib, by pyros1 (https://wiki.ros.org/roslib): most of it has moved to rospkg, rosgraph and genpy."""
 
+from pyros1.drop_in.missing import missing
 from roslib.launcher import load_manifest
 
-__all__ = ["load_manifest"]
+__all__ = ["is_interactive", "load_manifest", "set_interactive"]
+
+_is_interactive = False
+
+__getattr__ = missing(__name__)
+
+
+def set_interactive(interactive: bool) -> None:
+    """Tell whether the program is an interactive shell."""
+    global _is_interactive  # noqa: PLW0603
+    _is_interactive = interactive
+
+
+def is_interactive() -> bool:
+    """Return what :func:`set_interactive` told."""
+    return _is_interactive
