@@ -1,7 +1,6 @@
 """smach, by pyros1: tasks as hierarchical state machines in Python (https://wiki.ros.org/smach)."""
 
-from typing import Any
-
+from pyros1.drop_in.missing import missing
 from smach.concurrence import Concurrence
 from smach.container import Container
 from smach.exceptions import (
@@ -19,6 +18,4 @@ from smach.state_machine import StateMachine
 from smach.user_data import Remapper, UserData
 from smach.util import CBInterface, cb_interface, has_smach_interface, is_shutdown, set_shutdown_check
 
-
-def __getattr__(name: str) -> Any:
-    raise AttributeError(f"pyros1 has no smach.{name}")
+__getattr__ = missing("smach")

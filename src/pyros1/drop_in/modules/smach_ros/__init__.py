@@ -1,10 +1,9 @@
 """smach_ros, by pyros1: state machines that use topics, services and actions (https://wiki.ros.org/smach_ros)."""
 
-from typing import Any
-
 import rospy
 import smach
 
+from pyros1.drop_in.missing import missing
 from smach_ros.action_server_wrapper import ActionServerWrapper
 from smach_ros.condition_state import ConditionState
 from smach_ros.introspection import IntrospectionClient, IntrospectionServer
@@ -16,6 +15,4 @@ from smach_ros.util import set_preempt_handler
 smach.set_loggers(rospy.loginfo, rospy.logwarn, rospy.logdebug, rospy.logerr)
 smach.set_shutdown_check(rospy.is_shutdown)
 
-
-def __getattr__(name: str) -> Any:
-    raise AttributeError(f"pyros1 has no smach_ros.{name}")
+__getattr__ = missing("smach_ros", RosState="it is of ROS 2", SmachNode="it is of ROS 2")
