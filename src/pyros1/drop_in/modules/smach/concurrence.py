@@ -12,6 +12,7 @@ from smach.exceptions import InvalidStateError, InvalidTransitionError, InvalidU
 from smach.log import logerr, loginfo, logwarn
 from smach.state import State
 from smach.user_data import UserData
+from smach.util import is_shutdown
 
 Outcomes = dict[str, Any]
 
@@ -86,7 +87,7 @@ class Concurrence(Container):
     # Running ----------------------------------------------------------------------------------------------------------
 
     def execute(self, parent_ud: Any = None) -> Any:
-        """Run all states, and return the outcome.
+        """Run all states, and return the outcome; None if the program ended before there was one.
 
         Raises:
             InvalidStateError: a state or ``child_termination_cb`` raised an exception, or returned what is not one of
@@ -119,6 +120,8 @@ class Concurrence(Container):
         self._finish_preemption()
         if self._error is not None:
             raise InvalidStateError(f"A concurrent state failed: {self._error}") from self._error
+        if None in self._child_outcomes.values():
+            return None
         outcome = self._outcome()
         loginfo(f"Concurrent Outcomes: {self._child_outcomes}")
         self._copy_output_keys(self.userdata, parent_ud)
@@ -129,6 +132,8 @@ class Concurrence(Container):
         """Run one of the states; this is a thread."""
         try:
             outcome = state.execute(self._view(state, self._remappings[label]))
+            if outcome is None and is_shutdown():
+                return  # the state is a container that has ended with the program
             if outcome not in state.get_registered_outcomes():
                 raise InvalidTransitionError(
                     f"Attempted to return outcome '{outcome}' from concurrent state '{label}' which only has "

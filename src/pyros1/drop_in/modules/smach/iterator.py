@@ -102,6 +102,8 @@ class Iterator(Container):
             logdebug(f"Iterator: next item for state '{self._state_label}'")
             self.userdata[self._items_label] = item
             outcome = self._run(state)
+            if outcome is None:
+                return None
             if self.preempt_requested():
                 if not state.preempt_requested():
                     self.service_preempt()
@@ -123,6 +125,8 @@ class Iterator(Container):
                 f"Could not execute iterator state '{self._state_label}' of type '{type(state).__name__}': "
                 f"{traceback.format_exc()}"
             ) from error
+        if outcome is None and is_shutdown():
+            return None  # the state is a container that has ended with the program
         if outcome not in state.get_registered_outcomes():
             raise InvalidTransitionError(
                 f"Attempted to return outcome '{outcome}' from iterator state '{self._state_label}' which only has "
