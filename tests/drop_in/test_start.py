@@ -56,7 +56,8 @@ threads = [threading.Thread(target=get, args=(name,)) for name in names]
 [each.join(20) for each in threads]
 print([each.name for each in threads if each.is_alive()])
 """
-    assert run("import rospy" + program, {}).splitlines()[-1] == "[]"
+    for first in ("import rospy", "import pyros1", ""):
+        assert run(first + program, {}).splitlines() == ["No module named 'nothing_here'", "[]"]
 
 
 def test_a_python_without_pyros1_says_what_to_do(tmp_path: Path) -> None:

@@ -33,3 +33,13 @@ def names(
         return sorted({*vars(sys.modules[module]), *homes})
 
     return __getattr__, __dir__
+
+
+def missing(module: str, **reasons: str) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a module that loads nothing late.
+
+    Args:
+        module: its full name.
+        **reasons: for names that programs may look for, why they are not here, or what does their work.
+    """
+    return names(module, why=reasons)[0]

@@ -79,16 +79,17 @@ class DeserializationError(MessageError):
     """Received bytes are not a message of the expected type.
 
     Args:
-        type_name: for example ``std_msgs/String``.
+        type_name: for example ``std_msgs/String``. If it is given alone, it is the text: programs and generated message
+            modules raise this error, too.
         offset: byte offset into the message body at which decoding failed.
         reason: what is wrong there.
     """
 
-    def __init__(self, type_name: str, offset: int, reason: str) -> None:
-        self.type_name = type_name
+    def __init__(self, type_name: object = "", offset: int | None = None, reason: str = "") -> None:
+        self.type_name = str(type_name)
         self.offset = offset
         self.reason = reason
-        super().__init__(f"cannot decode {type_name} at byte {offset}: {reason}")
+        super().__init__(type_name if offset is None else f"cannot decode {type_name} at byte {offset}: {reason}")
 
 
 class TransportError(Error):

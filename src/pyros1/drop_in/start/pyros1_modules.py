@@ -7,6 +7,8 @@ import os
 import sys
 
 try:
+    import _imp
+    from _thread import get_ident
     from importlib.machinery import PathFinder
 except ImportError:  # Python 2
     PathFinder = None
@@ -18,16 +20,23 @@ MODULES = os.path.join(os.path.dirname(HERE), "modules")
 class Waiting(object):
     """Stands at the end of sys.meta_path until something is imported that is nowhere else."""
 
+    busy = None  # the thread that imports the real finder
+
     def find_spec(self, name, path=None, target=None):
         if path is not None or name in getattr(sys, "stdlib_module_names", ()) or name.startswith("pyros1"):
             return None
-        # Python holds the import lock now. If there are threads, one may wait for it in the middle of an import of what
-        # we would import; then only our modules, whose names are known without, are offered.
-        real = self.real() if len(sys._current_frames()) == 1 else None
+        # Python holds the import lock now, for which other threads may wait in the middle of an import of what we import.
+        try:
+            _imp.release_lock()
+        except RuntimeError:  # a program asks, not the import system
+            real = self.real()
+        else:
+            try:
+                real = self.real()
+            finally:
+                _imp.acquire_lock()
         if real is not None:
             return real.find_spec(name, path, target)
-        if sys.modules.get("pyros1") is not None and self in sys.meta_path:
-            return PathFinder.find_spec(name, [MODULES])
         hint_at_missing(name)
         return None
 
@@ -37,16 +46,43 @@ class Waiting(object):
 
     def real(self):
         """Put the real finder in this one's place; return None if this Python has no pyros1."""
-        if self not in sys.meta_path:
-            return None
-        sys.meta_path.remove(self)
+        if self.busy == get_ident():
+            return None  # the import below asks for a module that is nowhere
+        self.busy = get_ident()
         try:
             from pyros1.drop_in.finder import install
-
-            return install()
         except (ImportError, SyntaxError):  # it has none, or is too old to read it
-            sys.meta_path.append(self)
             return None
+        finally:
+            self.busy = None
+        if self in sys.meta_path:
+            sys.meta_path.remove(self)
+        return install()
+
+
+class Folders(object):
+    """Stands before Python's own finder, which takes any folder for a package if there is no other of its name.
+
+    In the source folder of a workspace lie folders like std_msgs, whose messages would then not be found. The lowest
+    modules must be ours, too, if there is a real genpy, but no rospy.
+    """
+
+    def find_spec(self, name, path=None, target=None):
+        if path is not None and name.rpartition(".")[2] not in ("msg", "srv"):
+            return None
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is None:
+            return None
+        lowest = name in ("genpy", "genmsg", "roslib", "rosgraph") and not is_module(PathFinder.find_spec("rospy"))
+        if not lowest and is_module(spec):
+            return spec
+        ours = [each for each in sys.meta_path if type(each).__name__ in ("Waiting", "Finder")]
+        return ours[-1].find_spec(name, path, target) or spec if ours else spec
+
+
+def is_module(spec):
+    """Tell whether what Python has found is more than a folder."""
+    return spec is not None and spec.has_location
 
 
 def hint_at_missing(name):
@@ -109,6 +145,8 @@ def install():
     wanted = os.environ.get("PYROS1_ROSPY", "")
     if wanted == "stock" or any(type(each).__name__ in ("Waiting", "Finder") for each in sys.meta_path):
         return
+    if PathFinder in sys.meta_path:
+        sys.meta_path.insert(sys.meta_path.index(PathFinder), Folders())
     if wanted == "pyros1":
         try:
             from pyros1.drop_in.finder import install
