@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any
@@ -101,6 +100,8 @@ class ServiceImpl(_Service):
         self, e: BaseException, exc_type: type[BaseException], exc_value: BaseException, tb: TracebackType
     ) -> None:
         """Log what the handler raised."""
+        import traceback
+
         logerr("Error processing request: %s\n%s", e, "".join(traceback.format_exception(exc_type, exc_value, tb)))
 
     def _begin(self, node: pyros1.Node) -> None:
@@ -120,9 +121,7 @@ class ServiceImpl(_Service):
     def _answer(self, request: Any) -> Any:
         self.seq += 1
         try:
-            response = convert_return_to_response(self.handler(request), self.response_class)
-            response.__class__._encode_frame(response)  # what cannot be sent is the handler's fault, too
-            return response
+            return convert_return_to_response(self.handler(request), self.response_class)
         except ServiceException as error:
             raise ServiceRefusal(f"service cannot process request: {error}") from None
         except Exception as error:  # noqa: BLE001 - the program's code: its caller is told
