@@ -1,4 +1,4 @@
-"""The end of rospy's node: the same program on stock's modules and on ours."""
+"""The end of rospy's node: the same program on stock's modules and on ours (P03-P05)."""
 
 from __future__ import annotations
 

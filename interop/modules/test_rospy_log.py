@@ -1,4 +1,5 @@
-"""rospy's log: the same program on stock's modules and on ours, what it prints, writes and publishes."""
+"""rospy's log: the same program on stock's modules and on ours, what it prints, writes and publishes
+(P33-P39, N31)."""
 
 from __future__ import annotations
 

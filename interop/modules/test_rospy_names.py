@@ -1,4 +1,4 @@
-"""The names of rospy's modules, and how they are called: ours beside stock's."""
+"""The names of rospy's modules, and how they are called: ours beside stock's (P40, P42, P43)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""rospy's services and their callers: the same program on stock's modules and on ours, and one on each side."""
+"""rospy's services and their callers: the same program on stock's modules and on ours, and one on each side
+(P18-P21)."""
 
 from __future__ import annotations
 

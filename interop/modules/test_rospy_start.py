@@ -1,4 +1,5 @@
-"""rospy before and at the start of a node, names and parameters: the same program on stock's modules and on ours."""
+"""rospy before and at the start of a node, names and parameters: the same program on stock's modules and on ours
+(P01, P02, P06, P07, P10, P22-P28, P37, N07-N17)."""
 
 from __future__ import annotations
 

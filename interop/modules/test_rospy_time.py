@@ -1,4 +1,5 @@
-"""rospy's times, rates, sleeps and timers: the same program on stock's modules and on ours."""
+"""rospy's times, rates, sleeps and timers: the same program on stock's modules and on ours
+(P26-P32)."""
 
 from __future__ import annotations
 

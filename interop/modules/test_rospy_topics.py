@@ -1,4 +1,5 @@
-"""rospy's publishers and subscribers: the same program on stock's modules and on ours, and one on each side."""
+"""rospy's publishers and subscribers: the same program on stock's modules and on ours, and one on each side
+(P08-P17)."""
 
 from __future__ import annotations
 

@@ -255,6 +255,11 @@ class Subscriber(Topic):
                 call = _With(self.callback, None)
         return node.subscribe(self._given, data_class, call, queue_size=self._queue_size, tcp_nodelay=True)
 
+    def _begin(self, node: pyros1.Node) -> None:
+        super()._begin(node)
+        if self._handle is not None and self.impl.ref_count == 1:
+            self.impl.begin_statistics()
+
     def unregister(self) -> None:
         """End this subscriber; the topic is unregistered with the last one of the program."""
         if self.impl is not None and self.callback is not None:
@@ -286,6 +291,6 @@ class _With:
 _links = "pyros1's nodes have their own links; see Publisher.impl.connections"
 __getattr__, __dir__ = _names(
     __name__,
-    {**LATE, "Log": "rosgraph_msgs.msg"},
-    dict.fromkeys(("Poller", "QueuedConnection", "SubscriberStatisticsLogger", "get_tcpros_handler"), _links),
+    {**LATE, "Log": "rosgraph_msgs.msg", "SubscriberStatisticsLogger": "rospy.impl.statistics"},
+    dict.fromkeys(("Poller", "QueuedConnection", "get_tcpros_handler"), _links),
 )
