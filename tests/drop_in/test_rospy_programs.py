@@ -116,7 +116,7 @@ rospy.Subscriber("cmd_vel", Float64, lambda message: out.append(message.data))
 until(lambda: p.get_num_connections())
 def stop():
     p.publish(0)
-    rospy.sleep(0.1)
+    until(lambda: out[-1] == 0)
     print("stopped", threading.current_thread() is threading.main_thread(), rospy.is_shutdown(), flush=True)
 rospy.on_shutdown(stop)
 rate = rospy.Rate(200)
@@ -227,6 +227,23 @@ def test_a_second_ctrl_c_interrupts_a_program_that_does_not_look(environ: dict[s
         finally:
             child.kill()
     assert out == "interrupted True\n" and child.returncode == 0
+
+
+FAILED = """
+try:
+    rospy.init_node("failed", tcpros_port=1 << 20)
+except OverflowError:
+    print("ready", flush=True)
+time.sleep(30)
+"""
+
+
+def test_ctrl_c_after_a_start_that_failed(environ: dict[str, str]) -> None:
+    with start(HEAD + FAILED, environ) as child:
+        assert child.stdout is not None and child.stdout.readline() == "ready\n"
+        child.send_signal(signal.SIGINT)
+        out, _ = child.communicate(timeout=20)
+    assert "KeyboardInterrupt" in out and child.returncode == -signal.SIGINT
 
 
 def test_callbacks_of_different_topics_run_at_once(environ: dict[str, str]) -> None:
