@@ -17,6 +17,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 from typing import Any
 
+from pyros1.drop_in import configs
 from pyros1.drop_in.sources import folder_of
 from pyros1.finding.importing import installed
 from pyros1.finding.packages import PackageIndex
@@ -81,13 +82,13 @@ class Finder:
             raise ModuleNotFoundError(f"pyros1 has no {name}", name=top)
         return spec
 
-    def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
+    def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:  # noqa: PLR0911
         match rest:
             case []:
                 folder = self._source(package)
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
-                if self._library.has_package(package):
+                if self._library.has_package(package) or self._config(package, [], name):
                     return ModuleSpec(name, _Messages(package, ""), is_package=True)  # type: ignore[arg-type]
                 folder = self._source_elsewhere(package)
                 if folder is not None:
@@ -96,6 +97,8 @@ class Finder:
                     raise ModuleNotFoundError(
                         f"No module named {name!r}: {self._library.no_package(package)}", name=name
                     )
+            case ["cfg", *inner]:
+                return self._config(package, inner, name)
             case ["msg" | "srv" as kind] if self._library.has_package(package):
                 return ModuleSpec(name, _Messages(package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
@@ -117,6 +120,13 @@ class Finder:
         """Return the folder in which a ROS package of another name, in ROS_PACKAGE_PATH, keeps a Python module."""
         folders = (folder_of(folder, module) for folder in self._index.below_roots())
         return next(filter(None, folders), None)
+
+    def _config(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
+        """Return the spec of ``PACKAGE.cfg``, or of a module in it, from the package's .cfg files."""
+        try:
+            return configs.find(self._index.find_folder(package), rest, name)
+        except PackageNotFoundError:
+            return None
 
 
 class _Messages:

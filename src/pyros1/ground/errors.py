@@ -20,7 +20,8 @@
     │   ├── MasterMethodError               the master does not have the method, or failed in it
     │   └── MasterUnreachableError          the master did not answer at all
     ├── ServiceError                        a service call failed, here or in the handler
-    │   └── ServiceUnavailableError         nobody provides the service, or its node cannot be reached
+    │   ├── ServiceUnavailableError         nobody provides the service, or its node cannot be reached
+    │   └── ServiceRefusal                  raised by a handler: what its caller is told, and nothing in the log
     ├── ParameterNotSetError (KeyError)     the parameter is not on the parameter server
     ├── WaitTimeoutError (TimeoutError)     a message, service or the master did not come in time
     ├── NodeError                           a node cannot do what was asked (closed, declared twice, ...)
@@ -161,11 +162,24 @@ class MasterUnreachableError(MasterError):
 
 
 class ServiceError(Error):
-    """A service call failed; the text says where and why."""
+    """A service call failed; the text says where and why.
+
+    Args:
+        message: the text.
+        answer: what the provider answered, as it came; None if it gave no answer.
+    """
+
+    def __init__(self, message: str, answer: bytes | None = None) -> None:
+        self.answer = answer
+        super().__init__(message)
 
 
 class ServiceUnavailableError(ServiceError):
     """Nobody provides the service, or its provider cannot be reached."""
+
+
+class ServiceRefusal(ServiceError):
+    """Raised by the handler of a service: the caller gets exactly this text, and nothing is logged."""
 
 
 class ParameterNotSetError(Error, KeyError):

@@ -12,6 +12,7 @@ from pyros1.ground.errors import NodeShutdownError
 from pyros1.ground.shown import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
+from pyros1.tf.description import as_dot, as_string, as_yaml
 from pyros1.tf.errors import ConnectivityException, ExtrapolationException, LookupException
 from pyros1.tf.frame import to_sec
 from pyros1.tf.rotation import Transform
@@ -60,11 +61,19 @@ class Buffer:
         cache_time: seconds for which transforms are kept, counted back from the newest of their frame.
         warn: called with a text when a transform is ignored; None writes it to stderr until a listener is attached,
             and then to its node's log. The same problem of a frame is reported the 1st, 10th, 100th... time.
+        time_class: class of the times in answers, made of seconds and nanoseconds.
     """
 
-    def __init__(self, cache_time: Span = 10.0, *, warn: Callable[[str], object] | None = None) -> None:
+    def __init__(
+        self,
+        cache_time: Span = 10.0,
+        *,
+        warn: Callable[[str], object] | None = None,
+        time_class: Callable[[int, int], Any] = Time,
+    ) -> None:
         self.cache_time = _seconds(cache_time)
         self.warn = warn
+        self._time = time_class
         self._tree = Tree(round(self.cache_time * _NS))
         self._changed = threading.Condition(threading.Lock())
         self._waiting = 0
@@ -220,7 +229,7 @@ class Buffer:
         with self._changed:
             return self._tree.can_transform_full(*arguments)
 
-    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Any:
         """Return the latest time at which all frames between the two are known; 0 if all of them are static.
 
         Raises:
@@ -228,7 +237,8 @@ class Buffer:
             ConnectivityException: the frames are not connected.
         """
         with self._changed:
-            return Time(0, self._tree.latest_common_time(target_frame, source_frame))
+            stamp = self._tree.latest_common_time(target_frame, source_frame)
+        return self._time(stamp // _NS, stamp % _NS)
 
     def chain(
         self, target_frame: str, source_frame: str, time: When = None, fixed_frame: str | None = None
@@ -236,9 +246,17 @@ class Buffer:
         """Return the names of the frames from source (through ``fixed_frame``) to target, both included.
 
         Raises as `lookup_transform`."""
-        when = _ns(time)
+        return self.chain_full(target_frame, time, source_frame, time, fixed_frame or source_frame)
+
+    def chain_full(
+        self, target_frame: str, target_time: When, source_frame: str, source_time: When, fixed_frame: str
+    ) -> list[str]:
+        """Return the names of the frames from source at its time, through ``fixed_frame``, to target at its time.
+
+        Raises as `lookup_transform`."""
+        arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
         with self._changed:
-            return self._tree.chain(target_frame, when, source_frame, when, fixed_frame or source_frame)
+            return self._tree.chain(*arguments)
 
     def frames(self) -> list[str]:
         """Return the names of all frames, in the order in which they became known."""
@@ -269,16 +287,21 @@ class Buffer:
     def all_frames_as_yaml(self, now: float | None = None) -> str:
         """Return parent, broadcaster, rate and times of each frame as YAML; with ``now``, in seconds, the delay."""
         with self._changed:
-            return self._tree.as_yaml(now)
+            return as_yaml(self._tree.frames.values(), now)
 
     def all_frames_as_string(self) -> str:
         """Return a text with a line for each frame."""
         with self._changed:
-            return self._tree.as_string()
+            return as_string(self._tree.frames.values())
+
+    def all_frames_as_dot(self, now: float | None = None) -> str:
+        """Return the tree as a graph of Graphviz's dot; with ``now``, in seconds, the ages, and a legend."""
+        with self._changed:
+            return as_dot(self._tree.frames.values(), now)
 
     def _message(self, target: str, source: str, stamp: int, transform: Transform) -> Any:
         x, y, z, qx, qy, qz, qw = transform
-        header = self._header(0, Time(stamp // _NS, stamp % _NS), target)
+        header = self._header(0, self._time(stamp // _NS, stamp % _NS), target)
         body = self._transform(self._vector(x, y, z), self._quaternion(qx, qy, qz, qw))
         return self._stamped(header, source, body)
 

@@ -78,8 +78,8 @@ class Frame:
         if self.static or (not time and entries):
             return entries[-1]
         stamps = self._stamps
-        if not stamps or time > stamps[-1]:
-            return None
+        if not stamps or time >= stamps[-1]:
+            return entries[-1] if stamps and time == stamps[-1] else None
         place = bisect_right(stamps, time, self._head) - 1
         if place < self._head:
             return None
@@ -91,6 +91,17 @@ class Frame:
         if newer[0] is not older[0]:
             return older  # the frame has changed its parent between the two
         return older[0], interpolate(older[1], newer[1], (time - before) / (stamps[place + 1] - before))
+
+    def before(self, time: int) -> Entry | None:
+        """Return parent and transform as `at`, without interpolation: the transform is an earlier one."""
+        entries = self._entries
+        if self.static or (not time and entries):
+            return entries[-1]
+        stamps = self._stamps
+        if not stamps or time >= stamps[-1]:
+            return entries[-1] if stamps and time == stamps[-1] else None
+        place = bisect_right(stamps, time, self._head) - 1
+        return entries[place] if place >= self._head else None
 
     def why_not(self, time: int) -> str:
         """Return the reason why there is no transform at a time, as tf2's text."""

@@ -7,6 +7,7 @@ longer for so few numbers, and a tenth of a second to load; `pyros1.tf.transform
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import acos, atan2, cos, hypot, sin, sqrt
 
 Vector = tuple[float, float, float]
@@ -61,6 +62,26 @@ def chain(first: Transform, second: Transform) -> Transform:
         aw * bz + az * bw + ax * by - ay * bx,
         aw * bw - ax * bx - ay * by - az * bz,
     )
+
+
+def product(steps: Sequence[Transform]) -> Transform:
+    """Return the product of one or more transforms, as `chain` multiplies them: the last times ... times the first."""
+    x, y, z, bx, by, bz, bw = steps[0]
+    for tx, ty, tz, ax, ay, az, aw in steps[1:]:  # as in chain, whose calls would take most of the time
+        px = aw * x + ay * z - az * y
+        py = aw * y + az * x - ax * z
+        pz = aw * z + ax * y - ay * x
+        pw = -ax * x - ay * y - az * z
+        x = -pw * ax + px * aw - py * az + pz * ay + tx
+        y = -pw * ay + py * aw - pz * ax + px * az + ty
+        z = -pw * az + pz * aw - px * ay + py * ax + tz
+        bx, by, bz, bw = (
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by + ay * bw + az * bx - ax * bz,
+            aw * bz + az * bw + ax * by - ay * bx,
+            aw * bw - ax * bx - ay * by - az * bz,
+        )
+    return (x, y, z, bx, by, bz, bw)
 
 
 def invert(transform: Transform) -> Transform:

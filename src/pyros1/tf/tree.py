@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isnan
 
-from pyros1.ground.shown import one_line
+from pyros1.tf.description import as_string
 from pyros1.tf.errors import (
     ConnectivityException,
     ExtrapolationException,
@@ -12,8 +13,8 @@ from pyros1.tf.errors import (
     LookupException,
     TransformException,
 )
-from pyros1.tf.frame import Frame, to_sec
-from pyros1.tf.rotation import IDENTITY, Transform, chain, chain_normalized, invert
+from pyros1.tf.frame import Entry, Frame, to_sec
+from pyros1.tf.rotation import IDENTITY, Transform, chain, chain_normalized, invert, product
 
 _MAX_DEPTH = 1000
 """Most frames on a way; a longer one must be a loop."""
@@ -138,31 +139,46 @@ class Tree:
         raise LookupException(f'"{name}" passed to {argument} does not exist. ')
 
     def _walk(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
-        """Go up from both frames to their common ancestor."""
+        """Return stamp and transform of ``source`` in ``target``."""
+        time, ups, downs = self._way(target, source, time, Frame.at)
+        up = product(ups) if ups else IDENTITY
+        if not downs:
+            return time, up
+        down = invert(product(downs))
+        return time, chain(down, up) if ups else down
+
+    def _way(
+        self, target: Frame, source: Frame, time: int, find: Callable[[Frame, int], Entry | None]
+    ) -> tuple[int, list[Transform], list[Transform]]:
+        """Go up from both frames to their common ancestor.
+
+        Args:
+            find: finds the parent of a frame and the transform into it.
+
+        Returns:
+            The time, the transforms from source to the ancestor, and those from target to it.
+        """
         if target is source:
-            return time or source.latest, IDENTITY
+            return time or source.latest, [], []
         if not time:
             time = self._common_time(target, source)
-        up = IDENTITY  # from source to top
+        ups: list[Transform] = []
         top = source
-        depth = 0
         while top is not target:
-            entry = top.at(time)
+            entry = find(top, time)
             if entry is None:
                 break
             top, step = entry
-            up = chain(step, up) if depth else step
-            depth += 1
-            if depth > _MAX_DEPTH:
+            ups.append(step)
+            if len(ups) > _MAX_DEPTH:
                 raise self._loop()
         else:
-            return time, up
+            return time, ups, []
         stuck = top
-        down = IDENTITY  # from target to its ancestor
+        downs: list[Transform] = []
         frame = target
-        depth = 0
         while frame is not top:
-            entry = frame.at(time)
+            entry = find(frame, time)
             if entry is None:
                 if frame.static is not None:
                     raise ExtrapolationException(frame.why_not(time) + _between(source, target))
@@ -170,13 +186,12 @@ class Tree:
                     raise ExtrapolationException(stuck.why_not(time) + _between(source, target))
                 raise _apart(source, target)
             frame, step = entry
-            down = chain(step, down) if depth else step
+            downs.append(step)
             if frame is source:
-                return time, invert(down)
-            depth += 1
-            if depth > _MAX_DEPTH:
+                return time, [], downs
+            if len(downs) > _MAX_DEPTH:
                 raise self._loop()
-        return time, chain(invert(down), up)
+        return time, ups, downs
 
     def _common_time(self, target: Frame, source: Frame) -> int:
         if target is source:
@@ -213,7 +228,7 @@ class Tree:
         raise _apart(source, target)
 
     def _names(self, target: Frame, source: Frame, time: int) -> list[str]:
-        time, _ = self._walk(target, source, time)
+        time, _, _ = self._way(target, source, time, Frame.before)
         ups = self._ancestors(source, time)
         downs = self._ancestors(target, time)
         while len(ups) > 1 and len(downs) > 1 and ups[-2] is downs[-2]:
@@ -229,7 +244,7 @@ class Tree:
     def _ancestors(frame: Frame, time: int) -> list[Frame]:
         """Return the frame and its ancestors, up to the root."""
         found = [frame]
-        while (entry := found[-1].at(time)) is not None and len(found) <= _MAX_DEPTH:
+        while (entry := found[-1].before(time)) is not None and len(found) <= _MAX_DEPTH:
             found.append(entry[0])
         return found
 
@@ -262,48 +277,15 @@ class Tree:
 
     def _try(self, target: str, source: str, time: int) -> str | None:
         try:
-            self._walk(self.frames[target], self.frames[source], time)
+            self._way(self.frames[target], self.frames[source], time, Frame.before)
         except TransformException as error:
             return str(error)
         return None
 
-    # Telling ----------------------------------------------------------------------------------------------------------
-
     def _loop(self) -> LookupException:
-        return LookupException(f"The tf tree is invalid because it contains a loop.\n{self.as_string()}\n")
-
-    def as_string(self) -> str:
-        """Return a text with a line for each frame, in the order in which they became known."""
-        lines = []
-        for frame in self.frames.values():
-            if frame.static is not None:
-                parent = frame.parent
-                above = one_line(parent.name) if parent else "NO_PARENT"
-                lines.append(f"Frame {one_line(frame.name)} exists with parent {above}.\n")
-        return "".join(lines)
-
-    def as_yaml(self, now: float | None = None) -> str:
-        """Return parent, broadcaster, rate and times of each frame as YAML.
-
-        Args:
-            now: the time in seconds, for the age of the transforms; None: without ages.
-        """
-        if not self.frames:
-            return "{}"
-        out = []
-        for frame in self.frames.values():
-            parent = frame.parent
-            if parent is None:
-                continue
-            latest, oldest = to_sec(frame.latest), to_sec(frame.oldest)
-            out.append(
-                f"{frame.name}: \n  parent: '{parent.name}'\n  broadcaster: '{frame.authority}'\n"
-                f"  rate: {frame.rate:.3f}\n  most_recent_transform: {latest:.3f}\n  oldest_transform: {oldest:.3f}\n"
-            )
-            if now:
-                out.append(f"  transform_delay: {now - latest:.3f}\n")
-            out.append(f"  buffer_length: {latest - oldest:.3f}\n")
-        return "".join(out)
+        return LookupException(
+            f"The tf tree is invalid because it contains a loop.\n{as_string(self.frames.values())}\n"
+        )
 
 
 def bad_name(argument: str, name: str) -> str:

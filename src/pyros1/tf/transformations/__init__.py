@@ -16,6 +16,12 @@ from pyros1.tf.transformations.angles import (
     euler_matrix,
     quaternion_from_euler,
 )
+from pyros1.tf.transformations.arcball import (
+    Arcball,
+    arcball_constrain_to_axis,
+    arcball_map_to_sphere,
+    arcball_nearest_axis,
+)
 from pyros1.tf.transformations.matrices import (
     clip_matrix,
     compose_matrix,
@@ -55,6 +61,10 @@ from pyros1.tf.transformations.quaternions import (
 from pyros1.tf.transformations.vectors import random_vector, unit_vector, vector_norm
 
 __all__ = [
+    "Arcball",
+    "arcball_constrain_to_axis",
+    "arcball_map_to_sphere",
+    "arcball_nearest_axis",
     "clip_matrix",
     "compose_matrix",
     "concatenate_matrices",

@@ -1,0 +1,93 @@
+"""LaserProjection: laser scans as point clouds, on numpy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import rospy
+
+from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
+
+_FLOAT, _INT = PointField.FLOAT32, PointField.INT32
+
+
+class LaserProjection:
+    """Projects laser scans to points. It keeps the directions of the beams for the next scan."""
+
+    LASER_SCAN_INVALID = -1.0
+    LASER_SCAN_MIN_RANGE = -2.0
+    LASER_SCAN_MAX_RANGE = -3.0
+
+    class ChannelOption:
+        """Channels of the cloud beside x, y and z; they can be added."""
+
+        NONE = 0x00
+        INTENSITY = 0x01
+        INDEX = 0x02
+        DISTANCE = 0x04
+        TIMESTAMP = 0x08
+        VIEWPOINT = 0x10
+        DEFAULT = INTENSITY | INDEX
+
+    def __init__(self) -> None:
+        self._shape: tuple[int, float, float] | None = None
+        self._directions = np.empty((2, 0))
+
+    def projectLaser(
+        self, scan_in: Any, range_cutoff: float = -1.0, channel_options: int = ChannelOption.DEFAULT
+    ) -> Any:
+        """Return a sensor_msgs/LaserScan as sensor_msgs/PointCloud2, in the frame of the scanner.
+
+        Args:
+            scan_in: the scan; ranges that are not between its limits are left out.
+            range_cutoff: longer ranges, in meters, are left out; negative: only those beyond the scanner's limit.
+            channel_options: a sum of `ChannelOption`; intensities only if the scan has them.
+
+        Returns:
+            A cloud of height 1, with one point for each valid range.
+
+        Raises:
+            IndexError: there are fewer intensities than ranges.
+        """
+        ranges = np.asarray(scan_in.ranges, np.float64)
+        longest = scan_in.range_max if range_cutoff < 0 else min(range_cutoff, scan_in.range_max)
+        valid = np.flatnonzero((ranges >= scan_in.range_min) & (ranges < longest))
+        distance = ranges[valid]
+        cosine, sine = self._beams(len(ranges), scan_in)[:, valid]
+        option = self.ChannelOption
+        columns: list[tuple[str, int, Any]] = [("x", _FLOAT, distance * cosine), ("y", _FLOAT, distance * sine)]
+        columns.append(("z", _FLOAT, 0.0))
+        if channel_options & option.INTENSITY and len(scan_in.intensities) > 0:
+            columns.append(("intensity", _FLOAT, np.asarray(scan_in.intensities, np.float32)[valid]))
+        if channel_options & option.INDEX:
+            columns.append(("index", _INT, valid))
+        if channel_options & option.DISTANCE:
+            columns.append(("distances", _FLOAT, distance))
+        if channel_options & option.TIMESTAMP:
+            columns.append(("stamps", _FLOAT, valid * scan_in.time_increment))
+        if channel_options & option.VIEWPOINT:
+            columns += [(name, _FLOAT, 0.0) for name in ("vp_x", "vp_y", "vp_z")]
+        out = np.zeros(len(valid), [(name, "<f4" if kind == _FLOAT else "<i4") for name, kind, _ in columns])
+        for name, _, values in columns:
+            out[name] = values
+        return PointCloud2(
+            header=scan_in.header,
+            height=1,
+            width=len(out),
+            fields=[PointField(name, 4 * place, kind, 1) for place, (name, kind, _) in enumerate(columns)],
+            is_dense=False,
+            is_bigendian=False,
+            point_step=out.itemsize,
+            row_step=out.nbytes,
+            data=out.tobytes(),
+        )
+
+    def _beams(self, count: int, scan: Any) -> Any:
+        """Return cosine and sine of each beam (2, count)."""
+        shape = (count, scan.angle_min, scan.angle_increment)
+        if shape != self._shape:
+            angles = scan.angle_min + np.arange(count) * scan.angle_increment
+            self._directions = np.array((np.cos(angles), np.sin(angles)))
+            self._shape = shape
+        return self._directions

@@ -1,0 +1,26 @@
+"""tf.transformations, by pyros1: calculations with rotations and homogeneous matrices (https://wiki.ros.org/tf)."""
+
+import math
+
+import numpy
+
+from pyros1.tf.rotation import EPS as _EPS
+from pyros1.tf.transformations import *  # noqa: F403  as stock: all its functions
+
+# Euler angles: the first axis, whether the order of axes is odd, the first is repeated at the end, and axes rotate.
+_NEXT_AXIS = [1, 2, 0, 1]
+_AXES2TUPLE = {
+    frame + "xyz"[first] + "xyz"[_NEXT_AXIS[first + odd]] + "xyz"[first if again else _NEXT_AXIS[first - odd + 1]]: (
+        first,
+        odd,
+        again,
+        0,
+    )
+    for frame in "s"
+    for first in range(3)
+    for odd in (0, 1)
+    for again in (0, 1)
+}
+# About axes that rotate, angles are applied in reverse order: the name is read from its end.
+_AXES2TUPLE |= {"r" + name[:0:-1]: (*parts[:3], 1) for name, parts in _AXES2TUPLE.items()}
+_TUPLE2AXES = {parts: name for name, parts in _AXES2TUPLE.items()}

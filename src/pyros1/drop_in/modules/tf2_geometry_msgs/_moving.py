@@ -1,0 +1,62 @@
+"""Rotation matrices and quaternions as PyKDL makes them: quaternions that are not of unit length are taken as they are.
+
+In floats, since numpy takes longer for so few numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import Any
+
+Row = tuple[float, float, float]
+Matrix = tuple[Row, Row, Row]
+
+_SMALL = 1e-6
+
+
+def from_quaternion(x: float, y: float, z: float, w: float) -> Matrix:
+    """Return the matrix (3, 3) of a quaternion."""
+    xx, yy, zz, ww = x * x, y * y, z * z, w * w
+    return (
+        (ww + xx - yy - zz, 2 * x * y - 2 * w * z, 2 * x * z + 2 * w * y),
+        (2 * x * y + 2 * w * z, ww - xx + yy - zz, 2 * y * z - 2 * w * x),
+        (2 * x * z - 2 * w * y, 2 * y * z + 2 * w * x, ww - xx - yy + zz),
+    )
+
+
+def to_quaternion(matrix: Matrix) -> tuple[float, float, float, float]:
+    """Return the quaternion (x, y, z, w) of a matrix (3, 3): with positive w or, if w is small, its largest part."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix
+    trace = xx + yy + zz
+    if trace > _SMALL:
+        s = 0.5 / sqrt(trace + 1.0)
+        return (zy - yz) * s, (xz - zx) * s, (yx - xy) * s, 0.25 / s
+    if xx > yy and xx > zz:
+        s = 2.0 * sqrt(1.0 + xx - yy - zz)
+        return 0.25 * s, (xy + yx) / s, (xz + zx) / s, (zy - yz) / s
+    if yy > zz:
+        s = 2.0 * sqrt(1.0 + yy - xx - zz)
+        return (xy + yx) / s, 0.25 * s, (yz + zy) / s, (xz - zx) / s
+    s = 2.0 * sqrt(1.0 + zz - xx - yy)
+    return (xz + zx) / s, (yz + zy) / s, 0.25 * s, (yx - xy) / s
+
+
+def multiplied(one: Matrix, two: Matrix) -> Matrix:
+    """Return the product of two matrices (3, 3)."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (rotated(one, column) for column in zip(*two, strict=True))
+    return (ax, bx, cx), (ay, by, cy), (az, bz, cz)
+
+
+def rotated(turn: Matrix, vector: Sequence[float]) -> Row:
+    """Return a vector (3,), rotated."""
+    x, y, z = vector
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = turn
+    return xx * x + xy * y + xz * z, yx * x + yy * y + yz * z, zx * x + zy * y + zz * z
+
+
+def moved(transform: Any, point: Row) -> Row:
+    """Return a point (3,), taken through a geometry_msgs/Transform."""
+    q, v = transform.rotation, transform.translation
+    x, y, z = rotated(from_quaternion(q.x, q.y, q.z, q.w), point)
+    return x + v.x, y + v.y, z + v.z

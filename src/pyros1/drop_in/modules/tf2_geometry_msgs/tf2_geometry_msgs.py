@@ -1,0 +1,98 @@
+"""Functions that take messages of geometry_msgs to other frames, and their registrations.
+
+Stock uses PyKDL, from which programs see that the results have the transform's header.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import rospy
+import tf2_ros
+
+from pyros1.msgs.geometry_msgs.msg import PointStamped, PoseStamped, Vector3Stamped, WrenchStamped
+from tf2_geometry_msgs._moving import Matrix, from_quaternion, moved, multiplied, rotated, to_quaternion
+
+
+def to_msg_msg(msg: Any) -> Any:
+    """Return a message, which is one already."""
+    return msg
+
+
+def from_msg_msg(msg: Any) -> Any:
+    """Return a message, which needs no conversion."""
+    return msg
+
+
+for _kind in (Vector3Stamped, PoseStamped, PointStamped):
+    tf2_ros.ConvertRegistration().add_to_msg(_kind, to_msg_msg)
+    tf2_ros.ConvertRegistration().add_from_msg(_kind, from_msg_msg)
+
+
+def transform_to_kdl(t: Any) -> Any:
+    """Return a geometry_msgs/TransformStamped as PyKDL.Frame.
+
+    Raises:
+        ImportError: PyKDL is not installed.
+    """
+    try:
+        import PyKDL  # type: ignore[import-not-found]
+    except ImportError:
+        raise ImportError("transform_to_kdl needs PyKDL, which is not installed; pyros1 does without it") from None
+    v, q = t.transform.translation, t.transform.rotation
+    return PyKDL.Frame(PyKDL.Rotation.Quaternion(q.x, q.y, q.z, q.w), PyKDL.Vector(v.x, v.y, v.z))
+
+
+def do_transform_point(point: Any, transform: Any) -> Any:
+    """Return a PointStamped in another frame, with the header of the TransformStamped."""
+    result = PointStamped()
+    p, there = point.point, result.point
+    there.x, there.y, there.z = moved(transform.transform, (p.x, p.y, p.z))
+    result.header = transform.header
+    return result
+
+
+def do_transform_vector3(vector3: Any, transform: Any) -> Any:
+    """Return a Vector3Stamped in another frame: only rotated."""
+    result = Vector3Stamped()
+    _rotate(result.vector, vector3.vector, _turn(transform))
+    result.header = transform.header
+    return result
+
+
+def do_transform_pose(pose: Any, transform: Any) -> Any:
+    """Return a PoseStamped in another frame, with the header of the TransformStamped."""
+    result = PoseStamped()
+    p, q = pose.pose.position, pose.pose.orientation
+    position, orientation = result.pose.position, result.pose.orientation
+    position.x, position.y, position.z = moved(transform.transform, (p.x, p.y, p.z))
+    turned = multiplied(_turn(transform), from_quaternion(q.x, q.y, q.z, q.w))
+    orientation.x, orientation.y, orientation.z, orientation.w = to_quaternion(turned)
+    result.header = transform.header
+    return result
+
+
+def do_transform_wrench(wrench: Any, transform: Any) -> Any:
+    """Return a WrenchStamped in another frame: force and torque rotated; the torque's point is not moved."""
+    result = WrenchStamped()
+    turn = _turn(transform)
+    _rotate(result.wrench.force, wrench.wrench.force, turn)
+    _rotate(result.wrench.torque, wrench.wrench.torque, turn)
+    result.header = transform.header
+    return result
+
+
+def _turn(transform: Any) -> Matrix:
+    q = transform.transform.rotation
+    return from_quaternion(q.x, q.y, q.z, q.w)
+
+
+def _rotate(into: Any, vector: Any, turn: Matrix) -> None:
+    into.x, into.y, into.z = rotated(turn, (vector.x, vector.y, vector.z))
+
+
+tf2_ros.TransformRegistration().add(PointStamped, do_transform_point)
+tf2_ros.TransformRegistration().add(Vector3Stamped, do_transform_vector3)
+tf2_ros.TransformRegistration().add(PoseStamped, do_transform_pose)
+tf2_ros.TransformRegistration().add(WrenchStamped, do_transform_wrench)

@@ -1,0 +1,138 @@
+"""BufferCore: frames over time, without waiting. In stock ROS 1 this is a C++ extension."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from rospy.rostime import Duration, Time
+
+from pyros1.ground.timing import TVal
+from pyros1.tf.buffer import Buffer
+
+_TEN_SECONDS = Duration(10)
+_NO_TIME = "time must have a to_sec method, e.g. rospy.Time or rospy.Duration"
+
+
+class BufferCore:
+    """Buffer of the transforms of the last seconds, with lookups between any two frames.
+
+    Safe for any number of threads. Frames are named without a leading slash, times are `rospy.Time`; time 0 is the
+    latest that all frames between two have in common.
+
+    Args:
+        cache_time: a Duration, for which transforms are kept, counted back from the newest of their frame.
+    """
+
+    def __init__(self, cache_time: Any = _TEN_SECONDS) -> None:
+        self._core = Buffer(_timed(cache_time), time_class=Time)
+
+    def set_transform(self, transform: Any, authority: str, /) -> None:
+        """Take a geometry_msgs/TransformStamped from a node of that name. One that cannot be used is reported."""
+        self._core.set_transforms((transform,), authority)
+
+    def set_transform_static(self, transform: Any, authority: str, /) -> None:
+        """Take a transform that holds at all times."""
+        self._core.set_transforms((transform,), authority, static=True)
+
+    def set_transforms(self, transforms: Iterable[Any], authority: str, static: bool) -> None:
+        """Take several transforms (pyros1's own: waiting lookups are woken once)."""
+        self._core.set_transforms(transforms, authority, static=static)
+
+    def clear(self, *_: Any) -> None:
+        """Remove all transforms except static ones."""
+        self._core.clear()
+
+    def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
+        """Return where ``source_frame`` is in ``target_frame``, as a geometry_msgs/TransformStamped.
+
+        Raises:
+            TransformException: one of those of this package.
+            TypeError: an argument is of another type.
+        """
+        return self._core.lookup_transform(target_frame, source_frame, _timed(time))
+
+    def lookup_transform_full_core(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> Any:
+        """Return where ``source_frame`` was at its time, in ``target_frame`` at its time; ``fixed_frame`` stood still.
+
+        Raises as `lookup_transform_core`."""
+        return self._core.lookup_transform_full(
+            target_frame, _timed(target_time), source_frame, _timed(source_time), fixed_frame
+        )
+
+    def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
+        """Return (1, "") if `lookup_transform_core` would succeed, else (0, reason)."""
+        why = self._core.why_not(target_frame, source_frame, _timed(time))
+        return (1, "") if why is None else (0, why)
+
+    def can_transform_full_core(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> tuple[int, str]:
+        """Return (1, "") if `lookup_transform_full_core` would succeed, else (0, reason)."""
+        why = self._core.why_not_full(target_frame, _timed(target_time), source_frame, _timed(source_time), fixed_frame)
+        return (1, "") if why is None else (0, why)
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str, /) -> Any:
+        """Return the latest time at which all frames between the two are known; 0 if all of them are static.
+
+        Raises:
+            TransformException: a frame does not exist, or they are not connected.
+        """
+        return self._core.get_latest_common_time(target_frame, source_frame)
+
+    def all_frames_as_string(self) -> str:
+        """Return a text with a line for each frame that has a parent."""
+        return self._core.all_frames_as_string()
+
+    def all_frames_as_yaml(self, *_: Any) -> str:
+        """Return parent, broadcaster, rate and times of each frame as YAML."""
+        return self._core.all_frames_as_yaml()
+
+    def _allFramesAsDot(self, time: Any = None) -> str:
+        """Return the tree as a graph of Graphviz's dot, with ages if a time is given."""
+        return self._core.all_frames_as_dot(None if time is None else _timed(time).to_sec())
+
+    def _frameExists(self, frame: str, /) -> bool:
+        """Return whether a frame of that name is known."""
+        if not isinstance(frame, str):
+            raise TypeError(f"argument 1 must be str, not {type(frame).__name__}")
+        return self._core.has_frame(frame)
+
+    def _getFrameStrings(self, *_: Any) -> list[str]:
+        """Return the names of all frames."""
+        return self._core.frames()
+
+    def _chain(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> list[str]:
+        """Return the names of the frames from source through ``fixed_frame`` to target, both included."""
+        times = _timed(target_time), _timed(source_time)
+        return self._core.chain_full(target_frame, times[0], source_frame, times[1], fixed_frame)
+
+    def _wait(self, timeout: float, target_frame: str, source_frame: str, time: Any) -> bool:
+        """Wait some seconds of wall time for a transform; return whether it is there."""
+        return self._core.can_transform(target_frame, source_frame, _timed(time), timeout)
+
+    def _wait_full(
+        self,
+        timeout: float,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+    ) -> bool:
+        """Wait as `_wait` does."""
+        times = _timed(target_time), _timed(source_time)
+        return self._core.can_transform_full(target_frame, times[0], source_frame, times[1], fixed_frame, timeout)
+
+
+def _timed(time: Any) -> Any:
+    """Return a time or duration; raise TypeError for others, as seconds as a number are not accepted."""
+    if isinstance(time, TVal):
+        return time
+    if not hasattr(time, "to_sec"):
+        raise TypeError(_NO_TIME)
+    return Duration.from_sec(time.to_sec())

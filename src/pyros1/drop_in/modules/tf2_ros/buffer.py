@@ -1,0 +1,116 @@
+"""Buffer: lookups that may wait, and the service ~tf2_frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import rosgraph
+import rospy
+import tf2_py as tf2
+
+import tf2_ros.buffer_interface
+from pyros1.msgs.tf2_msgs.srv import FrameGraph, FrameGraphResponse
+
+DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
+_NOW = rospy.Duration(0.0)
+_LONG_AGO = rospy.Duration(3)
+_SHORT, _LONG = 0.001, 0.02
+"""Seconds of wall time after which a wait looks at the node's time again; the transform ends it at once."""
+
+
+class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
+    """Buffer of transforms, with lookups that wait.
+
+    Args:
+        cache_time: a Duration, for which transforms are kept; None: 10 seconds.
+        debug: whether to offer the service ~tf2_frames, if the node does not have it yet.
+    """
+
+    def __init__(self, cache_time: Any = None, debug: bool = True) -> None:
+        if cache_time is None:
+            tf2.BufferCore.__init__(self)
+        else:
+            tf2.BufferCore.__init__(self, cache_time)
+        tf2_ros.buffer_interface.BufferInterface.__init__(self)
+        self.CAN_TRANSFORM_POLLING_SCALE = DEFAULT_CAN_TRANSFORM_POLLING_SCALE
+        if debug:
+            try:
+                rosgraph.masterapi.Master(rospy.get_name()).lookupService("~tf2_frames")
+            except (rosgraph.masterapi.Error, rosgraph.masterapi.Failure):
+                self.frame_server = rospy.Service("~tf2_frames", FrameGraph, self.__get_frames)
+
+    def __get_frames(self, req: Any) -> Any:
+        return FrameGraphResponse(self.all_frames_as_yaml())
+
+    def lookup_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW) -> Any:
+        """Return where ``source_frame`` is in ``target_frame``, as a geometry_msgs/TransformStamped.
+
+        Args:
+            time: a Time; 0: the latest that all frames between the two have in common.
+            timeout: a Duration to wait for the transform, in the node's time; the wait ends with the node.
+
+        Raises:
+            TransformException: one of those of tf2_py.
+            ROSInitException: there is a timeout, but no node.
+        """
+        if timeout != _NOW:
+            self.can_transform(target_frame, source_frame, time, timeout)
+        return self.lookup_transform_core(target_frame, source_frame, time)
+
+    def lookup_transform_full(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any = _NOW,
+    ) -> Any:
+        """Return where ``source_frame`` was at its time, in ``target_frame`` at its time; ``fixed_frame`` stood still.
+
+        See `lookup_transform`."""
+        if timeout != _NOW:
+            self.can_transform_full(target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
+        return self.lookup_transform_full_core(target_frame, target_time, source_frame, source_time, fixed_frame)
+
+    def can_transform(
+        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW, return_debug_tuple: bool = False
+    ) -> Any:
+        """Return 1 if `lookup_transform` would succeed, now or within a timeout, else 0.
+
+        Args:
+            return_debug_tuple: return (1 or 0, reason).
+        """
+        arguments = (target_frame, source_frame, time)
+        if timeout != _NOW:
+            _wait(timeout, lambda seconds: self._wait(seconds, *arguments))
+        answer = self.can_transform_core(*arguments)
+        return answer if return_debug_tuple else answer[0]
+
+    def can_transform_full(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any = _NOW,
+        return_debug_tuple: bool = False,
+    ) -> Any:
+        """Return 1 if `lookup_transform_full` would succeed, now or within a timeout, else 0; see `can_transform`."""
+        arguments = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        if timeout != _NOW:
+            _wait(timeout, lambda seconds: self._wait_full(seconds, *arguments))
+        answer = self.can_transform_full_core(*arguments)
+        return answer if return_debug_tuple else answer[0]
+
+
+def _wait(timeout: Any, found: Callable[[float], bool]) -> None:
+    """Wait in the node's time; also until the node ends, or time jumps back, as when a bag is played again."""
+    start = now = rospy.Time.now()
+    end = start + timeout
+    while now < end and now + _LONG_AGO >= start and not rospy.is_shutdown():
+        if found(min(max((end - now).to_sec(), _SHORT), _LONG)):
+            return
+        now = rospy.Time.now()

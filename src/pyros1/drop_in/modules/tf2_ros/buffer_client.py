@@ -1,0 +1,99 @@
+"""BufferClient: lookups in the buffer of another node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import rospy
+import tf2_py as tf2
+
+import pyros1.tf
+import tf2_ros.buffer_interface
+from pyros1.drop_in.process import PROCESS
+from pyros1.ground.errors import NodeShutdownError
+
+_NOW = rospy.Duration(0.0)
+_PADDING = rospy.Duration(2)
+
+
+class BufferClient(tf2_ros.buffer_interface.BufferInterface):
+    """Client of a buffer server, with the lookups of `Buffer`.
+
+    Args:
+        ns: name of the server's action, such as "tf2_buffer_server".
+        check_frequency: not used any more.
+        timeout_padding: a Duration that an answer may take in addition to the timeout of the lookup.
+    """
+
+    def __init__(self, ns: str, check_frequency: Any = None, timeout_padding: Any = _PADDING) -> None:
+        super().__init__()
+        if check_frequency is not None:
+            rospy.logwarn("Argument check_frequency is deprecated and should not be used.")
+        if PROCESS.node is None:
+            raise rospy.ROSInitException("client code must call rospy.init_node() first")
+        self.timeout_padding = timeout_padding
+        self.client = pyros1.tf.BufferClient(PROCESS.node, ns, timeout_padding)
+
+    def wait_for_server(self, timeout: Any = _NOW) -> bool:
+        """Wait for the server: a Duration, 0 until the node ends; return whether it is there."""
+        try:
+            return self.client.wait_for_server(timeout if timeout else None)
+        except NodeShutdownError:
+            return False
+
+    def lookup_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW) -> Any:
+        """Return where ``source_frame`` is in ``target_frame``; see `Buffer.lookup_transform`.
+
+        Raises:
+            TimeoutException: no answer came.
+            TransformException: the server's buffer has no such transform.
+        """
+        return _asked(lambda: self.client.lookup_transform(target_frame, source_frame, time, timeout))
+
+    def lookup_transform_full(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any = _NOW,
+    ) -> Any:
+        """Return where ``source_frame`` was; see `Buffer.lookup_transform_full`. Raises as `lookup_transform`."""
+        arguments = (target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
+        return _asked(lambda: self.client.lookup_transform_full(*arguments))
+
+    def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW) -> bool:
+        """Return whether `lookup_transform` succeeds, now or within a timeout."""
+        try:
+            self.lookup_transform(target_frame, source_frame, time, timeout)
+        except tf2.TransformException:
+            return False
+        return True
+
+    def can_transform_full(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any = _NOW,
+    ) -> bool:
+        """Return whether `lookup_transform_full` succeeds, now or within a timeout."""
+        try:
+            self.lookup_transform_full(target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
+        except tf2.TransformException:
+            return False
+        return True
+
+
+def _asked(ask: Callable[[], Any]) -> Any:
+    try:
+        return ask()
+    except (tf2.TimeoutException, NodeShutdownError):
+        raise tf2.TimeoutException(
+            "The LookupTransform goal sent to the BufferServer did not come back in the specified time. "
+            "Something is likely wrong with the server"
+        ) from None

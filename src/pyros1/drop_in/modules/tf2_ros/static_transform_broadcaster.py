@@ -1,0 +1,34 @@
+"""StaticTransformBroadcaster: publishes transforms that hold at all times."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import rospy
+
+from pyros1.msgs.geometry_msgs.msg import TransformStamped
+from pyros1.msgs.tf2_msgs.msg import TFMessage
+
+
+class StaticTransformBroadcaster:
+    """Publishes transforms on /tf_static, latched.
+
+    Later subscribers get only the last message, so each has the earlier transforms, too; a new transform of the same
+    child frame replaces the old one. Stock's loses them.
+
+    Attributes:
+        pub_tf: the publisher.
+    """
+
+    def __init__(self) -> None:
+        self.pub_tf = rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True)
+        self._lock = threading.Lock()
+        self._sent: dict[str, Any] = {}
+
+    def sendTransform(self, transform: Any) -> None:
+        """Publish a geometry_msgs/TransformStamped, or a list of them."""
+        with self._lock:
+            for item in transform if isinstance(transform, (list, tuple)) else [transform]:
+                self._sent[item.child_frame_id] = item
+            self.pub_tf.publish(TFMessage(list(self._sent.values())))

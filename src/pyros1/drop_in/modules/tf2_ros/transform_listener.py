@@ -1,0 +1,82 @@
+"""TransformListener: fills a buffer from /tf and /tf_static."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import rospy
+from tf2_py import BufferCore
+
+from pyros1.msgs.tf2_msgs.msg import TFMessage
+
+
+class TransformListener:
+    """Puts transforms into a buffer, until the node ends or the listener is deleted.
+
+    When time jumps back, the buffer is cleared; static transforms stay.
+
+    Args:
+        buffer: a BufferCore, or another object with its `set_transform`, `set_transform_static` and `clear`.
+        queue_size, buff_size, tcp_nodelay: as for rospy.Subscriber.
+
+    Attributes:
+        tf_sub, tf_static_sub: the subscribers.
+        last_update: time of the last message.
+
+    Raises:
+        ROSInitException: there is no node.
+    """
+
+    def __init__(
+        self, buffer: Any, queue_size: int | None = None, buff_size: int = 65536, tcp_nodelay: bool = False
+    ) -> None:
+        self.buffer = buffer
+        self.last_update = rospy.Time.now()
+        self.last_update_lock = threading.Lock()
+        # Most buffers take a whole message at once; one that overrides the methods gets transform by transform.
+        kind = type(buffer)
+        self._whole = isinstance(buffer, BufferCore) and (kind.set_transform, kind.set_transform_static) == (
+            BufferCore.set_transform,
+            BufferCore.set_transform_static,
+        )
+        options: dict[str, Any] = {"queue_size": queue_size, "buff_size": buff_size, "tcp_nodelay": tcp_nodelay}
+        self.tf_sub = rospy.Subscriber("/tf", TFMessage, self.callback, **options)
+        self.tf_static_sub = rospy.Subscriber("/tf_static", TFMessage, self.static_callback, **options)
+
+    def __del__(self) -> None:
+        self.unregister()
+
+    def unregister(self) -> None:
+        """Stop listening; the buffer keeps what it has."""
+        for name in ("tf_sub", "tf_static_sub"):
+            if name in vars(self):  # not if the constructor failed
+                getattr(self, name).unregister()
+
+    def check_for_reset(self) -> None:
+        """Clear the buffer if time has jumped back."""
+        with self.last_update_lock:
+            now = rospy.Time.now()
+            if now < self.last_update:
+                back = (self.last_update - now).to_sec()
+                rospy.logwarn("Detected jump back in time of %fs. Clearing TF buffer.", back)
+                self.buffer.clear()
+            self.last_update = now
+
+    def callback(self, data: Any) -> None:
+        """Take a message of /tf."""
+        self._take(data, False)
+
+    def static_callback(self, data: Any) -> None:
+        """Take a message of /tf_static."""
+        self._take(data, True)
+
+    def _take(self, data: Any, static: bool) -> None:
+        self.check_for_reset()
+        sender = (data._connection_header or {}).get("callerid", "default_authority")
+        if self._whole:
+            self.buffer.set_transforms(data.transforms, sender, static)
+            return
+        take = self.buffer.set_transform_static if static else self.buffer.set_transform
+        for transform in data.transforms:
+            take(transform, sender)

@@ -1,0 +1,90 @@
+"""Function that takes a sensor_msgs/PointCloud2 to another frame, on numpy, and its registration."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import rospy
+import tf2_ros
+from tf2_geometry_msgs._moving import from_quaternion
+from tf2_geometry_msgs.tf2_geometry_msgs import from_msg_msg, to_msg_msg, transform_to_kdl
+
+from pyros1.msgs.sensor_msgs.msg import PointCloud2
+
+_KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+"""Data types of sensor_msgs/PointField, for numpy."""
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("read_points", "create_cloud"):  # stock imports them here
+        from sensor_msgs import point_cloud2  # type: ignore[import-not-found,unused-ignore]
+
+        return getattr(point_cloud2, name)
+    raise AttributeError(f"pyros1 has no tf2_sensor_msgs.{name}")
+
+
+def do_transform_cloud(cloud: Any, transform: Any) -> Any:
+    """Return a PointCloud2 in another frame: the fields x, y and z change, others do not.
+
+    Args:
+        cloud: the cloud, with fields x, y and z of floats, in any order.
+        transform: a geometry_msgs/TransformStamped, whose header the result has.
+
+    Returns:
+        A cloud of height 1.
+
+    Raises:
+        ValueError: there is no field x, y or z, or the data is too short.
+    """
+    fields = sorted((field for field in cloud.fields if field.datatype in _KINDS), key=lambda field: field.offset)
+    names = [field.name for field in fields]
+    if not {"x", "y", "z"} <= {*names}:
+        raise ValueError(f"a point cloud must have fields x, y and z; this one has {', '.join(names) or 'none'}")
+    step = max((field.offset + field.count * np.dtype(_KINDS[field.datatype]).itemsize for field in fields), default=0)
+    points = _table(cloud, _layout(fields, cloud.point_step, ">" if cloud.is_bigendian else "<"))
+    out = np.zeros(len(points), _layout(fields, step, "<"))
+    for name in names:
+        out[name] = points[name]
+    v, q = transform.transform.translation, transform.transform.rotation
+    turn = np.array(from_quaternion(q.x, q.y, q.z, q.w))
+    xyz = np.stack([points[axis].astype(np.float64) for axis in "xyz"], axis=-1) @ turn.T + (v.x, v.y, v.z)
+    for number, axis in enumerate("xyz"):
+        out[axis] = xyz[:, number]
+    return PointCloud2(
+        header=transform.header,
+        height=1,
+        width=len(out),
+        is_dense=False,
+        is_bigendian=False,
+        fields=cloud.fields,
+        point_step=step,
+        row_step=step * len(out),
+        data=out.tobytes(),
+    )
+
+
+def _layout(fields: list[Any], step: int, order: str) -> np.dtype[Any]:
+    formats = [
+        (order + _KINDS[field.datatype], (field.count,)) if field.count != 1 else order + _KINDS[field.datatype]
+        for field in fields
+    ]
+    return np.dtype(
+        {
+            "names": [field.name for field in fields],
+            "formats": formats,
+            "offsets": [field.offset for field in fields],
+            "itemsize": step,
+        }
+    )
+
+
+def _table(cloud: Any, layout: np.dtype[Any]) -> Any:
+    """Return the points of a cloud as an array of records, without the bytes between its rows."""
+    rows = np.frombuffer(bytes(cloud.data), np.uint8, cloud.height * cloud.row_step).reshape(cloud.height, -1)
+    return np.ascontiguousarray(rows[:, : cloud.width * cloud.point_step]).reshape(-1).view(layout)
+
+
+tf2_ros.ConvertRegistration().add_to_msg(PointCloud2, to_msg_msg)
+tf2_ros.ConvertRegistration().add_from_msg(PointCloud2, from_msg_msg)
+tf2_ros.TransformRegistration().add(PointCloud2, do_transform_cloud)

@@ -1,0 +1,7 @@
+"""tf_conversions, by pyros1: `transformations`, and conversions of PyKDL's frames if PyKDL is installed.
+
+See https://wiki.ros.org/tf_conversions."""
+
+from tf import transformations
+
+from tf_conversions.posemath import __getattr__, fromCameraParams, fromMatrix, fromMsg, fromTf, toMatrix, toMsg, toTf

@@ -1,0 +1,76 @@
+"""Conversions between PyKDL.Frame and messages, tuples of tf, and matrices. They need PyKDL, a compiled library."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy
+import rospy
+from tf import transformations
+
+from pyros1.msgs.geometry_msgs.msg import Point, Pose, Quaternion
+
+
+def __getattr__(name: str) -> Any:
+    if name.startswith("__"):
+        raise AttributeError(name)
+    try:
+        return getattr(_kdl(), name)  # stock's module has all of PyKDL's names
+    except ImportError as error:
+        raise AttributeError(f"pyros1 has no tf_conversions.{name}: {error}") from None
+
+
+def _kdl() -> Any:
+    try:
+        import PyKDL  # type: ignore[import-not-found]
+    except ImportError:
+        raise ImportError("tf_conversions.posemath converts types of PyKDL, which is not installed") from None
+    return PyKDL
+
+
+def _frame(place: Any, turn: Any) -> Any:
+    kdl = _kdl()
+    return kdl.Frame(kdl.Rotation.Quaternion(*map(float, turn)), kdl.Vector(*map(float, place)))
+
+
+def fromTf(tf: Any) -> Any:
+    """Return the frame of a pair of translation (3,) and quaternion (4,), as `lookupTransform` gives it."""
+    return _frame(*tf)
+
+
+def toTf(f: Any) -> Any:
+    """Return translation (x, y, z) and quaternion (x, y, z, w) of a frame."""
+    return (f.p[0], f.p[1], f.p[2]), tuple(f.M.GetQuaternion())
+
+
+def fromMsg(p: Any) -> Any:
+    """Return the frame of a geometry_msgs/Pose."""
+    place, turn = p.position, p.orientation
+    return _frame((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
+
+
+def toMsg(f: Any) -> Any:
+    """Return a frame as geometry_msgs/Pose."""
+    place, turn = toTf(f)
+    return Pose(Point(*place), Quaternion(*turn))
+
+
+def fromMatrix(m: Any) -> Any:
+    """Return the frame of a matrix (4, 4)."""
+    kdl = _kdl()
+    m = numpy.asarray(m, numpy.float64)
+    return kdl.Frame(kdl.Rotation(*m[:3, :3].ravel().tolist()), kdl.Vector(*m[:3, 3].tolist()))
+
+
+def toMatrix(f: Any) -> Any:
+    """Return a frame as matrix (4, 4)."""
+    return numpy.array([[f[row, column] for column in range(4)] for row in range(3)] + [[0.0, 0.0, 0.0, 1.0]])
+
+
+def fromCameraParams(cv: Any, rvec: Any, tvec: Any) -> Any:
+    """Return the frame of the vectors (3,) that OpenCV's calibration gives; ``cv`` is the module cv2."""
+    turn, _ = cv.Rodrigues(numpy.asarray(rvec, numpy.float64).reshape(3))
+    matrix = numpy.identity(4)
+    matrix[:3, :3] = turn
+    matrix[:3, 3] = numpy.asarray(tvec, numpy.float64).reshape(3)
+    return fromMatrix(matrix)

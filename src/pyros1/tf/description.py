@@ -1,0 +1,78 @@
+"""Texts about all frames of a tree, as tf2 writes them: for people, as YAML, and in the dot language of Graphviz."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from pyros1.ground.shown import one_line
+from pyros1.tf.frame import Frame, to_sec
+
+
+def as_string(frames: Collection[Frame]) -> str:
+    """Return a text with a line for each frame, in the order in which they became known."""
+    lines = []
+    for frame in frames:
+        if frame.static is not None:
+            parent = frame.parent
+            above = one_line(parent.name) if parent else "NO_PARENT"
+            lines.append(f"Frame {one_line(frame.name)} exists with parent {above}.\n")
+    return "".join(lines)
+
+
+def as_yaml(frames: Collection[Frame], now: float | None = None) -> str:
+    """Return parent, broadcaster, rate and times of each frame as YAML.
+
+    Args:
+        now: the time in seconds, for the age of the transforms; None: without ages.
+    """
+    if not frames:
+        return "{}"
+    out = []
+    for frame in frames:
+        parent = frame.parent
+        if parent is None:
+            continue
+        latest, oldest = to_sec(frame.latest), to_sec(frame.oldest)
+        out.append(
+            f"{frame.name}: \n  parent: '{parent.name}'\n  broadcaster: '{frame.authority}'\n"
+            f"  rate: {frame.rate:.3f}\n  most_recent_transform: {latest:.3f}\n  oldest_transform: {oldest:.3f}\n"
+        )
+        if now:
+            out.append(f"  transform_delay: {now - latest:.3f}\n")
+        out.append(f"  buffer_length: {latest - oldest:.3f}\n")
+    return "".join(out)
+
+
+def as_dot(frames: Collection[Frame], now: float | None = None) -> str:
+    """Return the tree as a graph of Graphviz's dot, with tf2's labels.
+
+    Args:
+        now: the time in seconds, for the age of the transforms and a legend; None: without them.
+    """
+    if not frames:
+        return 'digraph G {\n"no tf data recieved"}'
+    lines = ["digraph G {"]
+    for frame in frames:
+        parent = frame.parent
+        if parent is None:
+            continue
+        latest = to_sec(frame.latest)
+        age = f"( {now - latest:.3f} sec old)" if now else ""
+        lines.append(
+            f'"{_quoted(parent.name)}" -> "{_quoted(frame.name)}"[label="Broadcaster: {_quoted(frame.authority)}\\n'
+            f"Average rate: {frame.rate:.3f} Hz\\nMost recent transform: {latest:.3f} {age}\\n"
+            f'Buffer length: {latest - to_sec(frame.oldest):.3f} sec\\n"];'
+        )
+    if now:
+        lines.append("edge [style=invis];")
+        lines += [
+            ' subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";\n'
+            f'"Recorded at time: {now:.3f}"[ shape=plaintext ] ;\n }}->"{_quoted(frame.name)}";'
+            for frame in frames
+            if frame.parent is None
+        ]
+    return "\n".join([*lines, "}"])
+
+
+def _quoted(name: str) -> str:
+    return name.replace("\\", "\\\\").replace('"', '\\"')

@@ -1,0 +1,130 @@
+"""Arcball: a sphere on the screen that is turned with the mouse; see `pyros1.tf.transformations`."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pyros1.tf.rotation import EPS
+from pyros1.tf.transformations.quaternions import (
+    quaternion_from_matrix,
+    quaternion_matrix,
+    quaternion_multiply,
+    quaternion_slerp,
+)
+from pyros1.tf.transformations.vectors import Array, numbers, unit_vector, vector_norm
+
+
+class Arcball:
+    """A sphere that is turned by dragging points of it (Shoemake's arcball).
+
+    Args:
+        initial: its rotation at first, a quaternion (4,) or a matrix (4, 4); None: none.
+
+    Raises:
+        ValueError: ``initial`` has another shape.
+    """
+
+    def __init__(self, initial: ArrayLike | None = None) -> None:
+        self._center = np.zeros(2)
+        self._radius = 1.0
+        self._axes: list[Array] | None = None
+        self._axis: Array | None = None  # about which the present drag turns; None: any
+        self._constrain = False
+        self._grasped = np.array((0.0, 0.0, 1.0))
+        self._start = self._last = self._now = _rotation(initial)
+
+    def place(self, center: ArrayLike, radius: float) -> None:
+        """Set where the sphere is on the screen: its center (2,) and its radius, in pixels."""
+        self._center = numbers(center, 2).copy()
+        self._radius = float(radius)
+
+    def setaxes(self, *axes: ArrayLike) -> None:
+        """Set the axes (3,) about which it turns while it is constrained; none: any."""
+        self._axes = [unit_vector(axis) for axis in axes] if axes else None
+
+    def setconstrain(self, constrain: bool) -> None:
+        """Say whether it only turns about one of its axes: the one nearest to the point that is dragged."""
+        self._constrain = constrain is True
+
+    def getconstrain(self) -> bool:
+        """Return whether it only turns about one of its axes."""
+        return self._constrain
+
+    def down(self, point: ArrayLike) -> None:
+        """Begin a drag at a point of the screen (2,)."""
+        self._grasped = arcball_map_to_sphere(point, self._center, self._radius)
+        self._start = self._last = self._now
+        self._axis = None
+        if self._constrain and self._axes is not None:
+            self._axis = arcball_nearest_axis(self._grasped, self._axes)
+            self._grasped = arcball_constrain_to_axis(self._grasped, self._axis)
+
+    def drag(self, point: ArrayLike) -> None:
+        """Go on with a drag to a point of the screen (2,)."""
+        there = arcball_map_to_sphere(point, self._center, self._radius)
+        if self._axis is not None:
+            there = arcball_constrain_to_axis(there, self._axis)
+        self._last = self._now
+        normal = np.cross(self._grasped, there)
+        if normal @ normal < EPS:
+            self._now = self._start
+        else:  # the quaternion of twice the angle between the two points
+            self._now = quaternion_multiply(np.append(normal, self._grasped @ there), self._start)
+
+    def next(self, acceleration: float = 0.0) -> None:
+        """Turn on as in the last step, by as much again, and ``acceleration`` times that."""
+        self._last, self._now = self._now, quaternion_slerp(self._last, self._now, 2.0 + acceleration, 0)
+
+    def matrix(self) -> Array:
+        """Return the rotation as a matrix (4, 4)."""
+        return quaternion_matrix(self._now)
+
+
+def arcball_map_to_sphere(point: ArrayLike, center: ArrayLike, radius: float) -> Array:
+    """Return the point (3,) of the unit sphere that is seen at a point of the screen (2,).
+
+    Points outside of the sphere give the nearest one of its edge.
+
+    Args:
+        center: center of the sphere on the screen (2,), where y goes down.
+        radius: its radius.
+    """
+    (px, py), (cx, cy) = numbers(point, 2).tolist(), numbers(center, 2).tolist()
+    x, y = (px - cx) / radius, (cy - py) / radius
+    square = x * x + y * y
+    if square > 1.0:
+        length = sqrt(square)
+        return np.array((x / length, y / length, 0.0))
+    return np.array((x, y, sqrt(1.0 - square)))
+
+
+def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
+    """Return the point (3,) of the unit sphere's front half nearest to a point, in the plane normal to an axis (3,)."""
+    p, a = numbers(point, 3), numbers(axis, 3)
+    flat = p - a * (a @ p)
+    length = vector_norm(flat)
+    if length > EPS:
+        return np.asarray(flat / (-length if flat[2] < 0.0 else length))
+    if a[2] == 1.0:
+        return np.array((1.0, 0.0, 0.0))
+    return unit_vector((-a[1], a[0], 0.0))
+
+
+def arcball_nearest_axis(point: ArrayLike, axes: list[Array]) -> Array:
+    """Return that of several axes (3,) whose plane is nearest to a point (3,); of equals the first."""
+    p = numbers(point, 3)
+    return max(axes, key=lambda axis: float(arcball_constrain_to_axis(p, axis) @ p))
+
+
+def _rotation(initial: ArrayLike | None) -> Array:
+    if initial is None:
+        return np.array((0.0, 0.0, 0.0, 1.0))
+    given = np.asarray(initial, np.float64)
+    if given.shape == (4, 4):
+        return quaternion_from_matrix(given)
+    if given.shape == (4,):
+        return unit_vector(given)
+    raise ValueError("initial not quaternion or matrix")
