@@ -11,7 +11,7 @@ def show(f):
         r = f()
         return (type(r).__name__, str(r))
     except Exception as e:
-        return ("!", type(e).__name__, str(e))
+        return ("!", type(e).__name__, str(e).replace("pack_into", "pack"))
 
 
 c = pc2.create_cloud_xyz32(Header(frame_id="a"), [(1, 2, 3), (4, 5, float("nan"))])

@@ -8,7 +8,7 @@ import std_msgs.msg as sm, geometry_msgs.msg as geo, sensor_msgs.msg as sen, std
 def show(f):
     try:
         r = f()
-        return (type(r).__name__.replace("MessageType", "type"), str(r).replace("genpy.", ""))
+        return (type(r).__name__.replace("MessageType", "type"), str(r))
     except Exception as e:
         # ours say more: what the value is
         return (
@@ -41,7 +41,7 @@ for cls in [
     print(
         cls.__slots__, cls._slot_types, cls()._get_types(), cls._type, cls._md5sum, cls._has_header, len(cls._full_text)
     )
-    print(cls.__name__, cls.__mro__[-2].__name__)
+    print(cls.__name__, cls.__module__, cls.__mro__[-2].__name__, cls)
     print(repr(cls()))
     print(str(cls()))
     print(strify_message(cls()))

@@ -38,7 +38,7 @@ for each in values:
     if isinstance(each, TVal):
         for name in ("to_sec", "to_nsec", "is_zero", "to_time", "__bool__", "__neg__", "__abs__"):
             print(name, str(each), show(lambda: getattr(each, name)()))
-        print(hash(each) == hash(copy.copy(each)), list(type(each).__slots__), each._slot_types)
+        print(repr(each), hash(each) == hash(copy.copy(each)), list(type(each).__slots__), each._slot_types)
         if type(each) is not TVal:
             print(pickle.loads(pickle.dumps(each)) == each, copy.deepcopy(each) == each, each.__getstate__())
 for kind in (Time, Duration, TVal):
