@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 from genpy.rostime import Time as AnyTime
 
 from pyros1.bag.format.records import FIRST_LINE
+from pyros1.msgs import Message
+from pyros1.msgs.base import message_class
 from rosbag._parts import BagMessage, BagMessageWithConnectionHeader, ROSBagException
 
 
@@ -33,6 +36,21 @@ def decoder(cls: Any) -> Callable[[bytes, int, int], Any]:
     """Return the function that decodes messages of a class: of pyros1, or one that a program has set."""
     own = getattr(cls, "_decode", None)
     return own if own is not None else lambda data, start, end: cls().deserialize(data[start:end])
+
+
+def encoder(cls: Any) -> Callable[[Any], bytes]:
+    """Return the function that encodes messages of a class: of pyros1, or any that can write itself into a file."""
+    if getattr(cls, "serialize", None) is Message.serialize:
+        made: Any = message_class(cls)
+        encode: Callable[[Any], bytes] = made._encode
+        return encode
+
+    def written(message: Any) -> bytes:
+        buffer = io.BytesIO()
+        message.serialize(buffer)
+        return buffer.getvalue()
+
+    return written
 
 
 def header_fields(topic: str, kind: str, md5sum: str, cls: Any) -> dict[str, str]:

@@ -24,7 +24,7 @@ from pyros1.bag.info import frequency_text as _human_readable_frequency
 from pyros1.bag.info import size_text as _human_readable_size
 from pyros1.drop_in.missing import missing
 from rosbag._facts import Facts
-from rosbag._messages import decoder, header_fields, limit, result, version_of
+from rosbag._messages import decoder, encoder, header_fields, limit, result, version_of
 from rosbag._parts import (
     BagMessage,
     BagMessageWithConnectionHeader,
@@ -101,7 +101,8 @@ class Bag(Facts):
         self._mode = mode
         self._version = 200
         self._cipher: Any = None
-        self._topic_connections: dict[tuple[str, str, str], int] = {}
+        self._topic_connections: dict[Any, int] = {}
+        self._encoders: dict[Any, Callable[[Any], bytes]] = {}
         path = isinstance(f, (str, os.PathLike))
         self._filename = os.fspath(f) if path else None
         self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if path else f  # noqa: SIM115
@@ -311,36 +312,46 @@ class Bag(Facts):
         if not msg:
             raise ValueError("msg is invalid")
         nanoseconds = time.time_ns() if t is None else t.secs * NS + t.nsecs
-        cls: Any
+        key: Any
         if not raw:
             cls = type(msg)
-            buffer = io.BytesIO()
-            msg.serialize(buffer)
-            kind, data, md5sum = cls._type, buffer.getvalue(), cls._md5sum
+            encode = self._encoders.get(cls)
+            if encode is None:
+                encode = self._encoders[cls] = encoder(cls)
+            kind, data, md5sum, key = cls._type, encode(msg), cls._md5sum, (topic, cls)
             if kind == "*":
                 connection_header = connection_header or getattr(msg, "_connection_header", None)
                 if not connection_header:
                     raise ValueError("msg is an AnyMsg that was not received: its type is not known")
                 kind, md5sum = connection_header["type"], connection_header["md5sum"]
+                key = (topic, kind, md5sum)
         elif len(msg) in (4, 5):
             kind, data, md5sum = msg[:3]
-            cls = msg[-1]
+            cls, key = msg[-1], (topic, kind, md5sum)
         else:
             raise ValueError("msg must be of length 4 or 5")
         with self._lock:
-            key = (topic, kind, md5sum)
             conn = self._topic_connections.get(key)
             if conn is None:
-                header = connection_header
-                if header is None:
-                    header = header_fields(topic, kind, md5sum, cls)
-                fields = {
-                    name: each.encode() if isinstance(each, str) else bytes(each) for name, each in header.items()
-                }
-                _ConnectionInfo(0, topic, fields)
-                conn = self._topic_connections[key] = self._writer.add_connection(topic, fields)
-            with stock_errors():
+                conn = self._connect(topic, kind, md5sum, cls, connection_header)
+                self._topic_connections[key] = conn
+            try:
                 self._writer.write(conn, nanoseconds, data)
+            except BagError as error:
+                raise ROSBagFormatException(str(error)) from error
+
+    def _connect(self, topic: str, kind: str, md5sum: str, cls: Any, header: Any) -> int:
+        """Return the connection of a topic and type; a new one gets the header, or one with the type's definition."""
+        key = (topic, kind, md5sum)
+        conn = self._topic_connections.get(key)
+        if conn is None:
+            if header is None:
+                header = header_fields(topic, kind, md5sum, cls)
+            fields = {name: each.encode() if isinstance(each, str) else bytes(each) for name, each in header.items()}
+            _ConnectionInfo(0, topic, fields)  # which tells if a field is missing
+            assert self._writer is not None
+            conn = self._topic_connections[key] = self._writer.add_connection(topic, fields)
+        return conn
 
     def flush(self) -> None:
         """Write the open chunk; raises ValueError if the bag is closed."""
