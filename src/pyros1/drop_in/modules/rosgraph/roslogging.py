@@ -83,9 +83,9 @@ def configure_logging(
     os.environ["ROS_LOG_FILENAME"] = path
     config = environ.get("ROS_PYTHON_LOG_CONFIG_FILE", "")
     if config and os.path.isfile(config):
-        import logging.config
+        from logging.config import fileConfig
 
-        logging.config.fileConfig(config, disable_existing_loggers=False)
+        fileConfig(config, disable_existing_loggers=False)
         return path
     handler = logging.FileHandler(path, delay=True)
     handler.setFormatter(logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s"))

@@ -114,7 +114,8 @@ class EdgeList:
 
     def add_edges(self, start: str, dest: str, direction: str, label: str = "") -> bool:
         """Add the edges of a connection (see `edge_args`); return whether one of them is new."""
-        return any([self.add(Edge(*args)) for args in edge_args(start, dest, direction, label)])
+        new = [self.add(Edge(*args)) for args in edge_args(start, dest, direction, label)]  # all, not only the first
+        return any(new)
 
     def delete(self, edge: Edge) -> None:
         """Remove an edge."""
@@ -184,7 +185,8 @@ class Graph:
 
     def bad_update(self) -> bool:
         """Ask the nodes that did not answer; return whether the graph has changed."""
-        return any([self._node_refresh(node) for node in sorted(self.bad_nodes)])
+        changed = [self._node_refresh(node) for node in sorted(self.bad_nodes)]
+        return any(changed)
 
     def _master_refresh(self) -> bool:
         try:
