@@ -70,6 +70,9 @@ with rosbag.Bag("a.bag", "w") as bag:
     bag.write("/t", String("x"), genpy.Time(2))  # another type on the same topic gets a connection of its own
     assert refused(bag.write, "/t", String(5), genpy.Time(3))[0] == "SerializationError"
     assert refused(bag.write, "/t", rospy.AnyMsg(), genpy.Time(3))[0] in ("ValueError", "ROSException")
+    assert refused(bag.set_encryptor, "other/Encryptor")[0] == "ROSBagEncryptNotSupportedException"
+    assert refused(bag.set_encryptor, "rosbag/AesCbcEncryptor")[0] == "ROSBagException"  # it holds messages already
+    bag.set_encryptor()
     assert refused(bag.write, "/u", String("x"), genpy.Time(3), connection_header={"topic": "/u"}) == (
         "ROSBagFormatException", 'expected "type" field in record')
 pair, text = [message for _, message, _ in rosbag.Bag("a.bag")]
