@@ -116,7 +116,8 @@ def test_modules_hold_no_mutable_state(path: Path) -> None:
 
 
 def test_every_source_file_is_one_idea_long() -> None:
-    long = {str(p.relative_to(ROOT)): n for p in sources() if (n := len(p.read_text().splitlines())) > 450}
+    written = [path for path in sources() if path != SOURCE / "cli" / "index.py"]  # which is generated
+    long = {str(p.relative_to(ROOT)): n for p in written if (n := len(p.read_text().splitlines())) > 450}
     assert not long, f"split these: {long}"
 
 

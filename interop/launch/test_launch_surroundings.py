@@ -12,15 +12,18 @@ from pathlib import Path
 import pytest
 from harness import SOURCE, free_port, until
 
+from pyros1.finding.python_modules import START
+
 pytestmark = pytest.mark.ours_only
 
 PACKAGE = """<package format="2"><name>telling</name><version>1.0.0</version><description>Nodes.</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
-# Tells what it has been given; the environment without what a shell sets itself.
+# Tells what it has been given; the environment without what a shell sets itself, and without our modules.
 TELL = """#!/usr/bin/python3
 import os, sys
 name = [word for word in sys.argv if word.startswith("__name:=")][0][8:]
-lines = sys.argv + sorted(f"{key}={value}" for key, value in os.environ.items())
+environ = {key: value.replace(os.environ["MODULES"] + ":", "") for key, value in os.environ.items()}
+lines = sys.argv + sorted(f"{key}={value}" for key, value in environ.items() if key != "PYROS1_PYTHON")
 lines += [os.getcwd(), str(os.getpgid(0) == os.getpid() == os.getsid(0)), str(os.path.realpath("/dev/fd/1"))]
 print("out", name)
 print("err", name, file=sys.stderr, flush=True)
@@ -58,6 +61,7 @@ def told(who: str, folder: Path) -> dict[str, str]:
         "ROS_PACKAGE_PATH": f"{folder / 'telling'}:/usr/share",
         "PYTHONPATH": str(SOURCE),
         "TELL_TO": str(tell_to),
+        "MODULES": START,
     }
     with subprocess.Popen(
         [*command, "tell.launch"], cwd=folder, env=environ, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

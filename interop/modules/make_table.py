@@ -50,8 +50,8 @@ interactive_markers.interactive_marker_server interactive_markers.menu_handler
 BEGINNING = """# Python modules of stock ROS 1, and ours
 
 Written by `interop/modules/make_table.py` from stock's installed modules and ours; not to be changed by hand. A public
-name is a function, class, value, or public member of a class. *There* means that our module has it; *tested* that a test
-program in `interop/modules` or `tests/drop_in` uses it. Names that we lack raise an error that says so.
+name is a function, class, value, or public member of a class. *There* means that our module has it; *tested* that a
+test program in `interop/modules` or `tests/drop_in` uses it. Names that we lack raise an error that says so.
 
 | module | names | there | tested | missing |
 |---|---|---|---|---|

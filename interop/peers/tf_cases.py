@@ -113,5 +113,3 @@ STRANGE: list[Question] = [
     ("lookup", "p", "k", 0),
     ("lookup", "p", "k", NS),
 ]
-
-

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.ground.timing import Duration, Time
+from pyros1.ground.timing import Duration, Time, TVal
 
 nanoseconds = st.integers(min_value=-(2**31) * 10**9, max_value=2**31 * 10**9 - 1)
 instants = st.integers(min_value=0, max_value=2**32 * 10**9 - 1)
@@ -71,7 +71,19 @@ def test_duration_scaling() -> None:
     assert Duration(2) * 0.5 == Duration(1)
     assert Duration(3) / 2 == Duration(1.5)
     assert Duration(3) / Duration(2) == 1.5
-    assert Duration(5) // 2 == Duration(2.5)
+    assert Duration(5) // 2 == Duration(5) // 2.0 == Duration(2)
+    with pytest.raises(TypeError):
+        Duration(5) % 2  # type: ignore[operator]
+
+
+def test_o24_a_float_is_cut_to_nanoseconds() -> None:
+    assert Time(12345.678901234) == Time(12345, 678901233)
+    assert Duration.from_sec(-0.25) == Duration(-1, 750000000)
+
+
+def test_plain_values_are_of_no_kind() -> None:
+    assert TVal(1) == TVal(1) != Time(1)
+    assert TVal(1) < Time(2) and Duration(2) > TVal(1)
 
 
 def test_pickle_keeps_values() -> None:

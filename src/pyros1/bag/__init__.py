@@ -9,6 +9,9 @@
             ...
         frame = pandas.DataFrame(bag.arrays("/odom"))
 
+    with pyros1.bag.open("new.bag", "w") as bag:
+        bag.write("/odom", message, stamp)
+
 Times in seconds count from the bag's beginning, negative ones from its end; a `Time` is absolute.
 """
 
@@ -20,11 +23,13 @@ if TYPE_CHECKING:
     from pyros1.bag.api import Bag, BagMessage, bag_topics, open
     from pyros1.bag.errors import BagError, EncryptedError, NotABagError, UnindexedError
     from pyros1.bag.format.writer import BagWriter
+    from pyros1.bag.writing import BagOutput
 
 __all__ = [
     "Bag",
     "BagError",
     "BagMessage",
+    "BagOutput",
     "BagWriter",
     "EncryptedError",
     "NotABagError",
@@ -37,6 +42,7 @@ _HOMES = {
     "Bag": "pyros1.bag.api",
     "BagError": "pyros1.bag.errors",
     "BagMessage": "pyros1.bag.api",
+    "BagOutput": "pyros1.bag.writing",
     "BagWriter": "pyros1.bag.format.writer",
     "EncryptedError": "pyros1.bag.errors",
     "NotABagError": "pyros1.bag.errors",

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 from pyros1.bag.columns import column
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.reader import BagReader, RawMessage
 from pyros1.bag.format.records import Connection
+from pyros1.bag.format.writer import CHUNK_THRESHOLD
 from pyros1.bag.info import Summary, summarize
+from pyros1.bag.writing import BagOutput
 from pyros1.ground.errors import MessageError
 from pyros1.ground.suggest import did_you_mean
 from pyros1.ground.timing import Duration, Time
@@ -50,7 +52,7 @@ class Bag:
     """A bag open for reading; use it in a ``with`` statement.
 
     Args:
-        path: path of the file.
+        path: path of the file, or an open binary file, which stays open when this is closed.
         unindexed: whether to read bags that were not closed, too, by scanning them first.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: see :class:`pyros1.bag.format.reader.BagReader`.
@@ -62,7 +64,7 @@ class Bag:
 
     def __init__(
         self,
-        path: str | os.PathLike[str],
+        path: str | os.PathLike[str] | IO[bytes],
         *,
         unindexed: bool = True,
         progress: Callable[[int], object] | None = None,
@@ -70,6 +72,7 @@ class Bag:
     ) -> None:
         self.reader = BagReader(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
         self._classes = DefinitionCache()
+        self._known: dict[int, type[Message]] = {}
 
     @property
     def path(self) -> str:
@@ -253,7 +256,9 @@ class Bag:
             BagError: the bytes cannot be decoded, or the definition is missing or wrong.
         """
         try:
-            cls = self.message_class(stored.connection)
+            cls = self._known.get(stored.connection.id)
+            if cls is None:
+                cls = self._known[stored.connection.id] = self.message_class(stored.connection)
             message: Message = cls._decode(stored.data, 0, len(stored.data))
         except MessageError as error:
             where = f"message on {stored.connection.topic} at {stored.time / 1e9:.6f}"
@@ -313,14 +318,38 @@ class Bag:
         return AnyMsg(stored.data, {name: connection.text(name) for name in connection.header})
 
 
+@overload
 def open(
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | IO[bytes],
+    mode: Literal["r"] = "r",
     *,
     unindexed: bool = True,
     progress: Callable[[int], object] | None = None,
     chunk_limit: int | None = None,
-) -> Bag:
-    """Open a bag for reading.
+) -> Bag: ...
+
+
+@overload
+def open(
+    path: str | os.PathLike[str] | IO[bytes],
+    mode: Literal["w", "a"],
+    *,
+    compression: str = "none",
+    chunk_threshold: int = CHUNK_THRESHOLD,
+) -> BagOutput: ...
+
+
+def open(
+    path: str | os.PathLike[str] | IO[bytes],
+    mode: str = "r",
+    *,
+    unindexed: bool = True,
+    progress: Callable[[int], object] | None = None,
+    chunk_limit: int | None = None,
+    compression: str = "none",
+    chunk_threshold: int = CHUNK_THRESHOLD,
+) -> Bag | BagOutput:
+    """Open a bag for reading or writing.
 
     ::
 
@@ -328,18 +357,29 @@ def open(
             for topic, message, time, _ in bag.messages("/odom", start=10.0):
                 print(time, message.pose.pose.position.x)
 
+        with pyros1.bag.open("new.bag", "w", compression="lz4") as bag:
+            bag.write("/odom", message, stamp)
+
     Args:
-        path: path of the file.
-        unindexed: whether to read bags that were not closed, too.
-        progress: called with the offset in bytes while such a bag is scanned.
-        chunk_limit: largest content of a chunk that is read, in bytes, since a small file may claim any size. None
+        path: path of the file, or an open binary file, which stays open when the bag is closed.
+        mode: ``r`` reads; ``w`` writes a new bag, in place of an old one; ``a`` writes behind what is there.
+        unindexed: when reading, whether to read bags that were not closed, too.
+        progress: when reading, called with the offset in bytes while such a bag is scanned.
+        chunk_limit: when reading, largest content of a chunk, in bytes, since a small file may claim any size. None
             means the value of the environment variable ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB.
+        compression: when writing, ``none``, ``bz2`` or ``lz4``.
+        chunk_threshold: when writing, bytes, uncompressed, beyond which a chunk is closed.
 
     Raises:
         BagError: the bag cannot be read; the text says why and what to do.
         OSError: the file cannot be opened.
+        ValueError: there is no such mode or compression.
     """
-    return Bag(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
+    if mode == "r":
+        return Bag(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
+    if mode in ("w", "a"):
+        return BagOutput(path, more=mode == "a", compression=compression, chunk_threshold=chunk_threshold)
+    raise ValueError(f"mode {mode!r}: use 'r', 'w' or 'a'")
 
 
 def bag_topics(path: str | os.PathLike[str]) -> dict[str, tuple[str, int, int]]:

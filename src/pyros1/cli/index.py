@@ -251,6 +251,20 @@ INDEX: dict[str, tuple[Any, ...]] = {
             'vcs0': ('pkg.vcs', 'vcs0 [package]', 'vcs0 [package]', None, '[options] [package]', ('package',), ()),
         },
     ),
+    'rospy': (
+        'rospy',
+        'rospy and its siblings for all programs of this Python environment',
+        'machine',
+        '',
+        {},
+        (),
+        (),
+        {
+            'enable': ('rospy.enable', 'let all programs of this Python environment import rospy, std_msgs.msg, ...', 'let all programs of this Python environment import rospy, std_msgs.msg, ...', None, '', (), ()),
+            'disable': ('rospy.disable', 'undo rospy enable', 'undo rospy enable', None, '', (), ()),
+            'status': ('rospy.status', 'tell which rospy runs here', 'tell which rospy runs here', None, '', (), ()),
+        },
+    ),
     'run': (
         'run',
         'start a node of a package',

@@ -2,6 +2,9 @@
 
 It stands at the end of ``sys.meta_path``: whatever else can be imported wins. If that is a real rospy, none of our
 modules is offered, since both kinds of messages and nodes do not mix; ``PYROS1_ROSPY=pyros1`` puts the hook first.
+
+Python holds the import lock while it looks for a module. Nothing may be imported meanwhile: another thread may be in
+the middle of importing the same, and wait for that lock. So all that the hook needs is imported before.
 """
 
 from __future__ import annotations
@@ -13,6 +16,13 @@ from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 from typing import Any
+
+from pyros1.drop_in import configs
+from pyros1.drop_in.sources import folder_of
+from pyros1.finding.importing import installed
+from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import PackageNotFoundError
+from pyros1.ground.generated import PREFIX, module_name
 
 VARIABLE = "PYROS1_ROSPY"
 """Environment variable: "pyros1" prefers our modules to installed ones, "stock" leaves ours out."""
@@ -33,60 +43,90 @@ class Finder:
         self._folder = folder
         self._names = frozenset(name.partition(".")[0] for name in os.listdir(folder) if name[0] not in "_.")
         self._stock: bool | None = None
-        self._asking = False
+        self._library = installed(os.environ).library
+        self._index = PackageIndex(environ)
+        self._of_package("std_msgs", [], "std_msgs")  # what it imports late
 
     @property
     def stock(self) -> bool:
         """Whether a real rospy is installed, which wins."""
         if self._stock is None:
             wanted = self._environ.get(VARIABLE, "")
-            self._stock = wanted == "stock" or (wanted != "pyros1" and PathFinder.find_spec("rospy") is not None)
+            self._stock = wanted == "stock" or (wanted != "pyros1" and self._real_rospy())
         return self._stock
+
+    def _real_rospy(self) -> bool:
+        spec = PathFinder.find_spec("rospy")  # a folder without any module is none
+        return spec is not None and spec.has_location and not (spec.origin or "").startswith(self._folder + os.sep)
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Answer the import system; None leaves the name to others, or to the usual error."""
+        """Answer the import system; None leaves the name to others, or to the usual error.
+
+        Raises:
+            ImportError: there is no such name in our modules, or in a package of messages.
+        """
         top, *rest = name.split(".")
-        if self.stock:
+        if top == "pyros1" or top in sys.stdlib_module_names or self.stock:
             return None
         if not rest and top in self._names:
             return PathFinder.find_spec(name, [self._folder])
-        if top in sys.builtin_module_names or top == "pyros1" or self._asking:
-            return None
-        self._asking = True  # looking for packages may import modules itself
-        try:
-            return self._of_package(top, rest, name)
-        finally:
-            self._asking = False
+        below = path is not None and any(os.fspath(each).startswith(self._folder + os.sep) for each in path)
+        spec = PathFinder.find_spec(name, path) if below else None
+        if spec is not None and spec.has_location:
+            return spec
+        spec = self._of_package(top, rest, name)
+        if spec is None and below and not rest[-1].startswith("__"):
+            # Another name than that of the module, else Python would forget this text in "from rospy import x".
+            raise ModuleNotFoundError(f"pyros1 has no {name}", name=top)
+        return spec
 
-    def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
-        from pyros1.ground.generated import finder  # noqa: PLC0415  few programs need definitions at once
-
-        library = finder().library
+    def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:  # noqa: PLR0911
         match rest:
             case []:
                 folder = self._source(package)
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
-                if library.has_package(package):
+                if self._library.has_package(package) or self._config(package, [], name):
                     return ModuleSpec(name, _Messages(package, ""), is_package=True)  # type: ignore[arg-type]
-            case ["msg" | "srv" as kind] if library.has_package(package):
+                folder = self._source_elsewhere(package)
+                if folder is not None:
+                    return PathFinder.find_spec(name, [folder])
+                if package.endswith("_msgs"):
+                    raise ModuleNotFoundError(
+                        f"No module named {name!r}: {self._library.no_package(package)}", name=name
+                    )
+            case ["cfg", *inner]:
+                return self._config(package, inner, name)
+            case ["msg" | "srv" as kind] if self._library.has_package(package):
                 return ModuleSpec(name, _Messages(package, kind), is_package=True)  # type: ignore[arg-type]
-            case ["msg" | "srv" as kind, module] if module[0] == "_" and library.has_package(package):
-                return ModuleSpec(name, _Messages(package, kind))  # type: ignore[arg-type]
+            case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
+                if module[0] != "_":  # a type that is not there: this says so, with a hint
+                    installed(os.environ).find_spec(f"{PREFIX}.{module_name(package)}.{kind}.{module}")
+                names = self._library.messages(package) if kind == "msg" else self._library.services(package)
+                if module[1:] in names:
+                    return ModuleSpec(name, _Messages(package, kind))  # type: ignore[arg-type]
         return None
 
     def _source(self, package: str) -> str | None:
-        """Return the folder in which a ROS package keeps a Python module of its own name (catkin_python_setup)."""
-        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
-        from pyros1.ground.errors import PackageNotFoundError  # noqa: PLC0415
-
+        """Return the folder in which a ROS package keeps a Python module of its own name."""
         try:
-            folder = os.path.join(PackageIndex(self._environ).find_folder(package), "src")
+            return folder_of(self._index.find_folder(package), package)
         except PackageNotFoundError:
             return None
-        return folder if os.path.isfile(os.path.join(folder, package, "__init__.py")) else None
+
+    def _source_elsewhere(self, module: str) -> str | None:
+        """Return the folder in which a ROS package of another name, in ROS_PACKAGE_PATH, keeps a Python module."""
+        folders = (folder_of(folder, module) for folder in self._index.below_roots())
+        return next(filter(None, folders), None)
+
+    def _config(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
+        """Return the spec of ``PACKAGE.cfg``, or of a module in it, from the package's .cfg files."""
+        try:
+            return configs.find(self._index.find_folder(package), rest, name)
+        except PackageNotFoundError:
+            return None
 
 
 class _Messages:
@@ -107,12 +147,10 @@ class _Messages:
         module.__doc__ = f"Definitions of the ROS package {self._package}, from pyros1."
         if not self._kind:
             return
-        from pyros1.ground.generated import PREFIX, module_name  # noqa: PLC0415
-
         source = import_module(f"{PREFIX}.{module_name(self._package)}.{self._kind}")
 
         def __getattr__(name: str) -> Any:
-            if name.startswith("__") and name != "__all__":
+            if name.startswith("_") and name != "__all__":
                 raise AttributeError(f"module {module.__name__} has no attribute {name}")
             value = getattr(source, name)
             if name != "__all__":
@@ -123,11 +161,14 @@ class _Messages:
         vars(module)["__dir__"] = lambda: dir(source)
 
 
-def install() -> None:
-    """Install the hook in this process, once."""
-    if any(isinstance(each, Finder) for each in sys.meta_path):
-        return
+def install() -> Finder:
+    """Install the hook in this process, once, and return it."""
+    for each in sys.meta_path:
+        if isinstance(each, Finder):
+            return each
+    finder = Finder()
     if os.environ.get(VARIABLE) == "pyros1":
-        sys.meta_path.insert(0, Finder())
+        sys.meta_path.insert(0, finder)
     else:
-        sys.meta_path.append(Finder())
+        sys.meta_path.append(finder)
+    return finder

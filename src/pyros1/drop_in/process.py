@@ -6,12 +6,16 @@ it starts. This is the only mutable state at module level in pyros1.
 
 from __future__ import annotations
 
+import sys
 import threading
+import traceback
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pyros1.node import Node
+
+Hook = Callable[[str], object]
 
 
 class Process:
@@ -20,24 +24,33 @@ class Process:
     Attributes:
         node: the node, once it has started; it stays after its end.
         arguments: what it was started with, so that the same call again does nothing.
+        wall_time: whether there is a clock without a node.
+        ending: whether the end was asked for.
+        is_shutdown: whether the node has ended, or its waits have.
     """
 
     def __init__(self) -> None:
         self.node: Node | None = None
         self.arguments: tuple[Any, ...] | None = None
+        self.wall_time = False
+        self.ending = False
+        self.is_shutdown = False
+        self._reason = ""
         self._waiting: list[Callable[[Node], object]] = []
-        self._hooks: list[Callable[[], object]] = []
+        self._hooks: dict[str, list[Hook]] = {"client": [], "before": [], "after": []}
         self._lock = threading.RLock()
+
+    # Start ------------------------------------------------------------------------------------------------------------
 
     def start(self, make: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
         """Start the node, and all that waits for it, in the order of its coming."""
+        node = make()
         with self._lock:
-            self.node = node = make()
+            self.node = node
             self.arguments = arguments
             waiting, self._waiting = self._waiting, []
-            hooks, self._hooks = self._hooks, []
-        for hook in hooks:
-            node.on_shutdown(hook)
+        node.on_shutdown(self._before, early=True)
+        node.on_shutdown(self._after)
         for begin in waiting:
             begin(node)
         return node
@@ -57,22 +70,48 @@ class Process:
             if begin in self._waiting:
                 self._waiting.remove(begin)
 
-    def on_shutdown(self, hook: Callable[[], object]) -> None:
-        """Call a function when the node ends; at once, if it has ended."""
-        with self._lock:
-            node = self.node
-            if node is None:
-                self._hooks.append(hook)
-                return
-        if node.ok():
-            node.on_shutdown(hook)
-        else:
-            hook()
+    # End --------------------------------------------------------------------------------------------------------------
 
-    @property
-    def is_shutdown(self) -> bool:
-        """Whether the node has ended, or begun to end."""
-        return self.node is not None and not self.node.ok()
+    def on_shutdown(self, hook: Hook, when: str = "client") -> None:
+        """Call a function with the reason when the node ends; at once, if that has begun.
+
+        Args:
+            when: "client": first, while everything works as before. "before": then. "after": when waits have ended and
+                `is_shutdown` is true.
+        """
+        with self._lock:
+            if not self.ending:
+                self._hooks[when].append(hook)
+                return
+        hook(self._reason)
+
+    def shutdown(self, reason: str) -> None:
+        """End the node; without one, run the hooks."""
+        if not self.ending:
+            self._reason = reason
+        if self.node is not None:
+            self.node.shutdown(reason)
+        elif not self.ending:
+            self._before()
+            self._after()
+
+    def _before(self) -> None:
+        with self._lock:
+            self.ending = True
+        self._run("client")
+        self._run("before")
+
+    def _after(self) -> None:
+        self.is_shutdown = True
+        self._run("after")
+
+    def _run(self, when: str) -> None:
+        hooks = self._hooks[when]
+        while hooks:
+            try:
+                hooks.pop(0)(self._reason)
+            except Exception:  # noqa: BLE001 - the program's code: the others run, too
+                traceback.print_exc(file=sys.stderr)
 
 
 PROCESS = Process()

@@ -1,1 +1,59 @@
-"""Messages of several topics that belong together, and those of a while ago (https://wiki.ros.org/message_filters)."""
+"""Messages of several topics that belong together, and those of a while ago (https://wiki.ros.org/message_filters).
+
+::
+
+    import pyros1
+    from pyros1.filters import Subscriber, Synchronizer
+
+    with pyros1.Node("stereo") as node:
+        inputs = [Subscriber(node, name, "sensor_msgs/Image") for name in ("left", "right")]
+        Synchronizer(inputs, queue_size=10, slop=0.02).connect(lambda left, right: ...)
+        node.spin()
+
+In asyncio programs: ``async for left, right in synchronized(node, {"left": Image, "right": Image}, slop=0.02)``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pyros1.filters.chain import Cache, Filter, Subscriber, Synchronizer
+    from pyros1.filters.streams import synchronized
+    from pyros1.filters.synchronizers import ApproximateTime, ExactTime, Recent
+
+__all__ = [
+    "ApproximateTime",
+    "Cache",
+    "ExactTime",
+    "Filter",
+    "Recent",
+    "Subscriber",
+    "Synchronizer",
+    "synchronized",
+]
+
+_HOMES = {
+    "ApproximateTime": "pyros1.filters.synchronizers",
+    "Cache": "pyros1.filters.chain",
+    "ExactTime": "pyros1.filters.synchronizers",
+    "Filter": "pyros1.filters.chain",
+    "Recent": "pyros1.filters.synchronizers",
+    "Subscriber": "pyros1.filters.chain",
+    "Synchronizer": "pyros1.filters.chain",
+    "synchronized": "pyros1.filters.streams",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load and return a public name when it is first used."""
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
+
+    return load(__name__, _HOMES, name)
+
+
+def __dir__() -> list[str]:
+    """Return all public names, loaded or not, for completion."""
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
+
+    return listing(globals(), __all__)

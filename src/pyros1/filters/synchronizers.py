@@ -7,8 +7,7 @@ Pure: messages and their stamps go in, and what belongs together comes out.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right, insort
-from collections.abc import Iterator, Sequence
-from itertools import product
+from collections.abc import Sequence
 from typing import Any
 
 from pyros1.ground.timing import Duration, Time
@@ -27,12 +26,23 @@ class ExactTime:
         self.queue_size = queue_size
 
     def add(self, index: int, stamp: Time, message: Any) -> list[tuple[Any, ...]]:
-        """Take a message of one topic; return the sets that are complete now, the oldest first."""
-        self._keep(index, stamp, message)
+        """Take a message of one topic; return the sets that are complete now, the oldest first.
+
+        Args:
+            index: which topic, from 0.
+            stamp: the message's.
+            message: the message.
+        """
+        self.keep(index, stamp, message)
+        return self.complete(index, stamp)
+
+    def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
+        """Return the sets that are complete since a message of topic ``index`` came; they wait no longer."""
         common = set.intersection(*map(set, self.queues))
         return [self._take([each] * len(self.queues)) for each in sorted(common)]
 
-    def _keep(self, index: int, stamp: Time, message: Any) -> None:
+    def keep(self, index: int, stamp: Time, message: Any) -> None:
+        """Let a message wait for others."""
         queue = self.queues[index]
         queue[stamp] = message
         while len(queue) > self.queue_size:
@@ -61,29 +71,34 @@ class ApproximateTime(ExactTime):
         super().__init__(count, queue_size)
         self.slop = Duration.from_sec(slop)
 
-    def add(self, index: int, stamp: Time, message: Any) -> list[tuple[Any, ...]]:
-        """Take a message of one topic; return the set that is complete now, if there is one."""
-        self._keep(index, stamp, message)
-        if stamp not in self.queues[index]:  # too old
+    def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
+        """Return the set that the newest message of topic ``index`` completes, if it does."""
+        if stamp not in self.queues[index] or not self.slop > Duration():  # too old; or nothing is near enough
             return []
-        for stamps in product(*self._near(index, stamp)):
-            if max(stamps) - min(stamps) < self.slop:
-                return [self._take(stamps)]
-        return []
+        near = [[stamp] if each == index else self._near(each, stamp) for each in range(len(self.queues))]
+        stamps = self._choose(near, stamp, stamp)
+        return [self._take(stamps)] if stamps is not None else []
 
-    def _near(self, index: int, stamp: Time) -> Iterator[list[Time]]:
-        """Yield the stamps of each topic that may match, the nearest first."""
-        for position, queue in enumerate(self.queues):
-            if position == index:
-                yield [stamp]
-                continue
-            distances = sorted((abs((each - stamp).to_nsec()), order) for order, each in enumerate(queue))
-            stamps = list(queue)
-            most = self.slop.to_nsec()
-            yield [stamps[order] for distance, order in distances if distance <= most]
+    def _near(self, index: int, stamp: Time) -> list[Time]:
+        """Return the stamps of a topic that may match, the nearest first; of two, that which came first."""
+        distances = [(abs((each - stamp).to_nsec()), order, each) for order, each in enumerate(self.queues[index])]
+        most = self.slop.to_nsec()
+        return [each for distance, _, each in sorted(distances) if distance <= most]
+
+    def _choose(self, near: list[list[Time]], low: Time, high: Time) -> list[Time] | None:
+        """Return the first stamp of each topic that fits those before it, which lie from ``low`` to ``high``."""
+        if not near:
+            return []
+        for each in near[0]:
+            least, most = min(low, each), max(high, each)
+            if most - least < self.slop:
+                rest = self._choose(near[1:], least, most)
+                if rest is not None:
+                    return [each, *rest]
+        return None
 
 
-class Cache:
+class Recent:
     """The newest messages of a topic, in the order of their time stamps.
 
     Args:
@@ -127,3 +142,28 @@ class Cache:
     def newest(self) -> Time | None:
         """Stamp of the newest message."""
         return self._items[-1][0] if self._items else None
+
+
+def matcher(count: int, queue_size: int, slop: float | None) -> ExactTime:
+    """Return what finds messages of ``count`` topics with equal stamps, or with a ``slop`` those that are less apart.
+
+    Args:
+        count, queue_size: as for `ExactTime`.
+        slop: seconds, or None.
+    """
+    return ExactTime(count, queue_size) if slop is None else ApproximateTime(count, queue_size, slop)
+
+
+def stamp_of(message: Any, otherwise: Time | None = None) -> Time:
+    """Return the time stamp in a message's header.
+
+    Args:
+        otherwise: returned if there is no header.
+
+    Raises:
+        TypeError: there is no header, and nothing else to return.
+    """
+    stamp = getattr(getattr(message, "header", None), "stamp", otherwise)
+    if stamp is None:
+        raise TypeError(f"{getattr(message, '_type', type(message).__name__)} has no header with a time stamp")
+    return stamp

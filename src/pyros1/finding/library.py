@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from pyros1.finding.packages import PackageIndex, share_folders
 from pyros1.ground.errors import DefinitionError, PackageNotFoundError, UnknownTypeError
+from pyros1.ground.suggest import did_you_mean
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import (
     MessageSpec,
@@ -144,8 +145,6 @@ class Library:
 
     def no_package(self, package: str) -> str:
         """Return a text that says that there is no such package, with a hint at what may have been meant."""
-        from pyros1.ground.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
-
         hint = did_you_mean(package, self.packages())
         return f"there is no package [{package}] with definitions{hint or '; is ROS_PACKAGE_PATH set?'}"
 
@@ -159,8 +158,6 @@ class Library:
         short_names = names(package)
         if not self.has_package(package):
             return f"{what} type [{name}] is unknown: {self.no_package(package)}"
-        from pyros1.ground.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
-
         hint = did_you_mean(name, (f"{package}/{short}" for short in short_names))
         instead = f"; package [{package}] has {', '.join(short_names) or f'no {what}s'}"
         return f"{what} type [{name}] is unknown{hint or instead}"

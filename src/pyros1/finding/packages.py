@@ -144,6 +144,10 @@ class PackageIndex:
                     result.setdefault(name_found, folder)
         return dict(zip(result, _paths(result.values()), strict=True))
 
+    def below_roots(self) -> _Names:
+        """Return the folders of all packages below the folders of ``ROS_PACKAGE_PATH``."""
+        return list(dict.fromkeys(folder for root in self._roots for folder in self._crawl(root).values()))
+
     def find_resource(self, package: str, filename: str) -> _Paths:
         """Return the paths of the files of that name in a package.
 

@@ -20,7 +20,8 @@
     │   ├── MasterMethodError               the master does not have the method, or failed in it
     │   └── MasterUnreachableError          the master did not answer at all
     ├── ServiceError                        a service call failed, here or in the handler
-    │   └── ServiceUnavailableError         nobody provides the service, or its node cannot be reached
+    │   ├── ServiceUnavailableError         nobody provides the service, or its node cannot be reached
+    │   └── ServiceRefusal                  raised by a handler: what its caller is told, and nothing in the log
     ├── ParameterNotSetError (KeyError)     the parameter is not on the parameter server
     ├── WaitTimeoutError (TimeoutError)     a message, service or the master did not come in time
     ├── NodeError                           a node cannot do what was asked (closed, declared twice, ...)
@@ -78,16 +79,17 @@ class DeserializationError(MessageError):
     """Received bytes are not a message of the expected type.
 
     Args:
-        type_name: for example ``std_msgs/String``.
+        type_name: for example ``std_msgs/String``. If it is given alone, it is the text: programs and generated message
+            modules raise this error, too.
         offset: byte offset into the message body at which decoding failed.
         reason: what is wrong there.
     """
 
-    def __init__(self, type_name: str, offset: int, reason: str) -> None:
-        self.type_name = type_name
+    def __init__(self, type_name: object = "", offset: int | None = None, reason: str = "") -> None:
+        self.type_name = str(type_name)
         self.offset = offset
         self.reason = reason
-        super().__init__(f"cannot decode {type_name} at byte {offset}: {reason}")
+        super().__init__(type_name if offset is None else f"cannot decode {type_name} at byte {offset}: {reason}")
 
 
 class TransportError(Error):
@@ -160,11 +162,24 @@ class MasterUnreachableError(MasterError):
 
 
 class ServiceError(Error):
-    """A service call failed; the text says where and why."""
+    """A service call failed; the text says where and why.
+
+    Args:
+        message: the text.
+        answer: what the provider answered, as it came; None if it gave no answer.
+    """
+
+    def __init__(self, message: str, answer: bytes | None = None) -> None:
+        self.answer = answer
+        super().__init__(message)
 
 
 class ServiceUnavailableError(ServiceError):
     """Nobody provides the service, or its provider cannot be reached."""
+
+
+class ServiceRefusal(ServiceError):
+    """Raised by the handler of a service: the caller gets exactly this text, and nothing is logged."""
 
 
 class ParameterNotSetError(Error, KeyError):

@@ -30,6 +30,7 @@ OWN_MODULES = frozenset(
         "encoder",
         "factory",
         "fill",
+        "foreign",
         "json_form",
         "large",
         "generator",

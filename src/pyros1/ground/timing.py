@@ -6,7 +6,7 @@ negative; a Duration may be. Pure: no clock is read here.
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 _NS = 1_000_000_000
 _T = TypeVar("_T", bound="TVal")
@@ -29,7 +29,8 @@ class TVal:
         ValueError: ``secs`` is a float and ``nsecs`` is not 0.
     """
 
-    __slots__ = ("nsecs", "secs")
+    __slots__ = ("secs", "nsecs")  # noqa: RUF023  in the order in which programs show them
+    _slot_types: ClassVar[list[str]] = ["int32", "int32"]  # programs that walk through messages by their slots need it
 
     secs: int
     nsecs: int
@@ -38,9 +39,9 @@ class TVal:
         if secs.__class__ is not int:
             if isinstance(secs, float):
                 if nsecs:
-                    raise ValueError("if secs is a float, nsecs must not be given")
-                total = round(secs * 1e9) if abs(secs) < 1e6 else int(secs) * _NS + round((secs - int(secs)) * 1e9)
-                secs, nsecs = divmod(total, _NS)
+                    raise ValueError("if secs is a float, nsecs cannot be set")
+                whole = int(secs)
+                secs, nsecs = whole, int((secs - whole) * 1e9)  # cut, not rounded: stock's programs see the same value
             secs = _whole(secs, "secs")
         if nsecs.__class__ is not int:
             nsecs = _whole(nsecs, "nsecs")
@@ -87,8 +88,27 @@ class TVal:
     def __bool__(self) -> bool:
         return bool(self.secs or self.nsecs)
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, TVal) and _kind(self) is _kind(other) and self.to_nsec() == other.to_nsec()
+
+    def __lt__(self, other: object) -> bool:
+        difference = _compared(self, other)
+        return NotImplemented if difference is None else difference < 0
+
+    def __le__(self, other: object) -> bool:
+        difference = _compared(self, other)
+        return NotImplemented if difference is None else difference <= 0
+
+    def __gt__(self, other: object) -> bool:
+        difference = _compared(self, other)
+        return NotImplemented if difference is None else difference > 0
+
+    def __ge__(self, other: object) -> bool:
+        difference = _compared(self, other)
+        return NotImplemented if difference is None else difference >= 0
+
     def __hash__(self) -> int:
-        return hash((type(self).__name__, self.secs, self.nsecs))
+        return hash((self.secs, self.nsecs))
 
     def __str__(self) -> str:
         return str(self.to_nsec())
@@ -109,37 +129,15 @@ def _kind(value: object) -> type[TVal] | None:
 
 
 def _compared(a: TVal, b: object) -> int | None:
-    if _kind(a) is not _kind(b) or not isinstance(b, TVal):
+    """Return the difference of two values; None if they are of two kinds, of which a plain TVal is none."""
+    if not isinstance(b, TVal):
+        return None
+    if _kind(a) is not _kind(b) and None not in (_kind(a), _kind(b)):
         return None
     return a.to_nsec() - b.to_nsec()
 
 
-class _Ordered(TVal):
-    __slots__ = ()
-
-    def __eq__(self, other: object) -> bool:
-        return _compared(self, other) == 0
-
-    def __lt__(self, other: object) -> bool:
-        difference = _compared(self, other)
-        return NotImplemented if difference is None else difference < 0
-
-    def __le__(self, other: object) -> bool:
-        difference = _compared(self, other)
-        return NotImplemented if difference is None else difference <= 0
-
-    def __gt__(self, other: object) -> bool:
-        difference = _compared(self, other)
-        return NotImplemented if difference is None else difference > 0
-
-    def __ge__(self, other: object) -> bool:
-        difference = _compared(self, other)
-        return NotImplemented if difference is None else difference >= 0
-
-    __hash__ = TVal.__hash__
-
-
-class Time(_Ordered):
+class Time(TVal):
     """A point in time: seconds and nanoseconds since the epoch, or since the start of a simulation.
 
     Raises:
@@ -172,7 +170,7 @@ class Time(_Ordered):
         return NotImplemented
 
 
-class Duration(_Ordered):
+class Duration(TVal):
     """A span of time, possibly negative: -0.5 s is ``secs=-1, nsecs=500000000``."""
 
     __slots__ = ()
@@ -205,9 +203,7 @@ class Duration(_Ordered):
     def __floordiv__(self, other: object) -> Any:
         if isinstance(other, Duration):
             return self.to_nsec() // other.to_nsec()
-        if isinstance(other, int):
-            return Duration.from_nsec(self.to_nsec() // other)
-        if isinstance(other, float):
+        if isinstance(other, (int, float)):  # whole seconds are left
             return Duration.from_sec(self.to_sec() // other)
         return NotImplemented
 
@@ -221,11 +217,13 @@ class Duration(_Ordered):
     def __mod__(self, other: object) -> Any:
         if isinstance(other, Duration):
             return Duration.from_nsec(self.to_nsec() % other.to_nsec())
-        if isinstance(other, (int, float)):
-            return Duration.from_sec(self.to_sec() % other)
         return NotImplemented
 
     def __divmod__(self, other: object) -> Any:
         if isinstance(other, Duration):
             return self // other, self % other
         return NotImplemented
+
+
+# Python has made the slots by now; programs that walk through messages want to see them here, too.
+Time.__slots__ = Duration.__slots__ = TVal.__slots__  # type: ignore[assignment]

@@ -42,6 +42,8 @@ _MAKERS = {
     "_copy": "copier",
 }
 """The modules that generate functions."""
+_DERIVED = frozenset({"_classes", "_fixed_size", "_min_size", "_weight"})
+"""What classes that genpy has generated lack, see ``foreign.py``."""
 
 
 def _module(name: str) -> Any:
@@ -68,6 +70,11 @@ class MessageType(type):
     """Type of message classes: generates a codec function when it is first looked up on the class."""
 
     def __getattr__(cls, name: str) -> Any:
+        if name in _DERIVED:
+            owner = message_class(cls)
+            if owner is not cls or name not in vars(owner):
+                _module("foreign").adopt(owner)
+                return getattr(owner, name)
         if name not in _MAKERS:
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
         owner = message_class(cls)
@@ -180,6 +187,16 @@ class Message(metaclass=MessageType):
 
     def _get_types(self) -> list[str]:
         return self._slot_types
+
+    def __getstate__(self) -> list[Any]:
+        return [getattr(self, name) for name in message_class(type(self)).__slots__]
+
+    def __setstate__(self, state: Any) -> None:
+        names = message_class(type(self)).__slots__
+        if isinstance(state, tuple):  # as earlier versions pickled messages
+            names, state = zip(*state[1].items(), strict=True)
+        for name, value in zip(names, state, strict=True):
+            setattr(self, name, value)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, self.__class__):

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import codecs
 import struct
+from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 from pyros1.ground.errors import DeserializationError, MessageError, SerializationError
 from pyros1.msgs.base import Buffer, Message, message_class
 from pyros1.msgs.factory import MAX_EMPTY
-from pyros1.msgs.spec import STRUCT_CODES
+from pyros1.msgs.spec import BUILTINS, STRUCT_CODES
 
 _PIECE = 1 << 16
 
@@ -43,6 +45,29 @@ def check(message: Message, error: Exception | None = None) -> None:
         raise SerializationError(f"{type(error)}: '{error}' when writing '{message}'")
 
 
+def check_value(name: str, slot_type: str, value: Any, find: Callable[[str], type[Message] | None]) -> None:
+    """Check the value of a field.
+
+    Args:
+        name: name of the field.
+        slot_type: its type, as in ``_slot_types``.
+        value: the value.
+        find: returns the class of a message type, None if there is none.
+
+    Raises:
+        SerializationError: the value does not fit; the text names the field.
+    """
+    base = slot_type.partition("[")[0]
+    if base not in BUILTINS:
+        cls = find(base)
+        if cls is None:
+            raise SerializationError(f"field {name} has the type {slot_type}, which is unknown")
+        value_class = SimpleNamespace(_classes={base: cls})
+    else:
+        value_class = SimpleNamespace(_classes={})
+    _check_field(value_class, slot_type, value, name)
+
+
 def _check_message(cls: type[Message], message: Any, prefix: str) -> None:
     for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
         if not hasattr(message, name):
@@ -51,7 +76,7 @@ def _check_message(cls: type[Message], message: Any, prefix: str) -> None:
         _check_field(cls, slot_type, getattr(message, name), prefix + name)
 
 
-def _check_field(cls: type[Message], slot_type: str, value: Any, name: str) -> None:
+def _check_field(cls: Any, slot_type: str, value: Any, name: str) -> None:
     base, bracket, count = slot_type.partition("[")
     if not bracket:
         _check_single(cls, base, value, name)
@@ -73,7 +98,7 @@ def _check_field(cls: type[Message], slot_type: str, value: Any, name: str) -> N
         _check_single(cls, base, element, name + "[]")
 
 
-def _check_single(cls: type[Message], base: str, value: Any, name: str) -> None:
+def _check_single(cls: Any, base: str, value: Any, name: str) -> None:
     code = STRUCT_CODES.get(base)
     if code is None:
         _check_other(cls, base, value, name)
@@ -90,6 +115,8 @@ def _check_single(cls: type[Message], base: str, value: Any, name: str) -> None:
     elif not hasattr(value, "__index__"):
         kind = "an integer" if code.islower() else "unsigned integer"
         raise SerializationError(f"field {name} must be {kind} type, not {_show(value)}")
+    elif code.isupper() and value < 0:
+        raise SerializationError(f"field {name} must be unsigned integer type, not {_show(value)}")
     else:
         try:
             struct.pack("<" + code, value)
@@ -97,7 +124,7 @@ def _check_single(cls: type[Message], base: str, value: Any, name: str) -> None:
             raise SerializationError(f"field {name} exceeds specified width [{base}]") from None
 
 
-def _check_other(cls: type[Message], base: str, value: Any, name: str) -> None:
+def _check_other(cls: Any, base: str, value: Any, name: str) -> None:
     if base == "string":
         if not isinstance(value, str):
             raise SerializationError(f"field {name} must be of type bytes or an ascii string, not {_show(value)}")

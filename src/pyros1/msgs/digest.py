@@ -38,6 +38,11 @@ class Digests:
             self._sum_up(part)
         return _md5("".join(map(self._md5_text, parts)))
 
+    def md5_text(self, spec: MessageSpec | ServiceSpec) -> str:
+        """Return the text of which :meth:`md5` is the sum; raises as it."""
+        self.md5(spec)
+        return "".join(map(self._md5_text, _parts(spec)))
+
     def dependencies(self, spec: MessageSpec | ServiceSpec) -> list[str]:
         """Return the full names of all message types used, depth first, each once.
 

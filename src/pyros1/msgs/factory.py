@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import keyword
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.ground.errors import DefinitionError
@@ -55,7 +55,7 @@ def make_message_class(
         raise DefinitionError(f"two fields have the name [{twice}] in Python", spec.name)
     minimum, weight, fixed = 0, MESSAGE_WEIGHT, True
     for field in spec.fields:
-        size, cost, same = _measure(field, classes)
+        size, cost, same = measure(field, classes)
         minimum, weight, fixed = minimum + size, weight + cost, fixed and same
         if weight > MAX_WEIGHT:
             raise DefinitionError(f"field [{field.name}] makes the type too large", spec.name)
@@ -109,7 +109,7 @@ def _doc(text: str) -> str:
     return text if text.isascii() else text.encode("utf-8", "replace").decode()
 
 
-def _measure(field: Field, classes: dict[str, type[Message]]) -> tuple[int, int, bool]:
+def measure(field: Field, classes: Mapping[str, type[Message]]) -> tuple[int, int, bool]:
     """Return a field's smallest size and rough default memory, both in bytes, and whether its size is fixed."""
     if field.length == -1:
         return 4, 64, False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from pyros1.ground.errors import MessageError
@@ -10,28 +11,30 @@ from pyros1.msgs.base import Message, message_class
 from pyros1.msgs.spec import HEADER
 
 
-def fill_message(message: Message, args: Any, now: Time | None = None) -> None:
+def fill_message(message: Any, args: Any, now: Time | None = None, keys: Mapping[str, Any] | None = None) -> None:
     """Set a message's fields from plain values.
 
     Args:
-        message: the message to fill; fields that are not named keep their values.
+        message: the message or time to fill; fields that are not named keep their values.
         args: a list with one value for each field in order, or a dict of field names to values, or a list that holds
             one such dict. A nested message is again a list or dict. A time is a number of nanoseconds,
             ``[secs, nsecs]``, or a dict. The word ``now`` stands for the current time; the word
                 ``auto`` in place of a header for one with that time.
         now: the current time; None: the words ``now`` and ``auto`` are not accepted.
+        keys: more words that stand for times and messages, with their values.
 
     Raises:
         MessageError: a value does not fit its field; the text names the field.
     """
     if isinstance(args, dict):
         args = [args]
-    _Filler(now).fill(message, [] if args is None else args, "")
+    _Filler(now, keys or {}).fill(message, [] if args is None else args, "")
 
 
 class _Filler:
-    def __init__(self, now: Time | None) -> None:
+    def __init__(self, now: Time | None, keys: Mapping[str, Any]) -> None:
         self.now = now
+        self.keys = keys
 
     def fill(self, target: Any, args: Any, prefix: str) -> None:
         """Fill a message or a time: ``args`` is a dict, a list with one dict, or a list of all values."""
@@ -88,6 +91,8 @@ class _Filler:
     def _object(self, cls: type[Message], base: str, value: Any, current: Any, path: str) -> Any:
         """Return a time or message made from ``value``: a new one, or ``current`` if given."""
         if isinstance(value, str):
+            if value in self.keys:
+                return self.keys[value]
             if value == "now" and self.now is not None:
                 return self.now
             if value == "auto" and self.now is not None and base == HEADER:

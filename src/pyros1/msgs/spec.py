@@ -195,6 +195,20 @@ def _field(bare: str, package: str) -> Field:
     if len(words) != 2:
         raise ValueError(f"[{bare}] is not of the form 'type name'")
     type_text, name = words
+    return parse_field(name, type_text, package)
+
+
+def parse_field(name: str, type_text: str, package: str = "") -> Field:
+    """Return a field.
+
+    Args:
+        name: its name.
+        type_text: its type, as in a definition.
+        package: package of types that are written without one.
+
+    Raises:
+        ValueError: name or type are not legal.
+    """
     if not _FIELD_NAME.match(name):
         raise ValueError(f"[{name}] is not a legal field name")
     match = _TYPE.match(type_text)
@@ -226,10 +240,19 @@ def _constant(line: str, bare: str) -> Constant:
     name, text = name.strip(), text.strip()
     if not _FIELD_NAME.match(name):
         raise ValueError(f"[{name}] is not a legal constant name")
-    return Constant(name, type_name, _constant_value(type_name, text), text)
+    return Constant(name, type_name, constant_value(type_name, text), text)
 
 
-def _constant_value(type_name: str, text: str) -> Value:
+def constant_value(type_name: str, text: str) -> Value:
+    """Return the value of a constant.
+
+    Args:
+        type_name: its type.
+        text: the value as it is written.
+
+    Raises:
+        ValueError: it is no value of that type.
+    """
     if type_name == "string":
         return text
     try:

@@ -94,6 +94,10 @@ class MasterClient:
         """Call any method with the caller id and ``args``, and return the value of the answer."""
         return unpack(self._raw(method, self.caller_id, *args, timeout=timeout), self._who(method))
 
+    def ask(self, method: str, *args: Any) -> Any:
+        """Call any method with the caller id and ``args``, and return the whole answer: ``[code, message, value]``."""
+        return self._raw(method, self.caller_id, *args)
+
     def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]]) -> list[Any]:
         """Make many calls, in one round trip if the master can; each call gets the caller id as its first argument.
 

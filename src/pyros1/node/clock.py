@@ -56,6 +56,10 @@ class Clock:
             return self._now
         return Time(*divmod(time.time_ns(), 1_000_000_000))
 
+    def read(self) -> tuple[Time, bool]:
+        """Return the current time, and whether it is simulated."""
+        return self.now(), self.simulated
+
     def sleep(self, seconds: float) -> bool:
         """Sleep.
 
@@ -269,3 +273,33 @@ class Timer:
         """Wait for the timer's thread to end, at most ``timeout`` seconds."""
         if threading.current_thread() is not self._thread:
             self._thread.join(timeout)
+
+
+class Timers:
+    """The timers of a node.
+
+    Args:
+        clock, callbacks, log: as for each `Timer`.
+    """
+
+    def __init__(self, clock: Clock, callbacks: CallbackQueue | None, log: Log) -> None:
+        self._clock = clock
+        self._callbacks = callbacks
+        self._log = log
+        self._timers: list[Timer] = []
+
+    def start(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool) -> Timer:
+        """Start a timer, and return it."""
+        timer = Timer(self._clock, period, callback, oneshot, self._callbacks, self._log)
+        self._timers = [*(other for other in self._timers if other.alive), timer]
+        return timer
+
+    def shutdown(self) -> None:
+        """End all timers."""
+        for timer in self._timers:
+            timer.shutdown()
+
+    def join(self, timeout: float) -> None:
+        """Wait for the threads of all timers to end, at most ``timeout`` seconds for each."""
+        for timer in self._timers:
+            timer.join(timeout)

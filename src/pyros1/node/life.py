@@ -24,7 +24,8 @@ LONGEST_CLOSE = 15.0
 class Life:
     """The end of a node.
 
-    Order: every wait in the node ends; the hooks run (publishing still works); then everything is closed.
+    Order: early hooks run, while everything works as before; every wait in the node ends; the hooks run (publishing
+    still works); then everything is closed.
 
     Args:
         context: the node.
@@ -37,6 +38,7 @@ class Life:
         self._clock = clock
         self._close = close
         self._hooks: deque[Callable[[], object]] = deque()
+        self._early: deque[Callable[[], object]] = deque()
         self._hooks_are_run = False
         self._first = [True]  # removed by the thread that ends the node
         self._closing_thread: int | None = None
@@ -69,8 +71,11 @@ class Life:
                 raise  # of a hook
             die(signal.SIGTERM)
 
-    def on_shutdown(self, hook: Callable[[], object]) -> None:
-        """Call ``hook`` at the end of the node, or now if that has begun."""
+    def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
+        """Call ``hook`` at the end of the node, or now if that has begun; an early one before waits end."""
+        if self._first and early:
+            self._early.append(hook)
+            return
         if self._first:
             self._hooks.append(hook)
             if not self._hooks_are_run:
@@ -101,6 +106,12 @@ class Life:
         self._signals.restore()
 
     def _run(self, reason: str) -> None:
+        try:
+            self._run_hooks(self._early)
+        finally:  # also when a hook ends the program
+            self._stop(reason)
+
+    def _stop(self, reason: str) -> None:
         context = self._context
         context.stopping.set()
         context.tells_late_publishers = not self.signalled  # a program cannot know when a signal comes
@@ -110,16 +121,16 @@ class Life:
         if reason:
             context.log.debug("shutting down: %s", reason)
         try:
-            self._run_hooks()
+            self._run_hooks(self._hooks)
             self._hooks_are_run = True
-            self._run_hooks()  # what came at the last moment
+            self._run_hooks(self._hooks)  # what came at the last moment
         finally:  # also when a hook ends the program
             self._close()
             atexit.unregister(self._end_at_exit)
 
-    def _run_hooks(self) -> None:
-        while self._hooks:
-            hook = self._hooks.popleft()
+    def _run_hooks(self, hooks: deque[Callable[[], object]]) -> None:
+        while hooks:
+            hook = hooks.popleft()
             try:
                 hook()
             except Exception as error:

@@ -21,7 +21,7 @@ from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import checks
 from pyros1.node.callback_queue import CallbackQueue
-from pyros1.node.clock import Clock, Rate, Timer, TimerEvent
+from pyros1.node.clock import Clock, Rate, Timer, TimerEvent, Timers
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
 from pyros1.node.life import Life
@@ -30,7 +30,7 @@ from pyros1.node.log.logger import Log, trace_of
 from pyros1.node.log.offered import offer_log
 from pyros1.node.log.sink import LogSink, default_log_file
 from pyros1.node.parameters.parameters import Parameters
-from pyros1.node.parameters.private import left_over, misspelt, set_private
+from pyros1.node.parameters.private import left_over, odd_arguments, set_private
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.registrar import Registrar, await_master
 from pyros1.node.server import TcprosServer
@@ -45,6 +45,7 @@ from pyros1.node.topics import Topics
 from pyros1.wire.handshake import TopicType
 
 _M = TypeVar("_M")
+_Ports = tuple[int, int]
 _INTERRUPTED = 130
 _SUBSCRIBE = "subscribe(topic, type, callback)"
 _PROVIDE = "advertise_service(name, type, handler)"
@@ -68,6 +69,8 @@ class Node:
         handle_signals: whether SIGINT and SIGTERM end the node; works only if it is made in the main thread.
         rosout: whether to publish the log on /rosout.
         wait_for_master: seconds to wait for a master that does not answer; None: no limit.
+        wall_time: whether to ignore /use_sim_time.
+        ports: of the slave API (XML-RPC) and of topics and services (TCPROS); 0: any.
 
     Raises:
         InvalidNameError: the name is not legal.
@@ -91,6 +94,8 @@ class Node:
         handle_signals: bool = True,
         rosout: bool = True,
         wait_for_master: float | None = None,
+        wall_time: bool = False,
+        ports: _Ports = (0, 0),
     ) -> None:
         argv = checks.check_node(name, namespace, argv, master_uri, environ, wait_for_master)
         if callbacks not in ("inline", "spin"):
@@ -105,7 +110,7 @@ class Node:
         stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
-        self._sink = LogSink(self.name, environ, log_file, self._log_time, self._later)
+        self._sink = LogSink(self.name, environ, log_file, self._clock.read, self._later)
         self.log = Log(self._sink, level=level_from_name(log_level))
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         loop = Loop(f"{self.name}:loop", on_error=self._on_loop_error)
@@ -113,7 +118,7 @@ class Node:
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
         self._services = Services(self._context, lambda: self._registrar, self._service_uri)
-        self._timers: list[Timer] = []
+        self._timers = Timers(self._clock, self._callbacks, self.log)
         self._life = Life(self._context, self._clock, self._close)
         self.master = MasterClient(self.name, self.master_uri)
         self.params = Parameters(self.master, self.resolve, lambda: self.uri, self.arguments.remappings, loop.call_soon)
@@ -122,7 +127,7 @@ class Node:
         self._tcpros: TcprosServer | None = None
         loop.start()
         try:
-            self._open(environ, wait_for_master, rosout, handle_signals)
+            self._open(wait_for_master, rosout, handle_signals, wall_time, ports)
         except BaseException as error:
             self.shutdown("the node could not start")
             if isinstance(error, Error) and self._life.signalled:
@@ -131,21 +136,15 @@ class Node:
 
     # Starting ---------------------------------------------------------------------------------------------------------
 
-    def _open(
-        self, environ: Mapping[str, str], wait_for_master: float | None, rosout: bool, handle_signals: bool
-    ) -> None:
+    def _open(self, patience: float | None, rosout: bool, signals: bool, wall_time: bool, ports: _Ports) -> None:
         loop = self._context.loop
-        address = host_from_environment(environ, self.arguments.special)
+        address = host_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
         self._context.address = address
-        self._life.watch(handle_signals)
-        for warning in address.warnings:
+        self._life.watch(signals)
+        for warning in (*address.warnings, *odd_arguments(self.arguments)):
             self.log.warn("%s", warning)
-        for argument in self.arguments.malformed:
-            self.log.warn("invalid remapping argument %r: use name:=newname", argument)
-        for hint in misspelt(self.arguments.rest):
-            self.log.warn("%s", hint)
-        self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers)
+        self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers, ports[1])
         slave = SlaveApi(
             self._context,
             self.master_uri,
@@ -153,15 +152,17 @@ class Node:
             lambda: self.params,
             self._on_shutdown_request,
         )
-        self._slave = XmlRpcServer(loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised)
+        self._slave = XmlRpcServer(
+            loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised, port=ports[0]
+        )
         self._context.uri = self._slave.uri
-        await_master(self._context, self.master, wait_for_master)
+        await_master(self._context, self.master, patience)
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
         if "__log" not in self.arguments.special:  # given by a launcher, which sets parameters itself
             for line in left_over(self.name, private, self.arguments.parameters):
                 self.log.info("%s", shown.one_line(line, 10_000))
         self._registrar.start()
-        if sim_time is True:
+        if sim_time is True and not wall_time:
             self._use_simulated_time()
         offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout)
 
@@ -169,9 +170,6 @@ class Node:
         self._clock.use_simulated_time()
         clock = load_message("rosgraph_msgs/Clock")
         self._topics.subscribe("/clock", clock, lambda message: self._clock.tick(message.clock), 1, direct=True)
-
-    def _log_time(self) -> tuple[Time, bool]:
-        return self._clock.now(), self._clock.simulated
 
     def _later(self, seconds: float, function: Callable[..., object], argument: object) -> None:
         self._context.loop.call_later(seconds, function, argument)
@@ -352,6 +350,11 @@ class Node:
         """Return the wall time, or with /use_sim_time simulated time, which is 0 until the first message on /clock."""
         return self._clock.now()
 
+    @property
+    def simulated_time(self) -> bool:
+        """Whether the node's time is that on /clock."""
+        return self._clock.simulated
+
     def sleep(self, seconds: float) -> bool:
         """Sleep for ``seconds`` of the node's time; return False at once when the node shuts down.
 
@@ -369,9 +372,7 @@ class Node:
         """Call a function every ``period`` seconds, or only once, with a TimerEvent; return the Timer."""
         checks.check_callback(callback, "timer(period, callback)", "callback")
         self._context.check_running()
-        timer = Timer(self._clock, period, callback, oneshot, self._callbacks, self.log)
-        self._timers = [*(other for other in self._timers if other.alive), timer]
-        return timer
+        return self._timers.start(period, callback, oneshot)
 
     # Life -------------------------------------------------------------------------------------------------------------
 
@@ -402,10 +403,11 @@ class Node:
         self._callbacks.wait(timeout)
         return self._callbacks.run_available()
 
-    def on_shutdown(self, hook: Callable[[], object]) -> None:
-        """Call ``hook`` when the node begins to shut down; publishing still works then."""
+    def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
+        """Call ``hook`` when the node begins to shut down; publishing still works then, and in an early hook all else,
+        too: `ok` is true, sleeps sleep and services answer."""
         checks.check_callback(hook, "on_shutdown(hook)", "hook")
-        self._life.on_shutdown(hook)
+        self._life.on_shutdown(hook, early)
 
     def shutdown(self, reason: str = "") -> None:
         """End the node: run the hooks, unregister, close everything. Any thread or signal handler may call it.
@@ -417,13 +419,11 @@ class Node:
 
     def _close(self) -> None:
         loop = self._context.loop
-        for timer in self._timers:
-            timer.shutdown()
+        self._timers.shutdown()
         self._registrar.close()
         self._services.close()
         self._topics.close()
-        for timer in self._timers:
-            timer.join(1.0)
+        self._timers.join(1.0)
         self.master.close()
         self._context.rpc.close()
         if self._slave is not None:

@@ -69,6 +69,7 @@ class Topics:
                     )
                 publication.handles += 1
                 publication.latch = publication.latch or latch
+                publication.headers.update(headers)  # for subscribers that come later
                 return Publisher(publication, message_class, lambda: self._unadvertise(publication))
             created = Publication(context, name, message_class, wire_type, queue_size, latch, headers)
             created.handles = 1

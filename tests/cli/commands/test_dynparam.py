@@ -11,15 +11,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.commands.dynparam._values import (
-    ParameterError,
-    choices,
-    configuration,
-    converted,
-    file_text,
-    read_file_text,
-    request,
-)
+from pyros1.cli.commands.dynparam._files import file_text, read_file_text
 from pyros1.cli.running import run_command
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import NodeShutdownError, WaitTimeoutError
@@ -36,6 +28,8 @@ from pyros1.msgs.dynamic_reconfigure.msg import (
 )
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.node import Node
+from pyros1.reconfigure.encoding import configuration
+from pyros1.reconfigure.values import ParameterError, choices, converted, request
 
 Run = Callable[..., tuple[int, str, str]]
 SIZES = "{'enum': [{'name': 'Small', 'type': 'int', 'value': 0}, {'name': 'Large', 'type': 'int', 'value': 2}]}"

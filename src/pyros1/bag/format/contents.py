@@ -9,9 +9,9 @@ from __future__ import annotations
 import re
 import struct
 from array import array
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import compress, islice
-from operator import le
+from operator import eq, le
 
 from pyros1.bag.format.records import (
     MAX_CONNECTIONS,
@@ -74,12 +74,21 @@ class Messages:
         mask = bytearray(map(wanted, self.conns, self.times))
         return self if all(mask) else self._made(lambda column: compress(column, mask))
 
-    def by_time(self) -> Messages:
-        """Return the messages in order of time; with the same time, in their present order."""
+    def by_time(self, ranks: Mapping[int, int] | None = None) -> Messages:
+        """Return the messages in order of time; with the same time, in their present order.
+
+        Args:
+            ranks: connection id -> its rank: messages of the same time are then in the order of their ranks first.
+        """
         times = self.times
-        if all(map(le, times, islice(times, 1, None))):
+        ordered = times if ranks is None else sorted(times)
+        if ranks is not None and any(map(eq, ordered, islice(ordered, 1, None))):
+            conns = self.conns
+            order = array("I", sorted(range(len(times)), key=lambda number: (times[number], ranks[conns[number]])))
+        elif all(map(le, times, islice(times, 1, None))):
             return self
-        order = array("I", sorted(range(len(times)), key=times.__getitem__))
+        else:
+            order = array("I", sorted(range(len(times)), key=times.__getitem__))
         return self._made(lambda column: map(column.__getitem__, order))
 
     def part(self, first: int, end: int) -> Iterator[tuple[int, int, int, int]]:

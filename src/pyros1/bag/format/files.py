@@ -8,6 +8,7 @@ import struct
 from collections.abc import ItemsView, Iterable, Iterator, KeysView, Mapping
 from dataclasses import dataclass, field
 from io import FileIO
+from typing import IO, Any
 
 from pyros1.bag.errors import BagError, EncryptedError, NotABagError
 from pyros1.bag.format.encryption import NONE, Cipher, KeyUnavailableError, open_cipher
@@ -117,11 +118,18 @@ class ChunkHeader:
         return min(self.stored, max(size + size // 32, _TRUSTED))
 
 
+def name_of(target: str | os.PathLike[str] | IO[bytes]) -> str:
+    """Return a path as text; of an open file its name, for messages."""
+    if isinstance(target, (str, os.PathLike)):
+        return os.fspath(target)
+    return str(getattr(target, "name", "<file object>"))
+
+
 class BagFile:
     """An open bag file.
 
     Args:
-        path: the file.
+        source: path of the file, or an open binary file, which stays open when this is closed.
         limit: largest content of a chunk, and message outside of chunks, that is read, in bytes; None: that of
             the environment (`pyros1.bag.limits.chunk_limit`).
 
@@ -139,22 +147,24 @@ class BagFile:
         OSError: the file cannot be opened.
     """
 
-    def __init__(self, path: str | os.PathLike[str], limit: int | None = None) -> None:
-        self.path = os.fspath(path)
+    def __init__(self, source: str | os.PathLike[str] | IO[bytes], limit: int | None = None) -> None:
+        self.path = name_of(source)
         self.limit = chunk_limit(os.environ) if limit is None else limit
         self.cipher: Cipher | None = None
         self.taken = 0
-        if stat.S_ISFIFO(os.stat(self.path).st_mode):
+        self._own = isinstance(source, (str, os.PathLike))
+        if self._own and stat.S_ISFIFO(os.stat(self.path).st_mode):
             raise NotABagError(
                 self.path, "this is a pipe; bags can only be read from files"
             )  # to open it would block for ever
-        self._file = FileIO(self.path, "rb")
+        file: Any = FileIO(self.path, "rb") if self._own else source
+        self._file = file
         try:
-            self.size = os.fstat(self._file.fileno()).st_size
+            self.size: int = file.seek(0, os.SEEK_END)
             self.version, behind = self._version()
             self.header, self.begin = self._bag_header(behind)
         except BaseException:
-            self._file.close()
+            self.close()
             raise
 
     @property
@@ -193,8 +203,9 @@ class BagFile:
         return data if self.cipher is None else self.cipher.decrypt(data, partial=partial)
 
     def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+        """Close the file, if it was opened here."""
+        if self._own:
+            self._file.close()
 
     def read(self, position: int, size: int) -> bytes:
         """Return bytes at an offset; fewer at the end of the file."""
@@ -214,7 +225,7 @@ class BagFile:
 
     def expect(self, positions: Iterable[int]) -> None:
         """Let the system fetch the records at some offsets, many at a time, before they are read one by one."""
-        if hasattr(os, "posix_fadvise"):
+        if self._own and hasattr(os, "posix_fadvise"):
             number = self._file.fileno()
             os.posix_fadvise(number, 0, 0, os.POSIX_FADV_RANDOM)  # not the bytes around them
             for position in positions:

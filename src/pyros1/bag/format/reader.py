@@ -6,9 +6,9 @@ import heapq
 import os
 from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from types import TracebackType
-from typing import NamedTuple
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 from pyros1.bag.errors import BagError, UnindexedError
 from pyros1.bag.format.compression import check_size, decompress
@@ -24,6 +24,9 @@ from pyros1.bag.format.records import (
 )
 from pyros1.bag.format.scanner import Damage, Scanner
 from pyros1.bag.format.version_1_2 import OldConnections, read_old
+
+if TYPE_CHECKING:
+    from pyros1.bag.format.writer import BagWriter
 
 MAX_OPEN = 256 << 20
 """Most bytes of chunks that are in memory at a time, for chunks that overlap in time."""
@@ -43,16 +46,45 @@ class RawMessage(NamedTuple):
     data: bytes
 
 
+class PlacedMessage(NamedTuple):
+    """A stored message, and where it is.
+
+    Attributes:
+        connection, time, data: as in `RawMessage`.
+        place: offset of its chunk in the file, and of its record in the chunk's content.
+    """
+
+    connection: Connection
+    time: int
+    data: bytes
+    place: tuple[int, int]
+
+
+class Entry(NamedTuple):
+    """A message in the index.
+
+    Attributes:
+        conn: id of its connection.
+        time: receive time in nanoseconds.
+        place: as in `PlacedMessage`.
+    """
+
+    conn: int
+    time: int
+    place: tuple[int, int]
+
+
 class BagReader:
     """A bag open for reading.
 
     Args:
-        path: the file.
+        source: path of the file, or an open binary file, which stays open when this is closed.
         unindexed: whether to read bags without a valid index, too: they are scanned first, as those of version 1.2
             always are.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: largest content of a chunk that is read, in bytes. None means the value of the environment variable
             ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB. For the memory needed, see `pyros1.bag.limits`.
+        written: what has been written so far into a bag that is not yet closed, in place of the index.
 
     Attributes:
         connections: connections by id.
@@ -69,13 +101,14 @@ class BagReader:
 
     def __init__(
         self,
-        path: str | os.PathLike[str],
+        source: str | os.PathLike[str] | IO[bytes],
         *,
         unindexed: bool = False,
         progress: Callable[[int], object] | None = None,
         chunk_limit: int | None = None,
+        written: BagWriter | None = None,
     ) -> None:
-        self.file = BagFile(path, chunk_limit)
+        self.file = BagFile(source, chunk_limit)
         self.connections: dict[int, Connection] = {}
         self.chunks: list[Chunk] = []
         self.damages: list[Damage] = []
@@ -83,6 +116,10 @@ class BagReader:
         self._old: OldConnections | None = None
         self._positions: list[int] = []  # of the chunks in the index, sorted
         try:
+            if written is not None:
+                self.file.cipher = written.cipher
+                self._use(dict(written.connections), list(written.chunks))
+                return
             self.file.unlock()
             if self.file.version == 102:
                 self._scan(progress)
@@ -90,8 +127,7 @@ class BagReader:
                     check_old(self.file, self.damages)
                 return
             try:
-                self.connections, self.chunks = read_index(self.file)
-                self._positions = sorted(chunk.pos for chunk in self.chunks)
+                self._use(*read_index(self.file))
             except UnindexedError:
                 if not unindexed:
                     raise
@@ -130,7 +166,12 @@ class BagReader:
         return {number for number, connection in self.connections.items() if connection.topic.lstrip("/") in wanted}
 
     def messages(
-        self, connections: Collection[int] | None = None, start: int | None = None, end: int | None = None
+        self,
+        connections: Collection[int] | None = None,
+        start: int | None = None,
+        end: int | None = None,
+        *,
+        ranks: Mapping[int, int] | None = None,
     ) -> Iterator[RawMessage]:
         """Yield messages in order of time; with the same time, in the file's order.
 
@@ -138,10 +179,33 @@ class BagReader:
             connections: ids of the wanted connections; None means all.
             start: only messages of this time or later, in nanoseconds.
             end: only messages of this time or earlier.
+            ranks: connection id -> its rank among messages of the same time, which are then in the order of their
+                ranks; with the same rank, in the file's order.
 
         Raises:
             BagError: a chunk cannot be read.
         """
+        return self._merged(RawMessage, connections, start, end, ranks)
+
+    def placed(
+        self,
+        connections: Collection[int] | None = None,
+        start: int | None = None,
+        end: int | None = None,
+        *,
+        ranks: Mapping[int, int] | None = None,
+    ) -> Iterator[PlacedMessage]:
+        """Yield messages with their places; arguments, order and errors as for :meth:`messages`."""
+        return self._merged(PlacedMessage, connections, start, end, ranks)
+
+    def _merged(
+        self,
+        make: type[Any],
+        connections: Collection[int] | None,
+        start: int | None,
+        end: int | None,
+        ranks: Mapping[int, int] | None,
+    ) -> Iterator[Any]:
         first, last = 0 if start is None else start, MAX_TIME if end is None else end
         chunks = [chunk for chunk in self.chunks if chunk.end >= first and chunk.start <= last]
         if connections is not None:
@@ -156,55 +220,89 @@ class BagReader:
                 found = found.where(lambda conn, time: conn in ids and first <= time <= last)
             elif not ids >= set(found.conns):
                 found = found.where(lambda conn, time: conn in ids)
-            return found.by_time()
+            return found.by_time(ranks)
 
-        heap: list[tuple[int, int, int, Chunk]] = []  # time and number of the next message of each chunk being read
+        def key(found: Messages, number: int) -> tuple[int, int]:
+            return found.times[number], 0 if ranks is None else ranks[found.conns[number]]
+
+        placed = make is PlacedMessage
+        heap: list[tuple[tuple[int, int], int, int, Chunk]] = []  # order, position, and number of each chunk's next one
         contents = _Contents(self, wanted)
         while pending or heap:
-            while pending and (not heap or pending[0].start <= heap[0][0]):
+            while pending and (not heap or pending[0].start <= heap[0][0][0]):
                 chunk = pending.popleft()
                 found = contents.get(chunk)[1]
                 if found:
-                    heapq.heappush(heap, (found.times[0], chunk.pos, 0, chunk))
+                    heapq.heappush(heap, (key(found, 0), chunk.pos, 0, chunk))
                 else:
                     contents.drop(chunk)
             if not heap:
                 continue
             _, pos, number, chunk = heapq.heappop(heap)
             content, found = contents.get(chunk)
-            until = min(heap[0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
+            until = min(heap[0][0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
             behind = bisect_left(found.times, until, number + 1)
             final = behind - 1
-            if final > number:
+            if final > number and placed:
+                for each in found.part(number, final):
+                    conn, time, begin, stop = each[:4]
+                    yield PlacedMessage(known[conn], time, content[begin:stop], (pos, found.offsets[number]))
+                    number += 1
+            elif final > number:
                 for conn, time, begin, stop in found.part(number, final):
                     yield RawMessage(known[conn], time, content[begin:stop])
             ((conn, time, begin, stop),) = found.part(final, behind)
-            message = RawMessage(known[conn], time, content[begin:stop])
+            place = ((pos, found.offsets[final]),) if placed else ()
+            message = make(known[conn], time, content[begin:stop], *place)
             if behind < len(found):
-                heapq.heappush(heap, (found.times[behind], pos, behind, chunk))
+                heapq.heappush(heap, (key(found, behind), pos, behind, chunk))
             else:
                 contents.drop(chunk)
             del content, found  # a large message is alone in its chunk: while it is used, the chunk is not in memory
             yield message
             del message  # nor is the message, while the next one is read
 
+    def at(self, place: tuple[int, int]) -> RawMessage:
+        """Return the message at a place; its whole chunk is read for it.
+
+        Raises:
+            BagError: there is no message, or its chunk cannot be read.
+        """
+        pos, offset = place
+        for chunk in self.chunks:
+            if chunk.pos == pos:
+                content, found = self.content(chunk)
+                number = bisect_left(found.offsets, offset)
+                if number < len(found) and found.offsets[number] == offset:
+                    return RawMessage(
+                        self.connections[found.conns[number]],
+                        found.times[number],
+                        content[found.starts[number] : found.ends[number]],
+                    )
+        raise BagError(self.path, f"there is no message at {offset} in a chunk at {pos}")
+
+    def entries(self) -> Iterator[Entry]:
+        """Yield the places of all messages, in no particular order; otherwise as :meth:`times`."""
+        for chunk in self.chunks:
+            places = None if self.scanned else entry_places(self.file, chunk, self.header(chunk))
+            if places is None:
+                found = self.content(chunk)[1]
+                for conn, time, offset in zip(found.conns, found.times, found.offsets, strict=True):
+                    yield Entry(conn, time, (chunk.pos, offset))
+                continue
+            for conn, start, size in places:
+                for secs, nsecs, offset in ENTRY.iter_unpack(self.file.read(start, size)):
+                    yield Entry(conn, secs * NS + nsecs, (chunk.pos, offset))
+
     def times(self) -> Iterator[tuple[int, int]]:
-        """Yield (connection id, time in nanoseconds) of every message, in no particular order.
+        """Return (connection id, time in nanoseconds) of every message, in no particular order.
 
         Chunks with an index are not decompressed: only the index is read.
 
         Raises:
             BagError: a chunk cannot be read.
         """
-        for chunk in self.chunks:
-            places = None if self.scanned else entry_places(self.file, chunk, self.header(chunk))
-            if places is None:
-                found = self.content(chunk)[1]
-                yield from zip(found.conns, found.times, strict=True)
-                continue
-            for conn, start, size in places:
-                for secs, nsecs, _ in ENTRY.iter_unpack(self.file.read(start, size)):
-                    yield conn, secs * NS + nsecs
+        return ((entry.conn, entry.time) for entry in self.entries())
 
     def headers(self) -> Iterator[ChunkHeader]:
         """Yield the headers of all chunks, quickly even for many: the system is told in advance what will be read.
@@ -287,6 +385,10 @@ class BagReader:
 
     def _damaged(self, chunk: Chunk, reason: str) -> BagError:
         return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves all that can be read", chunk.pos)
+
+    def _use(self, connections: dict[int, Connection], chunks: list[Chunk]) -> None:
+        self.connections, self.chunks = connections, chunks
+        self._positions = sorted(chunk.pos for chunk in chunks)
 
     def _scan(self, progress: Callable[[int], object] | None) -> None:
         self.chunks, self.connections, self._positions = [], {}, []

@@ -8,11 +8,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import FileIO
 from types import TracebackType
+from typing import IO, Any
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.compression import COMPRESSIONS, MAX_CHUNK, Buffer, compress
 from pyros1.bag.format.contents import Messages
 from pyros1.bag.format.encryption import Cipher
+from pyros1.bag.format.files import Chunk, Counts, name_of
 from pyros1.bag.format.records import (
     BAG_HEADER_SIZE,
     MAGIC_20,
@@ -52,17 +54,18 @@ Stock's readers do a binary search in it.
 
 
 @dataclass(frozen=True)
-class _Info:
-    """A chunk that was written. Its counts are packed, since a recording of hundreds of topics keeps many of them."""
+class Begun:
+    """What is in a bag to which a writer appends.
 
-    pos: int
-    start: int
+    Attributes:
+        connections: its connections by id.
+        chunks: its chunks, in the order of the index.
+        end: offset in the file behind the last chunk's index records.
+    """
+
+    connections: Mapping[int, Connection]
+    chunks: Sequence[Chunk]
     end: int
-    packed: bytes
-
-    @property
-    def counts(self) -> dict[int, int]:
-        return dict(_COUNT.iter_unpack(self.packed))
 
 
 class BagWriter:
@@ -72,46 +75,77 @@ class BagWriter:
     for example on a full disk, the incomplete part is cut off again, so that the bag can still be closed.
 
     Args:
-        path: the file; replaced if it exists.
+        target: path of the file, which is replaced if it exists; or an open binary file, for reading and writing, which
+            stays open when the bag is closed.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
         cipher: encrypts the bag; None for a plain bag.
+        begun: what is in the file already, which is kept; None for a new bag. See `pyros1.bag.format.appending`.
 
     Attributes:
+        path: path of the file; of an open file its name.
         connections: the added connections, by id.
-        messages: number of messages written.
+        messages: number of messages written, with those that were in the file before.
 
     Raises:
-        OSError: the file cannot be created.
+        OSError: the file cannot be created, or the disk is full; then no file is left.
     """
 
     def __init__(
         self,
-        path: str | os.PathLike[str],
+        target: str | os.PathLike[str] | IO[bytes],
         compression: str = "none",
         chunk_threshold: int = CHUNK_THRESHOLD,
         cipher: Cipher | None = None,
+        begun: Begun | None = None,
     ) -> None:
         if compression not in COMPRESSIONS:
             raise ValueError(f"unknown compression {compression!r}: use one of {', '.join(COMPRESSIONS)}")
-        self.path = os.fspath(path)
+        self.path = name_of(target)
         self.compression = compression
         self.chunk_threshold = chunk_threshold
-        self.connections: dict[int, Connection] = {}
-        self.messages = 0
-        self._heads: dict[int, bytes] = {}
-        self._infos: list[_Info] = []
+        self.connections: dict[int, Connection] = {} if begun is None else dict(begun.connections)
+        self._heads = {number: message_head(number) for number in self.connections}
+        self._next = max(self.connections, default=-1) + 1
+        self._infos: list[Chunk] = [] if begun is None else list(begun.chunks)
+        self.messages = sum(sum(info.counts.values()) for info in self._infos)
         self._content = bytearray()
         self._index: dict[int, list[tuple[int, int]]] = {}  # connection id -> time in ns, offset
         self._cipher = cipher
-        self._file = FileIO(self.path, "wb")
+        self._closed = False
         self._size = 0
-        self._append(MAGIC_20 + self._bag_header())
+        self._own = isinstance(target, (str, os.PathLike))
+        file: Any = FileIO(self.path, "wb" if begun is None else "r+b") if self._own else target
+        self._file = file
+        try:
+            self._append(MAGIC_20 + self._bag_header())
+            if begun is not None:  # from here on the bag counts as not closed, until it has its new index
+                self._size = begun.end
+            if begun is not None or not self._own:
+                self._file.truncate(self._size)
+                self._file.seek(self._size)
+        except BaseException as error:
+            self.abort()
+            if isinstance(error, OSError) and error.filename is None:
+                error.filename = self.path
+            if self._own and begun is None and os.path.isfile(self.path):
+                os.unlink(self.path)
+            raise
 
     @property
     def size(self) -> int:
         """Number of bytes in the file and in the open chunk."""
         return self._size + len(self._content)
+
+    @property
+    def chunks(self) -> Sequence[Chunk]:
+        """The chunks that were written, in the order of the file."""
+        return tuple(self._infos)
+
+    @property
+    def cipher(self) -> Cipher | None:
+        """Encrypts the bag; None for a plain bag."""
+        return self._cipher
 
     @property
     def pending(self) -> bool:
@@ -139,7 +173,8 @@ class BagWriter:
         Args:
             inside: whether to write it into the open chunk, too; False if it is in a copied chunk.
         """
-        number = len(self.connections) if conn is None else conn
+        number = self._next if conn is None else conn
+        self._next = max(self._next, number + 1)
         connection = Connection(number, topic, header)
         self.connections[number] = connection
         self._heads[number] = message_head(number)
@@ -227,7 +262,7 @@ class BagWriter:
             raise
         counts = b"".join(_COUNT.pack(conn, entry_count(packed)) for conn, packed in entries.items())
         ends = [_time(packed, at) for packed in entries.values() for at in (0, len(packed) - _ENTRY.size)]
-        self._infos.append(_Info(pos, min(ends, default=0), max(ends, default=0), counts))
+        self._infos.append(Chunk(pos, min(ends, default=0), max(ends, default=0), Counts(counts)))
 
     def close(self) -> None:
         """Write the rest and the index, and close the file. A second call does nothing.
@@ -235,7 +270,7 @@ class BagWriter:
         Raises:
             OSError: the file cannot be written; it is closed anyway, and can be reindexed.
         """
-        if self._file.closed:
+        if self._closed:
             return
         try:
             try:
@@ -243,11 +278,13 @@ class BagWriter:
             finally:
                 self._write_end()
         finally:
-            self._file.close()
+            self.abort()
 
     def abort(self) -> None:
         """Close the file as it is, without index."""
-        self._file.close()
+        self._closed = True
+        if self._own:
+            self._file.close()
 
     def __enter__(self) -> BagWriter:
         return self
@@ -271,6 +308,8 @@ class BagWriter:
         return make_bag_header(index_pos, len(self.connections), len(self._infos), fields)
 
     def _append(self, data: Buffer) -> None:
+        if not self._own:
+            self._file.seek(self._size)  # who reads a file object moves its position
         self._put(data)
         self._size += len(data)
 
@@ -313,13 +352,14 @@ def _index_record(conn: int, entries: bytes | bytearray) -> bytes:
     return make_record(fields, entries)
 
 
-def _info_record(info: _Info) -> bytes:
+def _info_record(info: Chunk) -> bytes:
+    counts = info.counts.items()
     fields = {
         "op": bytes([OP_CHUNK_INFO]),
         "ver": U32.pack(1),
         "chunk_pos": U64.pack(info.pos),
         "start_time": pack_time(info.start),
         "end_time": pack_time(info.end),
-        "count": U32.pack(len(info.packed) // _COUNT.size),
+        "count": U32.pack(len(counts)),
     }
-    return make_record(fields, info.packed)
+    return make_record(fields, b"".join(_COUNT.pack(*item) for item in counts))

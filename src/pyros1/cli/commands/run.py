@@ -13,7 +13,7 @@ from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
 from pyros1.ground.suggest import argument_hint, did_you_mean
-from pyros1.launch.running.command_line import executable_words, is_own, own_python_environment
+from pyros1.launch.running.command_line import executable_words, is_own, program_environment
 from pyros1.launch.running.shebang import script_trouble
 
 
@@ -79,7 +79,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 def _execute(command: list[str], executable: Path) -> int:
     own = is_own(executable)
-    environ = {**os.environ, **(own_python_environment(os.environ) if own else {})}
+    environ = {**os.environ, **program_environment(executable, os.environ)}
     sys.stdout.flush()
     trouble = "" if own or command[0] != str(executable) else script_trouble(executable, environ)
     if trouble:

@@ -20,6 +20,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Option, Verb
 from pyros1.cli.registry import SHELL_FUNCTIONS
 from pyros1.cli.shared.argparsing import add_parts, make_parser
+from pyros1.finding.python_modules import START
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Shell:
     """A shell's texts.
 
     Attributes:
-        text: the setup, with placeholders ``@bin``, ``@names`` and ``@functions``.
+        text: the setup, with placeholders ``@bin``, ``@names``, ``@functions``, ``@modules`` and ``@python``.
         take_back: undoes the setup, if there is one.
         how: what users type to make the shell read a command's output, with braces for the command.
     """
@@ -56,6 +57,7 @@ class Shell:
         functions = " ".join(SHELL_FUNCTIONS)
         undo = self.take_back.replace("@@otherwise", "true")
         values = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": undo}
+        values |= {"modules": shlex.quote(START), "python": shlex.quote(sys.executable)}
         return _AtTemplate(self.text).substitute(values).lstrip()
 
     def undo(self) -> str:
@@ -78,6 +80,12 @@ case ":$PATH:" in
   *:"$_pyros1_bin":*) ;;
   *) PATH="$_pyros1_bin:$PATH" ;;
 esac
+_pyros1_modules=@@modules
+case ":${PYTHONPATH-}:" in
+  *:"$_pyros1_modules":*) ;;
+  *) export PYTHONPATH="$_pyros1_modules${PYTHONPATH:+:$PYTHONPATH}" ;;
+esac
+export PYROS1_PYTHON=@@python
 function roscd {
   local folder
   folder="$(command pyros1 pkg cd "$@")" && cd "$folder"
@@ -105,9 +113,14 @@ function _pyros1_undo {
   path="${path/:"$_pyros1_bin":/:}"
   path="${path#:}"
   PATH="${path%:}"
+  path=":${PYTHONPATH-}:"
+  path="${path/:"$_pyros1_modules":/:}"
+  path="${path#:}"
+  PYTHONPATH="${path%:}"
+  [ -n "$PYTHONPATH" ] || unset PYTHONPATH
   complete -r $_pyros1_names 2>/dev/null
   unset -f @@functions _pyros1_complete _pyros1_undo
-  unset _pyros1_bin _pyros1_names _pyros1_saved
+  unset _pyros1_bin _pyros1_modules _pyros1_names _pyros1_saved PYROS1_PYTHON
   eval "$saved"
   hash -r
 }
@@ -133,6 +146,12 @@ typeset -g _pyros1_saved="$(functions @@functions)"
   done
 }
 (( ${path[(Ie)$_pyros1_bin]} )) || path=("$_pyros1_bin" "${path[@]}")
+typeset -g _pyros1_modules=@@modules
+case ":${PYTHONPATH-}:" in
+  *:"$_pyros1_modules":*) ;;
+  *) export PYTHONPATH="$_pyros1_modules${PYTHONPATH:+:$PYTHONPATH}" ;;
+esac
+export PYROS1_PYTHON=@@python
 function roscd {
   local folder
   folder="$(command pyros1 pkg cd "$@")" && cd "$folder"
@@ -157,9 +176,12 @@ function _pyros1_complete {
 function _pyros1_undo {
   local saved="$_pyros1_saved"
   path=("${(@)path:#$_pyros1_bin}")
+  local -a modules=("${(@s/:/)PYTHONPATH}")
+  PYTHONPATH="${(j/:/)modules:#$_pyros1_modules}"
+  [[ -n $PYTHONPATH ]] || unset PYTHONPATH
   (( $+functions[compdef] )) && compdef -d $_pyros1_names
   unfunction @@functions _pyros1_complete _pyros1_undo
-  unset _pyros1_bin _pyros1_names _pyros1_saved
+  unset _pyros1_bin _pyros1_modules _pyros1_names _pyros1_saved PYROS1_PYTHON
   eval "$saved"
   rehash
 }
@@ -184,6 +206,10 @@ for each in @@functions
     functions -q $each; and functions -c $each _pyros1_saved_$each
 end
 contains -- $_pyros1_bin $PATH; or set -gx PATH $_pyros1_bin $PATH
+set -g _pyros1_modules @@modules
+contains -- $_pyros1_modules (string split : -- $PYTHONPATH)
+or set -gx PYTHONPATH (string join : -- $_pyros1_modules (string split : -- $PYTHONPATH))
+set -gx PYROS1_PYTHON @@python
 function roscd
     set -l folder (command pyros1 pkg cd $argv); and cd $folder
 end
@@ -209,6 +235,12 @@ function _pyros1_undo
         test "$each" = "$_pyros1_bin"; or set -a rest $each
     end
     set -gx PATH $rest
+    set -l modules
+    for each in (string split : -- $PYTHONPATH)
+        test "$each" = "$_pyros1_modules"; or set -a modules $each
+    end
+    set -e PYTHONPATH
+    set -q modules[1]; and set -gx PYTHONPATH (string join : -- $modules)
     for each in $_pyros1_names
         complete -c $each -e
     end
@@ -223,8 +255,10 @@ function _pyros1_undo
         eval $each
     end
     set -e _pyros1_bin
+    set -e _pyros1_modules
     set -e _pyros1_names
     set -e _pyros1_saved
+    set -e PYROS1_PYTHON
     functions -e _pyros1_complete _pyros1_undo
 end
 for each in $_pyros1_names
@@ -244,6 +278,13 @@ case ":$PATH:" in
   *:"$_pyros1_bin":*) ;;
   *) PATH="$_pyros1_bin:$PATH" ;;
 esac
+_pyros1_modules=@@modules
+case ":${PYTHONPATH-}:" in
+  *:"$_pyros1_modules":*) ;;
+  *) PYTHONPATH="$_pyros1_modules${PYTHONPATH:+:$PYTHONPATH}" ;;
+esac
+PYROS1_PYTHON=@@python
+export PYTHONPATH PYROS1_PYTHON
 roscd() {
   _pyros1_folder="$(command pyros1 pkg cd "$@")" && cd "$_pyros1_folder"
 }
@@ -252,7 +293,15 @@ _pyros1_undo() {
   case "$PATH" in *:"$_pyros1_bin":*) PATH="${PATH%%":$_pyros1_bin:"*}:${PATH#*":$_pyros1_bin:"}" ;; esac
   PATH="${PATH#:}"
   PATH="${PATH%:}"
-  unset _pyros1_bin _pyros1_folder
+  PYTHONPATH=":${PYTHONPATH-}:"
+  case "$PYTHONPATH" in
+    *:"$_pyros1_modules":*)
+      PYTHONPATH="${PYTHONPATH%%":$_pyros1_modules:"*}:${PYTHONPATH#*":$_pyros1_modules:"}" ;;
+  esac
+  PYTHONPATH="${PYTHONPATH#:}"
+  PYTHONPATH="${PYTHONPATH%:}"
+  [ -n "$PYTHONPATH" ] || unset PYTHONPATH
+  unset _pyros1_bin _pyros1_modules _pyros1_folder PYROS1_PYTHON
   unset -f roscd _pyros1_undo
   hash -r
 }

@@ -8,8 +8,9 @@ _here = os.path.dirname(os.path.abspath(__file__))
 
 def _others():
     """Run the sitecustomize that this one hides."""
-    sys.path[:] = [each for each in sys.path if os.path.abspath(each or ".") != _here]
+    path = list(sys.path)
     this = sys.modules.pop("sitecustomize", None)
+    sys.path[:] = [each for each in path if os.path.abspath(each or ".") != _here]
     try:
         import sitecustomize  # noqa: F401
     except ImportError:
@@ -18,13 +19,7 @@ def _others():
         sys.modules.setdefault("sitecustomize", this)  # Python wants to see it there
 
 
-def _install():
-    try:
-        from pyros1.drop_in.finder import install
-    except (ImportError, SyntaxError):
-        return  # this Python has no pyros1, or cannot read it
-    install()
-
+import pyros1_modules  # noqa: E402
 
 _others()
-_install()
+pyros1_modules.install()

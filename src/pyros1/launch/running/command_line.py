@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pyros1.finding.packages import OWN_PACKAGES
+from pyros1.finding.python_modules import modules_environment
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import NodePlan
 from pyros1.launch.reading.resources import PackageFinder
@@ -79,8 +80,11 @@ def executable_words(executable: Path) -> list[str]:
 def _is_python(path: Path) -> bool:
     if path.suffix == ".py":
         return True
-    with path.open("rb") as stream:
-        first = stream.readline(200)
+    try:
+        with path.open("rb") as stream:
+            first = stream.readline(200)
+    except OSError:
+        return False
     return first.startswith(b"#!") and b"python" in first
 
 
@@ -103,9 +107,15 @@ def node_environment(node: NodePlan, executable: Path, environ: Mapping[str, str
     env.pop("ROS_NAMESPACE", None)
     if node.namespace.strip("/"):
         env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
+    env.update(node.env)
+    return {**env, **program_environment(executable, env)}
+
+
+def program_environment(executable: Path, environ: Mapping[str, str]) -> dict[str, str]:
+    """Return the variables that a program needs beyond those of this process: Python programs find our modules."""
     if is_own(executable):
-        env.update(own_python_environment(environ))
-    return {**env, **node.env}
+        return own_python_environment(environ)
+    return modules_environment(environ) if _is_python(executable) else {}
 
 
 def own_python_environment(environ: Mapping[str, str]) -> dict[str, str]:

@@ -35,9 +35,11 @@ class Results:
 
     Attributes:
         cases: all test cases, in order.
+        unreadable: why the file with them could not be read, which is then the only case; or empty.
     """
 
     cases: list[Case] = field(default_factory=list)
+    unreadable: str = ""
 
     @property
     def errors(self) -> int:
@@ -78,7 +80,8 @@ def read_results(path: Path, suite: str) -> Results:
             ]
         )
     except (OSError, ValueError, ParseError) as error:
-        return Results([Case(f"{suite}/results", errors=[("", f"{path} is not a file with test results: {error}")])])
+        why = f"{path} is not a file with test results: {error}"
+        return Results([Case(f"{suite}/results", errors=[("", why)])], unreadable=str(error))
 
 
 def _text(element: object) -> str:
@@ -99,9 +102,14 @@ def write_results(path: Path, name: str, results: Results, out: str, err: str) -
     Raises:
         OSError: the file cannot be written.
     """
+    text = '<?xml version="1.0" encoding="utf-8"?>\n' + results_text(name, results, out, err)
+    path.write_text(text, encoding="utf-8")
+
+
+def results_text(name: str, results: Results, out: str, err: str) -> str:
+    """Return a suite of test cases as XML, without the first line of such a file; see `write_results`."""
     seconds = sum(case.seconds for case in results.cases)
     lines = [
-        '<?xml version="1.0" encoding="utf-8"?>',
         f'<testsuite errors="{results.errors}" failures="{results.failures}" name={quoteattr(name)} '
         f'tests="{len(results.cases)}" time="{seconds:.3f}">',
     ]
@@ -113,15 +121,20 @@ def write_results(path: Path, name: str, results: Results, out: str, err: str) -
             lines += [f"<{tag} type={_quoted(kind)}>{_escaped(text)}</{tag}>" for kind, text in found]
         lines.append("</testcase>")
     lines.append(f"<system-out>{_escaped(out)}</system-out><system-err>{_escaped(err)}</system-err></testsuite>\n")
-    path.write_text("\n".join(lines), encoding="utf-8")
+    return "\n".join(lines)
+
+
+def printable(text: str) -> str:
+    """Return a text without characters that XML cannot hold."""
+    return _NOT_XML.sub("\ufffd", text)
 
 
 def _escaped(text: str) -> str:
-    return escape(_NOT_XML.sub("\ufffd", text))
+    return escape(printable(text))
 
 
 def _quoted(text: str) -> str:
-    return quoteattr(_NOT_XML.sub("\ufffd", text))
+    return quoteattr(printable(text))
 
 
 def description(case: Case) -> str:
@@ -129,7 +142,7 @@ def description(case: Case) -> str:
     blocks = [("FAILURE", text) for _, text in case.failures] + [("ERROR", text) for _, text in case.errors]
     if not blocks:
         return f"[{case.name}][passed]\n"
-    return "\n".join(f"{f'[{case.name}][{kind}]':-<80}\n{text}\n{'-' * 80}\n\n" for kind, text in blocks)
+    return "".join(f"{f'[{case.name}][{kind}]':-<80}\n{text}\n{'-' * 80}\n\n" for kind, text in blocks)
 
 
 def summary(runs: Results, results: Results) -> str:

@@ -8,12 +8,13 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections.abc import MutableMapping
 from types import CodeType, FrameType
 
 from pyros1.ground import shown
 from pyros1.node.checks import check_seconds
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
-from pyros1.node.log.sink import LogSink, Record
+from pyros1.node.log.sink import EVERYWHERE, NOT_TERMINAL, LogSink, Places, Record
 
 _MOST_SITES = 10_000
 """Most places in the program whose last time of logging is remembered, for ``throttle`` and ``once``."""
@@ -110,6 +111,41 @@ class Log:
         sink.settle()
         sink.repeats.say((code.co_filename, line), text % tuple(map(shown.one_line, args)) if args else text, emit)
 
+    def pass_on(
+        self,
+        level: int,
+        text: str,
+        *,
+        path: str,
+        line: int,
+        function: str,
+        name: str | None = None,
+        places: Places = EVERYWHERE,
+    ) -> None:
+        """Log a message of another logging system, such as Python's, which has filtered and formatted it.
+
+        Args:
+            level: 1, 2, 4, 8 or 16.
+            text: the message.
+            path, line, function: where it was logged.
+            name: the logger's name; None: this logger's.
+            places: where to write it.
+        """
+        sink = self._sink
+        stamp, simulated = sink.now()
+        file = os.path.basename(path)
+        record = Record(level, text, name or self.name, file, line, function, time.time(), stamp)
+        sink.emit(record, simulated, places)
+
+    def use_levels(self, levels: MutableMapping[str, int]) -> None:
+        """Keep the levels of the node's loggers elsewhere.
+
+        Args:
+            levels: lowest level that is logged, 1, 2, 4, 8 or 16, by logger. The services ~get_loggers and
+                ~set_logger_level list and change it.
+        """
+        self._sink.levels = levels
+
     def _log(self, level: int, text: object, args: tuple[object, ...], throttle: float | None, once: bool) -> None:
         sink = self._sink
         if level < sink.levels[self.name]:
@@ -131,7 +167,7 @@ class Log:
         stamp, simulated = self._sink.now()
         file = os.path.basename(code.co_filename)
         record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp)
-        self._sink.emit(record, simulated, to_terminal, by_program)
+        self._sink.emit(record, simulated, EVERYWHERE if to_terminal else NOT_TERMINAL, by_program)
 
     def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
         seen = self._sink.seen

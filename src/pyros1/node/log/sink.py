@@ -17,7 +17,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, MutableMapping
 from typing import NamedTuple, TextIO
 
 from pyros1.ground import shown
@@ -57,6 +57,18 @@ class Record(NamedTuple):
     stamp: Time
 
 
+class Places(NamedTuple):
+    """The places to which a record is written."""
+
+    terminal: bool = True
+    file: bool = True
+    rosout: bool = True
+
+
+EVERYWHERE = Places()
+NOT_TERMINAL = Places(terminal=False)
+
+
 class _Inside(threading.local):
     """State of a thread that is in a sink.
 
@@ -67,7 +79,7 @@ class _Inside(threading.local):
 
     def __init__(self) -> None:
         self.writing = False
-        self.waiting: deque[tuple[Record, bool, bool, bool]] = deque()
+        self.waiting: deque[tuple[Record, bool, Places, bool]] = deque()
 
 
 class LogSink:
@@ -92,7 +104,7 @@ class LogSink:
     ) -> None:
         self.node_name = node_name
         self.now = now
-        self.levels: dict[str, int] = {}
+        self.levels: MutableMapping[str, int] = {}
         self.seen: dict[tuple[str, int], float] = {}
         self.publish: Callable[[Record], None] | None = None
         self._later = later or (lambda *_: None)
@@ -119,20 +131,20 @@ class LogSink:
                 )  # it has a lock, too, for which closing would wait
             self._make_locks()
 
-    def emit(self, record: Record, simulated: bool, to_terminal: bool = True, by_program: bool = True) -> None:
-        """Write a record to all places. An error of one of them (a full disk, a closed pipe) does not stop the node.
+    def emit(self, record: Record, simulated: bool, places: Places = EVERYWHERE, by_program: bool = True) -> None:
+        """Write a record. An error of one of them (a full disk, a closed pipe) does not stop the node.
 
         Args:
             record: what was logged.
             simulated: whether its stamp is simulated time.
-            to_terminal: whether to write it to the terminal, too.
+            places: where to write it.
             by_program: whether the program logs it, not pyros1: then the call waits until it is written.
 
         A signal handler may log on top of this function: its record is written when the function goes on.
         """
         self.settle()
         inside = self._inside
-        inside.waiting.append((record, simulated, to_terminal, by_program))
+        inside.waiting.append((record, simulated, places, by_program))
         if inside.writing:
             return
         for _ in range(_MOST_WAITING):  # a limit: writing may cause new records, and must not go on for ever
@@ -144,20 +156,20 @@ class LogSink:
             finally:
                 inside.writing = False  # then check again: a handler may have seen it still true
 
-    def _write(self, record: Record, simulated: bool, to_terminal: bool, by_program: bool) -> None:
+    def _write(self, record: Record, simulated: bool, places: Places, by_program: bool) -> None:
         on_loop = isinstance(threading.current_thread(), LoopThread)
         may_wait = by_program and not on_loop
         if may_wait:
             self._flush()  # earlier messages of pyros1 come first
-        if to_terminal:
+        if places.terminal:
             self._write_to_terminal(record, simulated, may_wait)
-        if self._file is not None:
+        if places.file and self._file is not None:
             line = self._file_line(record)
             if may_wait:
                 self._write_file(line)
             else:
                 self._file_thread.write("", line)
-        if self.publish is not None:
+        if places.rosout and self.publish is not None:
             try:
                 self.publish(record)
             except Exception as error:  # noqa: BLE001 - such as that no more files can be opened

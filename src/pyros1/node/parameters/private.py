@@ -6,10 +6,11 @@ They stay on the master when the node ends, so a later start without them finds 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pyros1.ground.names import Arguments
     from pyros1.net.master_client import MasterClient
 
 _INT = re.compile(r"[-+]?(0|[1-9][0-9]*)\Z")
@@ -41,14 +42,16 @@ def private_parameter(text: str) -> Any:
     return "" if value is None else value
 
 
-def misspelt(arguments: Sequence[str]) -> list[str]:
-    """Return a hint for each argument that looks like a misspelt private parameter, such as ``_rate=10``."""
-    suspects = [argument for argument in arguments if argument.startswith("_")]
+def odd_arguments(arguments: Arguments) -> list[str]:
+    """Return a warning for each malformed remapping, and for what looks like a misspelt private parameter, such as
+    ``_rate=10``."""
+    malformed = [f"invalid remapping argument {word!r}: use name:=newname" for word in arguments.malformed]
+    suspects = [word for word in arguments.rest if word.startswith("_")]
     if not suspects:
-        return []
+        return malformed
     from pyros1.ground.suggest import argument_hint  # noqa: PLC0415 - only who misspells needs it
 
-    return [hint for hint in map(argument_hint, suspects) if hint]
+    return malformed + [hint for hint in map(argument_hint, suspects) if hint]
 
 
 def set_private(master: MasterClient, resolve: Callable[[str], str], given: Mapping[str, str]) -> tuple[Any, Any]:

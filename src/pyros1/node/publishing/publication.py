@@ -255,6 +255,16 @@ class Publication:
             if self.queue_size is None:
                 self._wait()
 
+    def publish_to(self, link: Link, message: Any) -> None:
+        """Send a message to one link; see ``Peer.publish``."""
+        if self.message_class._has_header:
+            message.header.seq = next(self._seq)
+        try:
+            frame = message.__class__._encode_frame(message)
+        except SerializationError as error:
+            raise self._named(error) from None
+        self.lane.do(link.send, keepable(frame))
+
     def forget(self, source: object) -> None:
         """Forget a source's latched message."""
         self.lane.do(self._latched.pop, source, None)

@@ -13,10 +13,11 @@ from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.base import Array, message_class, nested_classes
 from pyros1.node.context import wait_for_links
+from pyros1.node.publishing.peers import Told, Watch
 from pyros1.wire.handshake import ANY
 
 if TYPE_CHECKING:
-    from pyros1.node.publishing.publication import Publication
+    from pyros1.node.publishing.publication import Link, Publication
 
 _M = TypeVar("_M")
 _Value = SupportsFloat | SupportsIndex | str | Time | Duration | Array
@@ -133,6 +134,26 @@ class Publisher(Generic[_M]):
     def waiting(self) -> int:
         """Number of messages that slow subscribers have not taken yet, all together."""
         return sum(link.waiting for link in self._publication.links)
+
+    @property
+    def links(self) -> tuple[Link, ...]:
+        """The links to the topic's subscribers: their ``peer`` (the node's name), ``transport`` and ``address``, and
+        the ``messages`` and ``bytes_sent`` so far."""
+        return self._publication.links
+
+    def watch(self, joined: Told = lambda _: None, left: Told = lambda _: None) -> Watch:
+        """Call functions when subscribers come, those that are here included, and when they go.
+
+        The calls are made one after the other, in a thread of their own.
+
+        Args:
+            joined: called with a `Peer`, whose ``publish(message)`` sends to that subscriber only.
+            left: called with the `Peer`.
+
+        Returns:
+            An object whose `close` ends the calls.
+        """
+        return Watch(self._publication, joined, left, self._publication.context.log)
 
     def wait_for_subscribers(self, count: int = 1, timeout: float | None = None) -> bool:
         """Wait until at least ``count`` subscribers are connected.

@@ -279,7 +279,7 @@ class ServiceClient:
     def _read_response(self, ok: bool, body: bytes) -> Any:
         if not ok:
             raise ServiceError(
-                f"service [{self.name}] responded with an error: {one_line(body.decode('utf-8', 'replace'))}"
+                f"service [{self.name}] responded with an error: {one_line(body.decode('utf-8', 'replace'))}", body
             )
         return self.type._response_class._decode(body, 0, len(body))
 

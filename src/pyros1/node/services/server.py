@@ -8,7 +8,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.ground.errors import MessageError, NodeError
+from pyros1.ground.errors import MessageError, NodeError, ServiceRefusal
 from pyros1.msgs import Message, Service
 from pyros1.node.log.levels import WARN
 from pyros1.node.services.connection import ServiceLink
@@ -168,6 +168,8 @@ class ServiceServer:
             response = self._convert(self._handler(request))
             frame = response.__class__._encode_frame(response)
             return encode_success(frame if isinstance(frame, bytes) else b"".join(frame))
+        except ServiceRefusal as error:
+            return encode_failure(str(error.args[0]))
         except NodeError as error:
             return encode_failure(f"service cannot process request: {error}")
         except Exception as error:

@@ -13,8 +13,9 @@ from pyros1.msgs.large import Layout, SplitBody, decode_split, layout
 from pyros1.node.context import wait_for_links
 
 if TYPE_CHECKING:
-    from pyros1.node.subscribing.sources import Item, Source
+    from pyros1.node.subscribing.sources import HandingSource, Item, Source
     from pyros1.node.subscribing.subscription import Stream, Subscription
+    from pyros1.node.subscribing.tcp_source import TcpSource
 
 _M = TypeVar("_M")
 Decode = Callable[[bytes, int, int], Any]
@@ -119,7 +120,9 @@ class Subscriber(Generic[_M]):
             text = f"callback of {self.name}: sys.exit() ends a program only from its main thread; call node.shutdown()"
             self._subscription.context.log.exception(text, error=error)
         except Exception as error:
-            self._subscription.context.log.exception(f"bad callback of {self.name}: {self._callback!r}", error=error)
+            if not isinstance(error, KeyboardInterrupt):  # as rospy's exception of a wait that the end cut short is
+                text = f"bad callback: {self._callback!r} of {self.name}"
+                self._subscription.context.log.exception(text, error=error)
 
     def message(self, source: Source, item: Item) -> _M | None:
         """Return the message that the stream was given; None, after a word in the log, if it cannot be decoded."""
@@ -129,6 +132,12 @@ class Subscriber(Generic[_M]):
     def hold_no_more(self) -> None:
         """Let messages come again that were held back because the stream had too many. Any thread."""
         self._subscription.delivery.wake()
+
+    @property
+    def links(self) -> tuple[TcpSource | HandingSource, ...]:
+        """The links to the topic's publishers: the ``uri`` of the node, its connection ``header``, ``transport`` and
+        ``address``, and the number of ``messages`` so far."""
+        return self._subscription.links
 
     @property
     def num_connections(self) -> int:

@@ -46,7 +46,7 @@ def apply(invocation: Invocation, node: Node, name: str, values: dict[str, Any],
     Returns:
         The exit code.
     """
-    from pyros1.cli.commands.dynparam._values import ParameterError  # noqa: PLC0415
+    from pyros1.reconfigure.values import ParameterError  # noqa: PLC0415
 
     try:
         Server(invocation, node, name, timeout).change(values)
@@ -123,11 +123,12 @@ class Server:
 
     def configuration(self) -> dict[str, Any] | None:
         """Return the values of all parameters and groups, None if the node does not publish them in time."""
-        from pyros1.cli.commands.dynparam._values import configuration  # noqa: PLC0415
+        from pyros1.reconfigure.encoding import configuration  # noqa: PLC0415
 
         try:
             description = self._description()
-            return configuration(self._config(), description)
+            found: dict[str, Any] = configuration(self._config(), description)
+            return found
         except WaitTimeoutError:
             return None
 
@@ -142,9 +143,9 @@ class Server:
             WaitTimeoutError: the node does not describe its parameters in time.
             CommandError: the node refused the change.
         """
-        from pyros1.cli.commands.dynparam._values import request  # noqa: PLC0415
         from pyros1.msgs import load_service  # noqa: PLC0415
         from pyros1.msgs.fill import fill_message  # noqa: PLC0415
+        from pyros1.reconfigure.values import request  # noqa: PLC0415
 
         fields = request(values, self._description(), self._config() if "groups" in values else None)
         service_class = load_service("dynamic_reconfigure/Reconfigure")

@@ -14,7 +14,7 @@ from pyros1.cli.records import Argument, Verb
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Write a node's configuration to a file."""
-    from pyros1.cli.commands.dynparam._values import file_text  # noqa: PLC0415 - help does without
+    from pyros1.cli.commands.dynparam._files import file_text  # noqa: PLC0415 - help does without
 
     check(args, "a node name", "an output file")
     name, path = args

@@ -14,7 +14,7 @@ from pyros1.cli.records import Argument, Verb
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Set the parameters of a node from a file."""
-    from pyros1.cli.commands.dynparam._values import read_file_text  # noqa: PLC0415 - help does without
+    from pyros1.cli.commands.dynparam._files import read_file_text  # noqa: PLC0415 - help does without
 
     check(args, "a node name", "an input file")
     name, path = args

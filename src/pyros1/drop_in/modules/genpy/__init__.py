@@ -1,6 +1,18 @@
-"""genpy, by pyros1: base classes of messages, and their times."""
+"""genpy, by pyros1: base classes of messages, and their times (https://wiki.ros.org/genpy)."""
 
-from pyros1.ground.errors import DeserializationError, SerializationError
-from pyros1.ground.errors import MessageError as MessageException
-from pyros1.ground.timing import Duration, Time, TVal
-from pyros1.msgs import Message
+from genpy.message import DeserializationError, Message, MessageException, SerializationError, struct_I
+from genpy.rostime import Duration, Time, TVal
+from pyros1.drop_in.missing import missing
+
+__all__ = [
+    "DeserializationError",
+    "Duration",
+    "Message",
+    "MessageException",
+    "SerializationError",
+    "TVal",
+    "Time",
+    "struct_I",
+]
+
+__getattr__ = missing(__name__)

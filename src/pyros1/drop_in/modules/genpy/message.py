@@ -2,37 +2,160 @@
 
 from __future__ import annotations
 
+import codecs
+import logging
+import struct
+from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
+from genpy.base import is_simple
+from genpy.rostime import Duration, Time, TVal
+from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import DeserializationError, SerializationError
 from pyros1.ground.errors import MessageError as MessageException
 from pyros1.msgs import Message
+from pyros1.msgs.check import check_value
 from pyros1.msgs.fill import fill_message
+from pyros1.msgs.spec import is_type_name
 from pyros1.msgs.text import format_message
 
-__all__ = ["DeserializationError", "Message", "MessageException", "SerializationError"]
+struct_I = struct.Struct("<I")
+
+__getattr__ = missing(__name__)
 
 
-def fill_message_args(msg: Message, msg_args: Any, keys: Any = None) -> None:
-    """Set the fields of a message from a list of all values, or a mapping of some."""
-    args = (
-        msg_args[0] if isinstance(msg_args, list) and len(msg_args) == 1 and isinstance(msg_args[0], dict) else msg_args
+def isstring(s: object) -> bool:
+    """Return whether a value is text."""
+    return isinstance(s, str)
+
+
+def fill_message_args(msg: Any, msg_args: Any, keys: Mapping[str, Any] | None = None) -> None:
+    """Set the fields of a message.
+
+    Args:
+        msg: the message.
+        msg_args: a list of all values, or a mapping of some, or a list with one such mapping.
+        keys: words that stand for times and headers in ``msg_args``, with their values.
+
+    Raises:
+        MessageException: a value does not fit its field.
+        ValueError: ``msg_args`` is of another kind.
+    """
+    if not isinstance(msg, (Message, TVal)):
+        raise ValueError(f"msg must be a Message or time, not {type(msg).__name__}")
+    if not isinstance(msg_args, (dict, list, type(None))):
+        raise ValueError(f"invalid msg_args type: {msg_args}")
+    fill_message(msg, msg_args, keys=keys)
+
+
+def strify_message(
+    val: Any,
+    indent: str = "",
+    time_offset: Time | None = None,
+    current_time: Time | None = None,
+    field_filter: Any = None,
+    fixed_numeric_width: int | None = None,
+) -> str:
+    """Return a message, or a value of one, as text in the form of YAML, as ``rostopic echo`` prints it.
+
+    Args:
+        val: the value.
+        indent: what is in front of each line.
+        time_offset: times are shown as differences to this one.
+        current_time: has no effect.
+        field_filter: is called with each message, and returns the names of the fields to show; None: all.
+        fixed_numeric_width: number of characters of each number; None: as they need.
+    """
+    return format_message(
+        val, indent=indent, time_offset=time_offset, field_filter=field_filter, width=fixed_numeric_width
     )
-    fill_message(msg, args, (keys or {}).get("now"))
-
-
-def strify_message(val: Any, indent: str = "", time_offset: Any = None, current_time: Any = None, **_: Any) -> str:
-    """Return a message as text, as ``rostopic echo`` prints it."""
-    return format_message(val) if isinstance(val, Message) else str(val)
 
 
 def get_printable_message_args(msg: Message, buff: Any = None, prefix: str = "") -> str:
-    """Return the names of a message's fields, those of messages in it with their path."""
-    names = []
-    for name, kind in zip(msg.__slots__, msg._slot_types, strict=True):
+    """Return the names of a message's fields, those of messages in it with their path.
+
+    Args:
+        msg: the message.
+        buff: a text file, to which they are written, too; None: none.
+        prefix: path of the message itself, with a dot at its end.
+    """
+    text = "".join(_printable(msg, prefix))
+    if buff is not None:
+        buff.write(text)
+        text = buff.getvalue()
+    return text.rstrip()
+
+
+def _printable(msg: Any, prefix: str) -> list[str]:
+    words: list[str] = []
+    for name in msg.__slots__:
         value = getattr(msg, name)
-        if isinstance(value, Message) and "[" not in kind:
-            names.append(get_printable_message_args(value, None, prefix + name + "."))
-        else:
-            names.append(prefix + name)
-    return " ".join(names)
+        words += _printable(value, f"{prefix}{name}.") if isinstance(value, Message) else [f"{prefix}{name} "]
+    return words
+
+
+def check_type(field_name: str, field_type: str, field_val: Any) -> None:
+    """Check a field's value.
+
+    Args:
+        field_name: name of the field, for the error.
+        field_type: its type, as in ``_slot_types``.
+        field_val: the value.
+
+    Raises:
+        SerializationError: it does not fit.
+    """
+    check_value(field_name, field_type, field_val, get_message_class)
+
+
+def get_message_class(message_type: str, reload_on_error: bool = False) -> Any:
+    """Return the class of a message type; None if there is no definition.
+
+    Args:
+        message_type: ``package/Type``; also ``Header``.
+        reload_on_error: has no effect.
+
+    Raises:
+        ValueError: the name has no package.
+    """
+    name = "std_msgs/Header" if message_type == "Header" else message_type
+    return _class(name, "msg")
+
+
+def get_service_class(service_type: str, reload_on_error: bool = False) -> Any:
+    """Return the class of a service type; arguments and errors as for :func:`get_message_class`."""
+    return _class(service_type, "srv")
+
+
+def _class(name: str, kind: str) -> Any:
+    if "/" not in name:
+        raise ValueError(f"message type is missing package name: {name!s}")
+    if not is_type_name(name):
+        raise ValueError(f"invalid name [{name}]")
+    package, _, short = name.partition("/")
+    try:  # the module that programs import: it may be of a catkin workspace
+        return getattr(import_module(f"{package}.{kind}"), short, None)
+    except (ImportError, MessageException):
+        return None
+
+
+class RosMsgUnicodeErrors:
+    """Handler ``rosmsg`` of bytes in strings that are not UTF-8, which generated messages name: they are replaced.
+
+    Attributes:
+        msg_type: the message's type, for the warning.
+    """
+
+    def __init__(self) -> None:
+        self.msg_type: str | None = None
+
+    def __call__(self, err: UnicodeError) -> tuple[str | bytes, int]:
+        if not isinstance(err, UnicodeDecodeError):
+            raise err
+        log = logging.getLogger("rosout")
+        log.error("Characters replaced when decoding message %s (will print only once): %s", self.msg_type, err)
+        return codecs.replace_errors(err)
+
+
+codecs.register_error("rosmsg", RosMsgUnicodeErrors())

@@ -1,5 +1,8 @@
-"""Times of messages."""
+"""Times of messages (https://wiki.ros.org/msg#Fields)."""
 
+from pyros1.drop_in.missing import missing
 from pyros1.ground.timing import Duration, Time, TVal
 
 __all__ = ["Duration", "TVal", "Time"]
+
+__getattr__ = missing(__name__)

@@ -1,5 +1,22 @@
-"""roslib, by pyros1 (https://wiki.ros.org/roslib)."""
+"""roslib, by pyros1 (https://wiki.ros.org/roslib): most of it has moved to rospkg, rosgraph and genpy."""
 
+from pyros1.drop_in.missing import names as _names
 from roslib.launcher import load_manifest
 
-__all__ = ["load_manifest"]
+__all__ = ["is_interactive", "load_manifest", "set_interactive"]
+
+_is_interactive = False
+
+_LATE = ("exceptions", "launcher", "manifest", "message", "names", "packages")
+__getattr__, __dir__ = _names(__name__, {name: f"{__name__}.{name}." for name in _LATE})
+
+
+def set_interactive(interactive: bool) -> None:
+    """Tell whether the program is an interactive shell."""
+    global _is_interactive  # noqa: PLW0603
+    _is_interactive = interactive
+
+
+def is_interactive() -> bool:
+    """Return what :func:`set_interactive` told."""
+    return _is_interactive

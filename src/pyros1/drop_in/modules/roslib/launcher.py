@@ -4,18 +4,39 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Any
 
-from pyros1.finding.packages import PackageIndex
-from pyros1.ground.errors import PackageNotFoundError
+from rospkg import ResourceNotFound, RosPack
+
+from pyros1.drop_in.missing import missing
+
+__getattr__ = missing(__name__)
 
 
-def load_manifest(package_name: str) -> None:
-    """Let the Python modules of a package be imported; nothing to do for packages without any."""
+def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
+    """Let the Python modules of a package, and of those that it needs, be imported.
+
+    The import hook finds modules of packages anyway, so it is no error if the package is not found.
+
+    Args:
+        package_name: the package.
+        bootstrap_version: has no effect.
+    """
+    rospack = RosPack.get_instance()
+    for name in (package_name, *get_depends(package_name, rospack)):
+        try:
+            folder = rospack.get_path(name)
+        except ResourceNotFound:
+            continue
+        for part in ("src", "lib"):
+            path = os.path.join(folder, part)
+            if os.path.isdir(path) and path not in sys.path:
+                sys.path.append(path)
+
+
+def get_depends(package: str, rospack: Any) -> Any:
+    """Return the names of the packages that a package needs; none if that cannot be told."""
     try:
-        folder = PackageIndex(os.environ).find_folder(package_name)
-    except PackageNotFoundError:
-        return
-    for name in ("src", "lib"):
-        path = os.path.join(folder, name)
-        if os.path.isdir(path) and path not in sys.path:
-            sys.path.append(path)
+        return rospack.get_depends(package)
+    except Exception:  # noqa: BLE001  a broken manifest of any package must not stop a program
+        return []

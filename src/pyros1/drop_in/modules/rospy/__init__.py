@@ -1,7 +1,7 @@
 """rospy, by pyros1: the names and behaviour of ROS 1's client library for Python (https://wiki.ros.org/rospy)."""
 
+from pyros1.drop_in.missing import names as _names
 from pyros1.msgs.std_msgs.msg import Header
-
 from rospy.client import (
     DEBUG,
     ERROR,
@@ -30,19 +30,25 @@ from rospy.core import (
     logdebug,
     logdebug_once,
     logdebug_throttle,
+    logdebug_throttle_identical,
     logerr,
     logerr_once,
     logerr_throttle,
+    logerr_throttle_identical,
+    logerror,
     logfatal,
     logfatal_once,
     logfatal_throttle,
+    logfatal_throttle_identical,
     loginfo,
     loginfo_once,
     loginfo_throttle,
+    loginfo_throttle_identical,
     logout,
     logwarn,
     logwarn_once,
     logwarn_throttle,
+    logwarn_throttle_identical,
     parse_rosrpc_uri,
     signal_shutdown,
 )
@@ -57,10 +63,100 @@ from rospy.exceptions import (
     TransportInitError,
     TransportTerminated,
 )
+from rospy.impl.tcpros_service import Service, ServiceProxy, wait_for_service
 from rospy.msg import AnyMsg, Message
 from rospy.msproxy import MasterProxy
 from rospy.names import get_caller_id, get_name, get_namespace, remap_name, resolve_name
 from rospy.rostime import Duration, Time, get_rostime, get_time
-from rospy.service import Service, ServiceException, ServiceProxy, wait_for_service
+from rospy.service import ServiceException
 from rospy.timer import Rate, Timer, sleep
 from rospy.topics import Publisher, SubscribeListener, Subscriber
+
+__all__ = [
+    "DEBUG",
+    "ERROR",
+    "FATAL",
+    "INFO",
+    "WARN",
+    "AnyMsg",
+    "Duration",
+    "Header",
+    "MasterProxy",
+    "Message",
+    "Publisher",
+    "ROSException",
+    "ROSInitException",
+    "ROSInternalException",
+    "ROSInterruptException",
+    "ROSSerializationException",
+    "Rate",
+    "Service",
+    "ServiceException",
+    "ServiceProxy",
+    "SubscribeListener",
+    "Subscriber",
+    "Time",
+    "TransportException",
+    "TransportInitError",
+    "TransportTerminated",
+    "delete_param",
+    "get_caller_id",
+    "get_master",
+    "get_name",
+    "get_namespace",
+    "get_node_uri",
+    "get_param",
+    "get_param_cached",
+    "get_param_names",
+    "get_published_topics",
+    "get_ros_root",
+    "get_rostime",
+    "get_time",
+    "has_param",
+    "init_node",
+    "is_shutdown",
+    "logdebug",
+    "logdebug_once",
+    "logdebug_throttle",
+    "logerr",
+    "logerr_once",
+    "logerr_throttle",
+    "logfatal",
+    "logfatal_once",
+    "logfatal_throttle",
+    "loginfo",
+    "loginfo_once",
+    "loginfo_throttle",
+    "logout",
+    "logwarn",
+    "logwarn_once",
+    "logwarn_throttle",
+    "myargv",
+    "on_shutdown",
+    "parse_rosrpc_uri",
+    "remap_name",
+    "resolve_name",
+    "search_param",
+    "set_param",
+    "signal_shutdown",
+    "sleep",
+    "spin",
+    "wait_for_service",
+]
+
+_modules = (
+    "client",
+    "core",
+    "exceptions",
+    "impl",
+    "msg",
+    "msproxy",
+    "names",
+    "numpy_msg",
+    "rostime",
+    "service",
+    "timer",
+)
+__getattr__, __dir__ = _names(
+    __name__, {name: f"rospy.{name}." for name in (*_modules, "topics", "logger_level_service_caller")}
+)

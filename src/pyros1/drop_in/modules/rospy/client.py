@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import pyros1
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
-from pyros1.ground.errors import NodeShutdownError, ParameterNotSetError, WaitTimeoutError
-from rospy.core import add_client_shutdown_hook
+from pyros1.ground import names
+from pyros1.ground.errors import Error, NodeShutdownError, ParameterNotSetError, SerializationError, WaitTimeoutError
+from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
-from rospy.msproxy import MasterProxy
+from rospy.msproxy import MasterProxy, reaching
 from rospy.names import resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
-_LEVELS = {DEBUG: "debug", INFO: "info", WARN: "warn", ERROR: "error", FATAL: "fatal"}
+TIMEOUT_READY = 15.0
 
 
 class _Unspecified:
@@ -22,6 +25,30 @@ class _Unspecified:
 
 
 _unspecified = _Unspecified()
+
+
+def myargv(argv: list[str] | None = None) -> list[str]:
+    """Return the command line without remappings and private parameters.
+
+    Args:
+        argv: None: ``sys.argv``.
+    """
+    arguments = names.parse_arguments(list(sys.argv if argv is None else argv))
+    return [word for word in (sys.argv if argv is None else argv) if word in arguments.rest]
+
+
+def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
+    """Return the private parameters of a command line.
+
+    Raises:
+        ROSInitException: a value is not YAML.
+    """
+    from pyros1.node.parameters.private import private_parameter
+
+    try:
+        return {key: private_parameter(text) for key, text in names.parse_arguments(list(argv)).parameters.items()}
+    except Error as error:
+        raise ROSInitException(f"invalid command-line parameters: {error}") from error
 
 
 def init_node(
@@ -35,95 +62,153 @@ def init_node(
     xmlrpc_port: int = 0,
     tcpros_port: int = 0,
 ) -> None:
-    """Start the program's node; returns when the master knows it.
+    """Start the program's node; returns when the master knows it. The same call again does nothing.
+
+    Args:
+        name: base name. ``__name:=`` on the command line replaces it.
+        argv: command line with remappings; None: ``sys.argv``.
+        anonymous: make the name unique.
+        log_level: rospy.DEBUG to rospy.FATAL; None: INFO.
+        disable_rostime: use wall time, whatever /use_sim_time says.
+        disable_rosout: do not publish the log.
+        disable_signals: leave SIGINT and SIGTERM alone.
+        xmlrpc_port, tcpros_port: 0: any.
 
     Raises:
         ROSException: there is a node already, started with other arguments.
         ROSInitException: the node could not be started.
-        ValueError: the name is not legal.
+        ValueError: the name is not legal; or this is not the main thread, and signals are not disabled.
     """
-    if "/" in name:
-        raise ValueError("namespaces are not allowed in node names")
     if not name:
         raise ValueError("name must not be empty")
-    arguments = (name, argv, anonymous, log_level, disable_rostime, disable_signals)
+    if "/" in name:
+        raise ValueError("namespaces are not allowed in node names")
+    line = list(sys.argv if argv is None else argv)
+    arguments = (name, line, anonymous, log_level, disable_rostime, disable_signals)
     if PROCESS.node is not None:
         if PROCESS.arguments != arguments:
             raise ROSException(
                 f"rospy.init_node() has already been called with different arguments: {PROCESS.arguments}"
             )
         return
-    options: dict[str, Any] = {"log_level": _LEVELS[log_level]} if log_level is not None else {}
+    from rospy.impl import rosout
+
+    level = INFO if log_level is None else log_level
+    rosout.python_level(level)  # KeyError: there is no such level
+    if not disable_signals and not hasattr(sys, "ps1"):
+        register_signals()
 
     def make() -> pyros1.Node:
-        return pyros1.Node(
+        configured = rosout.configure(level)
+        node = pyros1.Node(
             name,
-            argv=argv,
+            argv=line,
             anonymous=anonymous,
+            log_level=_LEVELS[level],
             handle_signals=not disable_signals,
             rosout=not disable_rosout,
-            **options,
+            wall_time=disable_rostime,
+            ports=(xmlrpc_port or 0, tcpros_port or 0),
         )
+        rosout.connect(node, configured)
+        return node
 
-    PROCESS.start(make, arguments)
+    try:
+        PROCESS.start(make, arguments)
+    except NodeShutdownError:
+        raise ROSInitException("init_node interrupted before it could complete") from None
+
+
+_LEVELS = {DEBUG: "debug", INFO: "info", WARN: "warn", ERROR: "error", FATAL: "fatal"}
 
 
 def spin() -> None:
-    """Wait until the node ends."""
+    """Wait until the node ends.
+
+    Raises:
+        ROSInitException: there is no node.
+    """
     if PROCESS.node is None:
         raise ROSInitException("client code must call rospy.init_node() first")
-    PROCESS.node.spin()
+    try:
+        PROCESS.node.spin()
+    except KeyboardInterrupt:
+        signal_shutdown("keyboard interrupt")
 
 
-def myargv(argv: list[str] | None = None) -> list[str]:
-    """Return the command line without remappings."""
-    return [word for word in (sys.argv if argv is None else argv) if ":=" not in word]
+def on_shutdown(h: Callable[[], object]) -> None:
+    """Call a function when the node is about to end: topics, services and sleeps still work. At once, if it has ended.
 
-
-def on_shutdown(h: Any) -> None:
-    """Call a function when the node ends; at once, if it has ended."""
+    Raises:
+        TypeError: it cannot be called.
+    """
     add_client_shutdown_hook(h)
 
 
-def get_master(env: Any = None) -> MasterProxy:
+def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
     """Return the master."""
-    return MasterProxy()
+    return MasterProxy(None)
 
 
 def get_published_topics(namespace: str = "/") -> list[list[str]]:
-    """Return the topics that are published, with their types."""
-    return list(get_master().client.get_published_topics(namespace))
+    """Return the topics that are published, with their types: ``[[name, type], ...]``.
+
+    Raises:
+        ROSException: the master does not answer.
+    """
+    code, message, value = get_master().getPublishedTopics(namespace)
+    if code != 1:
+        raise ROSException(f"unable to get published topics: {message}")
+    return value
 
 
 def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
     """Wait for one message.
 
+    Args:
+        topic: its name.
+        topic_type: message class.
+        timeout: seconds of wall time, or a Duration; None: no limit.
+
     Raises:
         ROSException: none came in time.
         ROSInterruptException: the node is shutting down.
     """
-    if PROCESS.node is None:
+    from rospy.topics import Subscriber
+
+    if PROCESS.node is None or PROCESS.is_shutdown:
+        if PROCESS.is_shutdown:
+            raise ROSInterruptException("rospy shutdown")
         raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
     seconds = timeout.to_sec() if hasattr(timeout, "to_sec") else timeout
+    probe = Subscriber(topic, topic_type)  # its checks, and a place among the program's topics
     try:
-        return PROCESS.node.wait_for_message(resolve_name(topic), topic_type, seconds)
+        limit = None if seconds is None else max(0.0, float(seconds))
+        return PROCESS.node.wait_for_message(topic, topic_type, limit)
     except WaitTimeoutError:
-        raise ROSException(f"timeout exceeded while waiting for message on topic {resolve_name(topic)}") from None
+        raise ROSException(f"timeout exceeded while waiting for message on topic {topic}") from None
     except NodeShutdownError:
         raise ROSInterruptException("rospy shutdown") from None
+    finally:
+        probe.unregister()
 
 
 # Parameters -----------------------------------------------------------------------------------------------------------
 
 
-def _params() -> Any:
-    return get_master().parameters
-
-
 def get_param(param_name: str, default: Any = _unspecified) -> Any:
-    """Return a parameter's value, or the default; raises KeyError without one."""
+    """Return a parameter's value; a dict for a namespace.
+
+    Args:
+        param_name: its name.
+        default: returned if it is not set.
+
+    Raises:
+        KeyError: it is not set, and there is no default.
+    """
     try:
-        return _params()[param_name]
+        with reaching():
+            return get_master().parameters[param_name]
     except ParameterNotSetError:
         if default is not _unspecified:
             return default
@@ -131,10 +216,19 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
 
 
 def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
-    """Return a parameter's value from a copy that the master keeps up to date."""
+    """Return a parameter's value from a copy that the master keeps up to date.
+
+    Args:
+        param_name: its name.
+        default: returned if it is not set.
+
+    Raises:
+        KeyError: it is not set, and there is no default.
+    """
     if PROCESS.node is None:
         return get_param(param_name, default)
-    value = PROCESS.node.params.cached(param_name, _unspecified)
+    with reaching():
+        value = PROCESS.node.params.cached(param_name, _unspecified)
     if value is not _unspecified:
         return value
     if default is not _unspecified:
@@ -143,34 +237,54 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
 
 
 def get_param_names() -> list[str]:
-    """Return the names of all parameters."""
-    return list(_params().names())
+    """Return the full names of all parameters."""
+    with reaching():
+        return list(get_master().parameters.names())
 
 
 def set_param(param_name: str, param_value: Any) -> None:
-    """Set a parameter."""
-    _params()[param_name] = param_value
+    """Set a parameter.
+
+    Raises:
+        TypeError: it is not a bool, number, str, bytes, or a list or dict of these.
+        OverflowError: a number has more than 32 bits.
+    """
+    try:
+        with reaching():
+            get_master().parameters[param_name] = param_value
+    except SerializationError as error:
+        raise (OverflowError if "does not fit" in str(error) else TypeError)(str(error)) from None
 
 
 def search_param(param_name: str) -> str | None:
-    """Return the full name of the nearest parameter of that name; None if there is none."""
-    found: str | None = _params().search(param_name)
-    return found
+    """Return the full name of the nearest parameter of that name, from the node's own namespace upwards; or None."""
+    with reaching():
+        return get_master().search_param(param_name)
 
 
 def has_param(param_name: str) -> bool:
     """Return whether a parameter is set."""
-    return param_name in _params()
+    with reaching():
+        return param_name in get_master().parameters
 
 
 def delete_param(param_name: str) -> None:
-    """Delete a parameter; raises KeyError if it is not set."""
+    """Delete a parameter.
+
+    Raises:
+        KeyError: it is not set.
+    """
     try:
-        del _params()[param_name]
+        with reaching():
+            del get_master().parameters[param_name]
     except ParameterNotSetError:
         raise KeyError(param_name) from None
 
 
-__all__ = [
-    name for name in dir() if name[0] != "_" and name not in ("Any", "annotations", "sys", "pyros1", "is_shutdown")
-]
+_late = {
+    **dict.fromkeys(("GetLoggers", "GetLoggersResponse", "SetLoggerLevel", "SetLoggerLevelResponse"), "roscpp.srv"),
+    "Logger": "roscpp.msg",
+    "Log": "rosgraph_msgs.msg",
+    "Service": "rospy.service",
+}
+__getattr__, __dir__ = _names(__name__, _late)

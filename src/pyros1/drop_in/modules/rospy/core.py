@@ -1,18 +1,29 @@
-"""The node's life and its log (https://wiki.ros.org/rospy/Overview/Logging)."""
+"""The node's life and its log (https://wiki.ros.org/rospy/Overview/Initialization%20and%20Shutdown)."""
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Mapping
+from types import FrameType
 from typing import Any
 from urllib.parse import urlparse
 
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
-from rospy.exceptions import *  # noqa: F403
+from pyros1.ground.interrupts import Insistence, die
+from rospy.exceptions import ROSException, ROSInitException
+from rospy.impl.loggers import *  # noqa: F403  the log functions
+from rospy.impl.validators import ParameterInvalid
 from rospy.names import *  # noqa: F403
+from rospy.names import LATE, valid_name
 
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
+
+
+# Life -----------------------------------------------------------------------------------------------------------------
 
 
 def is_initialized() -> bool:
@@ -21,32 +32,94 @@ def is_initialized() -> bool:
 
 
 def is_shutdown() -> bool:
-    """Return whether the node has ended."""
+    """Return whether the node has ended. While the functions given to `on_shutdown` run, it has not."""
     return PROCESS.is_shutdown
 
 
-is_shutdown_requested = is_shutdown
+def is_shutdown_requested() -> bool:
+    """Return whether the node is about to end, or has ended."""
+    return PROCESS.ending
 
 
 def signal_shutdown(reason: str) -> None:
-    """End the node."""
-    if PROCESS.node is not None:
-        PROCESS.node.shutdown(reason)
+    """End the node.
+
+    Args:
+        reason: for the log.
+    """
+    PROCESS.shutdown(reason)
 
 
-def add_client_shutdown_hook(hook: Callable[[], object]) -> None:
-    """Call a function when the node ends."""
+def _check(hook: object) -> None:
     if not callable(hook):
         raise TypeError(f"shutdown hook [{hook}] must be a function or callable object: {type(hook)}")
-    PROCESS.on_shutdown(hook)
 
 
-def add_preshutdown_hook(hook: Callable[[str], object]) -> None:
-    """Call a function with the reason when the node ends."""
-    PROCESS.on_shutdown(lambda: hook(""))
+def add_client_shutdown_hook(h: Callable[[], object]) -> None:
+    """Call a function when the node is about to end: topics, services and sleeps still work. At once, if it has ended.
+
+    Raises:
+        TypeError: it cannot be called.
+    """
+    _check(h)
+    PROCESS.on_shutdown(lambda _: h())
 
 
-add_shutdown_hook = add_preshutdown_hook
+def add_preshutdown_hook(h: Callable[[str], object]) -> None:
+    """Call a function with the reason when the node is about to end, after those of `add_client_shutdown_hook`.
+
+    Raises:
+        TypeError: it cannot be called.
+    """
+    _check(h)
+    PROCESS.on_shutdown(h, "before")
+
+
+def add_shutdown_hook(h: Callable[[str], object]) -> None:
+    """Call a function with the reason when `is_shutdown` has become true.
+
+    Raises:
+        TypeError: it cannot be called.
+    """
+    _check(h)
+    PROCESS.on_shutdown(h, "after")
+
+
+_signalChain: dict[int, Any] = {}
+_insistence = Insistence()
+
+
+def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
+    """End the node in the main thread, so that the program stands still meanwhile; then call the former handler."""
+    counts = _insistence.again()
+    if PROCESS.node is None:
+        return  # it is starting: pyros1's own handler ends it
+    if counts and _insistence.count > 1:  # the program goes on in spite of the first
+        if sig == signal.SIGINT:
+            raise KeyboardInterrupt
+        die(sig)
+    signal_shutdown(f"signal-{sig}")
+    former = _signalChain.get(sig)
+    if callable(former):
+        with contextlib.suppress(
+            KeyboardInterrupt
+        ):  # of Python's own handler: the program sees that the node has ended
+            former(sig, stackframe)
+
+
+def register_signals() -> None:
+    """Let SIGINT and SIGTERM end the node.
+
+    Raises:
+        ValueError: this is not the main thread.
+    """
+    for number in (signal.SIGTERM, signal.SIGINT):
+        former = signal.signal(number, _ros_signal)
+        if former is not _ros_signal:
+            _signalChain[number] = former
+
+
+# Addresses ------------------------------------------------------------------------------------------------------------
 
 
 def get_node_uri() -> str | None:
@@ -54,54 +127,59 @@ def get_node_uri() -> str | None:
     return PROCESS.node.uri if PROCESS.node is not None else None
 
 
-def get_ros_root(required: bool = False, env: Any = None) -> str | None:
-    """Return the environment variable ROS_ROOT."""
-    return (os.environ if env is None else env).get("ROS_ROOT")
+def get_ros_root(required: bool = False, env: Mapping[str, str] | None = None) -> str | None:
+    """Return the environment variable ROS_ROOT.
+
+    Raises:
+        ROSException: it is required, but not set.
+    """
+    root = (os.environ if env is None else env).get("ROS_ROOT")
+    if required and not root:
+        raise ROSException("ROS_ROOT is not set")
+    return root
 
 
 def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
-    """Return host and port of a service's address."""
-    parts = urlparse(uri)
-    if parts.scheme != "rosrpc" or not parts.hostname or not parts.port:
-        raise ParameterInvalid(f"ERROR: invalid service address [{uri}]")
-    return parts.hostname, parts.port
+    """Return host and port of a service's address.
+
+    Raises:
+        ParameterInvalid: it is not one.
+    """
+    if not uri.startswith(ROSRPC):
+        raise ParameterInvalid(f"Invalid protocol for ROS service URL: {uri}")
+    try:
+        parts = urlparse(uri)
+        if parts.hostname and parts.port:
+            return parts.hostname, parts.port
+    except ValueError:
+        pass  # of the port
+    raise ParameterInvalid(f"ROS service URL is invalid: {uri}")
 
 
-class ParameterInvalid(Exception):
-    """An argument is not valid."""
+def xmlrpcapi(uri: str | None, cache: bool = True) -> Any:
+    """Return a proxy of the API at an address, from Python's xmlrpc.client; None if the address is not one."""
+    if not uri or not urlparse(uri).netloc:
+        return None
+    from xmlrpc.client import ServerProxy
+
+    return ServerProxy(uri)
 
 
-# Log ------------------------------------------------------------------------------------------------------------------
+def is_topic(param_name: str) -> Callable[[Any, str], str]:
+    """Return a check of topic names, called with (value, caller id)."""
+    return valid_name(param_name)
 
 
-def _logging(level: str) -> list[Callable[..., None]]:
-    def emit(msg: Any, args: tuple[Any, ...], kwargs: dict[str, Any], **options: Any) -> None:
-        node = PROCESS.node
-        name = kwargs.get("logger_name")
-        if node is None:
-            return
-        log = node.log.named(name) if name else node.log
-        getattr(log, level)(msg, *args, **options)
-
-    def log(msg: Any, *args: Any, **kwargs: Any) -> None:
-        emit(msg, args, kwargs)
-
-    def throttle(period: float, msg: Any, *args: Any, **kwargs: Any) -> None:
-        emit(msg, args, kwargs, throttle=period)
-
-    def once(msg: Any, *args: Any, **kwargs: Any) -> None:
-        emit(msg, args, kwargs, once=True)
-
-    return [log, throttle, once]
+_late = {**LATE, "rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg", "NullHandler": "logging"}
+_private = {"_in_shutdown": "ending", "_shutdown_flag": "is_shutdown"}
+_getter, __dir__ = _names(
+    __name__,
+    _late,
+    dict.fromkeys(("configure_logging", "set_initialized", "set_node_uri"), "rospy.init_node does this"),
+)
 
 
-logdebug, logdebug_throttle, logdebug_once = _logging("debug")
-loginfo, loginfo_throttle, loginfo_once = _logging("info")
-logwarn, logwarn_throttle, logwarn_once = _logging("warn")
-logerr, logerr_throttle, logerr_once = _logging("error")
-logfatal, logfatal_throttle, logfatal_once = _logging("fatal")
-logout = loginfo
-logerror = logerr
-rospydebug = rospyinfo = rospywarn = rospyerr = lambda msg, *args: None
-
-__all__ = [name for name in dir() if name[0] != "_" and name not in ("Any", "Callable", "annotations", "sys")]
+def __getattr__(name: str) -> Any:
+    if name in _private:
+        return getattr(PROCESS, _private[name])
+    return _getter(name)

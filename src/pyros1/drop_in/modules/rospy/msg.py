@@ -2,46 +2,115 @@
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
+from pyros1.ground.errors import DeserializationError
 from pyros1.msgs import AnyMsg, Message
+from rospy.exceptions import ROSException
 
-__all__ = ["AnyMsg", "Message", "args_kwds_to_message"]
+__all__ = ["AnyMsg", "Message", "args_kwds_to_message", "deserialize_messages", "serialize_message"]
 
 
 def args_kwds_to_message(data_class: type[Any], args: tuple[Any, ...], kwds: dict[str, Any]) -> Any:
     """Return the message that the arguments of ``publish`` stand for.
 
+    Args:
+        data_class: its class.
+        args: a message, or the values of all fields.
+        kwds: the values of some fields by name.
+
     Raises:
         TypeError: positional and named values are mixed, or the message is of another type.
+        AttributeError: there is no field of that name.
     """
     if args and kwds:
         raise TypeError("publish() can be called with arguments or keywords, but not both.")
     if kwds:
         return data_class(**kwds)
-    if len(args) == 1:
-        given = args[0]
-        md5sum = getattr(given, "_md5sum", None)
-        if isinstance(given, AnyMsg) or (isinstance(given, Message) and md5sum == data_class._md5sum):
-            return given
-        if isinstance(given, Message) and (
-            len(data_class._slot_types) != 1 or given._type != data_class._slot_types[0]
-        ):
-            raise TypeError(f"expected [{data_class._slot_types}] but got [{given._slot_types}]")
-    return data_class(*args)
+    if len(args) != 1:
+        return data_class(*args)
+    given = args[0]
+    md5sum = getattr(given, "_md5sum", None)
+    if md5sum is None or isinstance(given, type):
+        return data_class(given)
+    if md5sum == data_class._md5sum or isinstance(given, AnyMsg):
+        return given
+    if len(data_class._slot_types) == 1 and given._type == data_class._slot_types[0]:
+        return data_class(given)
+    raise TypeError(f"expected [{data_class._slot_types[0] if data_class._slot_types else ''}] but got [{given._type}]")
+
+
+class _Part:
+    """Collects what a message writes."""
+
+    def __init__(self) -> None:
+        self.data = bytearray()
+
+    def write(self, data: bytes) -> None:
+        self.data += data
 
 
 def serialize_message(b: Any, seq: int, msg: Any) -> None:
-    """Write a message with its length in front; a header gets the sequence number."""
-    import struct
+    """Write a message with its length in front.
 
+    Args:
+        b: a writable binary file, at its end.
+        seq: put into the header, if the message has one.
+        msg: the message.
+    """
     if getattr(msg.__class__, "_has_header", False):
         msg.header.seq = seq
-    body = bytearray()
+    part = _Part()
+    msg.serialize(part)
+    b.write(struct.pack("<I", len(part.data)) + bytes(part.data))
 
-    class Buffer:
-        def write(self, data: bytes) -> None:
-            body.extend(data)
 
-    msg.serialize(Buffer())
-    b.write(struct.pack("<I", len(body)) + bytes(body))
+def deserialize_messages(
+    b: Any,
+    msg_queue: list[Any],
+    data_class: type[Any],
+    queue_size: int | None = None,
+    max_msgs: int | None = None,
+    start: int = 0,
+) -> None:
+    """Read messages with their lengths in front, and keep the rest in the buffer.
+
+    Args:
+        b: a readable and writable binary file, which has bytes up to its position.
+        msg_queue: gets the messages.
+        data_class: their class.
+        queue_size: only so many of the last messages are kept.
+        max_msgs: at most so many are read.
+        start: where to begin.
+
+    Raises:
+        DeserializationError: a message cannot be read.
+        ROSException: the buffer is shorter than its position.
+    """
+    end = b.tell()
+    b.seek(start)
+    data = b.read(end - start)
+    if len(data) < end - start:
+        raise ROSException("buffer is not filled up to its position")
+    position = 0
+    bodies: list[bytes] = []
+    while len(data) - position >= 4 and (max_msgs is None or len(bodies) < max_msgs):
+        (size,) = struct.unpack_from("<I", data, position)
+        if len(data) - position - 4 < size:
+            break
+        bodies.append(data[position + 4 : position + 4 + size])
+        position += 4 + size
+    if queue_size is not None:
+        bodies = bodies[-queue_size:]
+    try:
+        msg_queue.extend(data_class().deserialize(body) for body in bodies)
+    except DeserializationError:
+        raise
+    except (struct.error, ValueError) as error:
+        raise DeserializationError(data_class._type, 0, str(error)) from error
+    if queue_size is not None and len(msg_queue) > queue_size:
+        del msg_queue[:-queue_size]
+    b.seek(start)
+    b.write(data[position:])
+    b.truncate()

@@ -3,55 +3,109 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from pyros1.drop_in.process import PROCESS
+from pyros1.ground import names
+from pyros1.ground.errors import MasterUnreachableError, ParameterNotSetError
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 from pyros1.node.parameters.parameters import Parameters
-from rospy.names import get_caller_id, get_resolved_mappings, resolve_name
+from rospy.names import get_caller_id, get_mappings, resolve_name
+
+_RESOLVED = {
+    **dict.fromkeys(("deleteParam", "setParam", "getParam", "searchParam", "hasParam"), 0),
+    **dict.fromkeys(("subscribeParam", "unsubscribeParam"), 1),
+    **dict.fromkeys(("registerService", "lookupService", "unregisterService"), 0),
+    **dict.fromkeys(("registerPublisher", "registerSubscriber", "unregisterPublisher", "unregisterSubscriber"), 0),
+}
+"""Methods with a name that is resolved, and its place among the arguments."""
+
+
+@contextmanager
+def reaching() -> Iterator[None]:
+    """Raise ConnectionRefusedError, as stock, if the master does not answer."""
+    try:
+        yield
+    except MasterUnreachableError as error:
+        raise ConnectionRefusedError(str(error)) from None
 
 
 class MasterProxy:
-    """Calls of the master: ``proxy.getSystemState()``; and its parameters as a mapping.
+    """The master's methods: ``proxy.getSystemState()`` returns ``[code, message, value]``. Parameters are items.
+
+    Args:
+        uri: the master's address; None: of the node, or of the environment.
 
     Attributes:
         target: the master's address. client: pyros1's client of it. parameters: the parameters.
     """
 
-    def __init__(self, uri: str | None = None) -> None:
+    def __init__(self, uri: str | None) -> None:
         node = PROCESS.node
-        if node is not None and uri is None:
-            self.client: Any = node.master
-            self.parameters: Any = node.params
+        if node is not None and node.ok() and uri in (None, node.master_uri):
+            self.client: MasterClient = node.master
+            self.parameters: Parameters = node.params
         else:
-            self.client = MasterClient(get_caller_id(), uri or master_uri(os.environ, {}))
+            special = names.parse_arguments([]).special if node is None else node.arguments.special
+            self.client = MasterClient(get_caller_id(), uri or master_uri(os.environ, special))
             self.parameters = Parameters(
-                self.client, resolve_name, lambda: "", get_resolved_mappings(), lambda *_: None
+                self.client, resolve_name, lambda: PROCESS.node.uri if PROCESS.node else "", get_mappings()
             )
         self.target = self.client.uri
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            raise AttributeError(name)
+    def __getattr__(self, key: str) -> Callable[..., Any]:
+        if key.startswith("__"):
+            raise AttributeError(key)
 
         def call(*args: Any) -> Any:
-            return self.client._raw(name, get_caller_id(), *args)
+            """Call the method.
+
+            Raises:
+                ConnectionRefusedError: the master does not answer.
+            """
+            words = list(args)
+            place = _RESOLVED.get(key)
+            if place is not None and place < len(words) and key != "searchParam":
+                words[place] = resolve_name(words[place])
+            with reaching():
+                return self.client.ask(key, *words)
 
         return call
 
     def __getitem__(self, key: str) -> Any:
-        return self.parameters[key]
+        """Return a parameter; raises KeyError if it is not set."""
+        try:
+            return self.parameters[key]
+        except ParameterNotSetError:
+            raise KeyError(key) from None
 
-    def __setitem__(self, key: str, value: Any) -> None:
-        self.parameters[key] = value
+    def __setitem__(self, key: str, val: Any) -> None:
+        self.parameters[key] = val
 
     def __delitem__(self, key: str) -> None:
-        del self.parameters[key]
+        """Delete a parameter; raises KeyError if it is not set."""
+        try:
+            del self.parameters[key]
+        except ParameterNotSetError:
+            raise KeyError(key) from None
 
     def __contains__(self, key: str) -> bool:
         return key in self.parameters
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.parameters.names())
+
+    def search_param(self, key: str) -> str | None:
+        """Return the full name of the nearest parameter of that name, or None."""
+        return self.parameters.search(key) if key else None
+
+    def get_param_cached(self, key: str) -> Any:
+        """Return a parameter from a copy that the master keeps up to date; raises KeyError if it is not set."""
+        missing = object()
+        value = self.parameters.cached(key, missing)
+        if value is missing:
+            raise KeyError(key)
+        return value

@@ -4,103 +4,218 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from typing import Any
 
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
+from pyros1.ground.names import canonicalize_name
+from rospy.exceptions import ROSException, ROSInitException
 
 SEP = GLOBALNS = "/"
 REMAP = ":="
 ANYTYPE = TOPIC_ANYTYPE = SERVICE_ANYTYPE = "*"
 
-canonicalize_name = names.canonicalize_name
-is_global = names.is_global
-is_private = names.is_private
-ns_join = names.ns_join
+
+def isstring(s: object) -> bool:
+    """Return whether a value is a str."""
+    return isinstance(s, str)
+
+
+def is_global(name: str) -> bool:
+    """Return whether a name begins at the root."""
+    return bool(name) and name[0] == SEP
+
+
+def is_private(name: str) -> bool:
+    """Return whether a name is below the node's own."""
+    return bool(name) and name[0] == "~"
+
+
+def ns_join(ns: str, name: str) -> str:
+    """Put a name into a namespace; a global or private one is returned as it is."""
+    return names.ns_join(ns, name)
 
 
 def namespace(name: str) -> str:
-    """Return the namespace of a name, with a slash at its end."""
+    """Return the namespace of a name, with a slash at its end.
+
+    Raises:
+        ValueError: the name is None.
+        TypeError: it is not a str.
+    """
     if name is None:
         raise ValueError("name")
     if not isinstance(name, str):
         raise TypeError("name")
-    if not name:
-        return SEP
-    name = name[:-1] if name[-1] == "/" else name
-    return name[: name.rfind(SEP) + 1] or SEP
+    return names.namespace(name)
+
+
+def _arguments() -> names.Arguments:
+    return PROCESS.node.arguments if PROCESS.node is not None else names.parse_arguments(sys.argv)
 
 
 def get_caller_id() -> str:
-    """Return the node's full name; ``/unnamed`` before there is a node."""
+    """Return the node's full name; before there is a node, ``unnamed`` in its namespace."""
     return PROCESS.node.name if PROCESS.node is not None else get_namespace() + "unnamed"
 
 
-get_name = get_caller_id
+def get_name() -> str:
+    """Return the node's full name; before there is a node, ``unnamed`` in its namespace."""
+    return get_caller_id()
 
 
 def get_namespace() -> str:
     """Return the node's namespace, with a slash at its end."""
     if PROCESS.node is not None:
-        return namespace(PROCESS.node.name)
-    given = names.parse_arguments(list(sys.argv[1:])).special.get("__ns") or os.environ.get("ROS_NAMESPACE", "")
-    return names.canonicalize_name(f"/{given}/").rstrip("/") + "/"
+        return names.namespace(PROCESS.node.name)
+    given = _arguments().special.get("__ns") or os.environ.get("ROS_NAMESPACE", "")
+    return canonicalize_name(f"/{given}/").rstrip(SEP) + SEP
 
 
 def get_mappings() -> dict[str, str]:
-    """Return the name remappings of the command line, as they were given."""
-    return dict(names.parse_arguments(list(sys.argv[1:])).remappings)
+    """Return the name remappings of the command line, and those like ``__ns``, as they were given."""
+    arguments = _arguments()
+    return {**arguments.special, **arguments.remappings}
 
 
 def get_resolved_mappings() -> dict[str, str]:
-    """Return the name remappings of the command line, with full names."""
-    return names.parse_arguments(list(sys.argv[1:])).resolved_remappings(get_caller_id())
+    """Return the name remappings of the command line, with full names; none before there is a node."""
+    return {} if PROCESS.node is None else {**PROCESS.node.arguments.special, **_resolved(PROCESS.node.name)}
+
+
+def _resolved(caller: str) -> dict[str, str]:
+    return {_full(old, caller): _full(new, caller) for old, new in _arguments().remappings.items()}
+
+
+def _full(name: str, caller_id: str) -> str:
+    """Return a full name, without remappings. As stock's function, it takes names that are not legal, too."""
+    if not name:
+        return namespace(caller_id)
+    name = canonicalize_name(str(name))
+    if is_global(name):
+        return name
+    if is_private(name):
+        return canonicalize_name(f"{caller_id}/{name[1:]}")
+    return namespace(caller_id) + name
 
 
 def resolve_name(name: str, caller_id: str | None = None) -> str:
     """Return the full name that a name stands for in a node, remappings applied.
 
     Args:
-        name: any name.
+        name: any name; it may break the rules of names.
         caller_id: full name of the node; None: the program's own.
     """
-    if not name:
-        return namespace(caller_id or get_caller_id())
-    full = names.resolve_name(str(name), caller_id or get_caller_id())
-    return get_resolved_mappings().get(full, full)
+    full = _full(name, caller_id or get_caller_id())
+    if not name or PROCESS.node is None or not PROCESS.node.arguments.remappings:
+        return full
+    return _resolved(PROCESS.node.name).get(full, full)
+
+
+def resolve_name_without_node_name(name: str) -> str:
+    """Return the full name that a name stands for before there is a node, remappings applied.
+
+    Raises:
+        ValueError: it is private.
+    """
+    if is_private(name):
+        raise ValueError("~name topics cannot be created before init_node() has been called")
+    caller = get_caller_id()
+    full = _full(name, caller)
+    return _resolved(caller).get(full, full)
 
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
     """Return what a name is remapped to, or the name itself.
 
     Args:
+        name: any name.
+        caller_id: full name of the node; None: the program's own.
         resolved: compare full names.
     """
-    caller = caller_id or get_caller_id()
     if not resolved:
         return get_mappings().get(name, name)
-    full = names.resolve_name(name, caller)
-    return get_resolved_mappings().get(full, name)
+    return _resolved(get_caller_id()).get(_full(name, caller_id or get_caller_id()), name)
 
 
 def scoped_name(caller_id: str, name: str) -> str:
-    """Return a name relative to a node's namespace, if it is in there."""
+    """Return a name relative to a node's namespace, if it is in there.
+
+    Raises:
+        ROSException: one of both is not global.
+    """
     if not is_global(caller_id):
-        raise Exception("caller_id must be global")
+        raise ROSException("caller_id must be global")
     if not is_global(name):
-        raise Exception("name must be global")
+        raise ROSException("name must be global")
     scope = namespace(caller_id)
     return name[len(scope) :] if name.startswith(scope) and name != scope else name
 
 
-def valid_name(param_name: str, empty_allowed: bool = False) -> Any:
-    """Return a validator of names, as rospy's functions use it."""
+def initialize_mappings(node_name: str) -> None:
+    """Do nothing: remappings are resolved when they are needed.
 
-    def validator(value: Any, caller_id: str) -> Any:
-        if not value and empty_allowed:
-            return value
-        if not isinstance(value, str) or not value:
-            raise ValueError(f"ERROR: parameter [{param_name}] must be a non-empty string")
-        return resolve_name(value, caller_id)
+    Raises:
+        ROSInitException: there is no node of that name.
+    """
+    if PROCESS.node is None or PROCESS.node.name != node_name:
+        raise ROSInitException(f"the node {node_name} has not started: call rospy.init_node()")
 
-    return validator
+
+# Checks of arguments --------------------------------------------------------------------------------------------------
+
+
+def valid_name_validator_resolved(param_name: str, param_value: Any, caller_id: str) -> str:
+    """Return a full name.
+
+    Raises:
+        ParameterInvalid: it is not a name.
+    """
+    return resolve_name(valid_name_validator_unresolved(param_name, param_value, caller_id), caller_id)
+
+
+def valid_name_validator_unresolved(param_name: str, param_value: Any, caller_id: str) -> str:
+    """Return a name as it is.
+
+    Raises:
+        ParameterInvalid: it is not a name.
+    """
+    from rospy.impl.validators import ParameterInvalid
+
+    if not param_value or not isinstance(param_value, str):
+        raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a non-empty string")
+    if ":" in param_value or " " in param_value:
+        raise ParameterInvalid(f"ERROR: parameter [{param_name}] contains illegal chars")
+    return param_value
+
+
+def valid_name(param_name: str, resolve: bool = True) -> Callable[[Any, str], str]:
+    """Return a check of names, called with (value, caller id)."""
+    check = valid_name_validator_resolved if resolve else valid_name_validator_unresolved
+    return lambda value, caller_id: check(param_name, value, caller_id)
+
+
+def global_name(param_name: str) -> Callable[[Any, str], str]:
+    """Return a check of full names, called with (value, caller id)."""
+
+    def check(value: Any, caller_id: str) -> str:
+        from rospy.impl.validators import ParameterInvalid
+
+        if not value or not isinstance(value, str) or not is_global(value):
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a globally referenced name")
+        return value
+
+    return check
+
+
+LATE = {
+    "ParameterInvalid": "rospy.impl.validators",
+    "get_ros_namespace": "rosgraph.names",
+    "load_mappings": "rosgraph.names",
+    "make_global_ns": "rosgraph.names",
+}
+"""Names that this module has from others, as stock's, and the modules that have all names of this one."""
+_why = {"reload_mappings": "give the arguments to rospy.init_node(name, argv=...)"}
+__getattr__, __dir__ = _names(__name__, LATE, _why)

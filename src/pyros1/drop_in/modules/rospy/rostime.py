@@ -6,16 +6,94 @@ import time
 from typing import Any
 
 import pyros1.ground.timing
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSInitException
 
-Duration = pyros1.ground.timing.Duration
+_NS = 1_000_000_000
+
+
+def _own(value: Any) -> Any:
+    """Return a time or duration of rospy's classes, as results of calculations with them are."""
+    if value.__class__ is pyros1.ground.timing.Duration:
+        return Duration(value.secs, value.nsecs)
+    if value.__class__ is pyros1.ground.timing.Time:
+        return Time(value.secs, value.nsecs)
+    return value
+
+
+class Duration(pyros1.ground.timing.Duration):
+    """A length of time.
+
+    Args:
+        secs: seconds; a float is allowed if nsecs is 0.
+        nsecs: nanoseconds.
+    """
+
+    __slots__ = ()
+
+    def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
+        super().__init__(secs, nsecs)
+
+    @classmethod
+    def from_sec(cls, float_secs: float) -> Duration:
+        """Return a length of so many seconds."""
+        return cls(float(float_secs))
+
+    def __add__(self, other: object) -> Any:
+        return _own(super().__add__(other))
+
+    def __sub__(self, other: object) -> Any:
+        return _own(super().__sub__(other))
+
+    def __neg__(self) -> Any:
+        return _own(super().__neg__())
+
+    def __mul__(self, factor: object) -> Any:
+        return _own(super().__mul__(factor))
+
+    def __floordiv__(self, other: object) -> Any:
+        return _own(super().__floordiv__(other))
+
+    def __truediv__(self, other: object) -> Any:
+        return _own(super().__truediv__(other))
+
+    def __mod__(self, other: object) -> Any:
+        return _own(super().__mod__(other))
+
+    __rmul__ = __mul__
+
+    def __repr__(self) -> str:
+        return f"rospy.Duration[{self.to_nsec()}]"
 
 
 class Time(pyros1.ground.timing.Time):
-    """A point in time."""
+    """A point in time.
+
+    Args:
+        secs: seconds; a float is allowed if nsecs is 0.
+        nsecs: nanoseconds.
+
+    Raises:
+        TypeError: it is negative.
+    """
 
     __slots__ = ()
+
+    def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
+        super().__init__(secs, nsecs)
+
+    def __add__(self, other: object) -> Any:
+        return _own(super().__add__(other))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: object) -> Any:
+        difference = super().__sub__(other)
+        return difference if isinstance(other, pyros1.ground.timing.Time) else _own(difference)
+
+    def __repr__(self) -> str:
+        return f"rospy.Time[{self.to_nsec()}]"
 
     @staticmethod
     def now() -> Time:
@@ -26,23 +104,40 @@ class Time(pyros1.ground.timing.Time):
         """
         return get_rostime()
 
+    @classmethod
+    def from_sec(cls, float_secs: float) -> Time:
+        """Return the time of so many seconds."""
+        return cls(float(float_secs))
 
-def _node() -> Any:
-    if PROCESS.node is None:
-        raise ROSInitException("time is not initialized. Have you called init_node()?")
-    return PROCESS.node
+    @classmethod
+    def from_seconds(cls, float_secs: float) -> Time:
+        """Return the time of so many seconds; `from_sec` is the newer name."""
+        return cls(float(float_secs))
 
 
 def get_rostime() -> Time:
-    """Return the node's time; raises ROSInitException without a node."""
-    now = _node().now()
-    return Time(now.secs, now.nsecs)
+    """Return the node's time: wall time, or that of /clock.
+
+    Raises:
+        ROSInitException: the node has not been started.
+    """
+    node = PROCESS.node
+    if node is None:
+        if not PROCESS.wall_time:
+            raise ROSInitException("time is not initialized. Have you called init_node()?")
+    elif node.simulated_time:
+        now = node.now()
+        return Time(now.secs, now.nsecs)
+    return Time(*divmod(time.time_ns(), _NS))
 
 
 def get_time() -> float:
-    """Return the node's time in seconds; raises ROSInitException without a node."""
-    seconds: float = _node().now().to_sec()
-    return seconds
+    """Return the node's time in seconds.
+
+    Raises:
+        ROSInitException: the node has not been started.
+    """
+    return get_rostime().to_sec()
 
 
 def is_wallclock() -> bool:
@@ -50,7 +145,33 @@ def is_wallclock() -> bool:
     return PROCESS.node is None or not PROCESS.node.simulated_time
 
 
+def is_rostime_initialized() -> bool:
+    """Return whether there is a clock."""
+    return PROCESS.wall_time or PROCESS.node is not None
+
+
+def set_rostime_initialized(val: bool) -> None:
+    """Say whether there is a clock, wall time, without a node."""
+    PROCESS.wall_time = val
+
+
+def switch_to_wallclock() -> None:
+    """Use wall time without a node.
+
+    Raises:
+        NotImplementedError: the node uses simulated time, which cannot be changed.
+    """
+    if not is_wallclock():
+        raise NotImplementedError("pyros1 cannot switch a running node from simulated to wall time")
+    PROCESS.wall_time = True
+
+
 def wallsleep(duration: float) -> None:
     """Sleep for some seconds of wall time."""
-    if duration >= 0:
+    if duration > 0:
         time.sleep(duration)
+
+
+__getattr__, __dir__ = _names(
+    __name__, why={"get_rostime_cond": "use rospy.sleep", "_set_rostime": "publish rosgraph_msgs/Clock on /clock"}
+)

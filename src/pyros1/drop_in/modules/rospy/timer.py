@@ -2,46 +2,71 @@
 
 from __future__ import annotations
 
+import threading
+import time
+from collections.abc import Callable
 from typing import Any
 
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import TimeMovedBackwardsError
-from pyros1.node.clock import TimerEvent
-from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMovedBackwardsException
-from rospy.rostime import Duration, wallsleep
+from pyros1.ground.timing import Duration as _Duration
+from pyros1.ground.timing import Time as _Time
+from rospy.exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
+from rospy.rostime import Duration, Time, get_rostime, wallsleep
+
+
+class TimerEvent:
+    """The argument of a timer's callback.
+
+    Args:
+        last_expected, last_real: when the previous call should have happened, and did; None at the first.
+        current_expected, current_real: when this call should have happened, and did.
+        last_duration: seconds that the previous callback took; None at the first.
+    """
+
+    def __init__(
+        self,
+        last_expected: Time | None,
+        last_real: Time | None,
+        current_expected: Time,
+        current_real: Time,
+        last_duration: float | None,
+    ) -> None:
+        self.last_expected = last_expected
+        self.last_real = last_real
+        self.current_expected = current_expected
+        self.current_real = current_real
+        self.last_duration = last_duration
+
 
 __all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
 
 
-def _node() -> Any:
-    if PROCESS.node is None:
-        raise ROSInitException("time is not initialized. Have you called init_node()?")
-    return PROCESS.node
-
-
-def _seconds(value: Any) -> float:
-    return float(value.to_sec()) if hasattr(value, "to_sec") else float(value)
-
-
-def sleep(duration: Any) -> None:
-    """Sleep in the node's time.
+def sleep(duration: float | _Duration) -> None:
+    """Sleep in the node's time. A sleep in wall time ends early, without an exception, when the node begins to end.
 
     Args:
         duration: seconds, or a Duration.
 
     Raises:
-        ROSInterruptException: the node is shutting down.
+        ROSInterruptException: the node is shutting down, in simulated time.
         ROSTimeMovedBackwardsException: simulated time jumped back.
     """
-    seconds = _seconds(duration)
-    if PROCESS.node is None:
+    seconds = duration.to_sec() if isinstance(duration, _Duration) else duration
+    if seconds < 0:
+        return
+    node = PROCESS.node
+    if node is None or PROCESS.is_shutdown:
+        if node is not None and node.simulated_time:
+            raise ROSInterruptException("ROS shutdown request")
         wallsleep(seconds)
         return
+    start = node.now()
     try:
-        alive = PROCESS.node.sleep(seconds)
-    except TimeMovedBackwardsError as error:
-        raise ROSTimeMovedBackwardsException(error.args[0] if error.args else 0) from None
-    if not alive:
+        alive = node.sleep(seconds)
+    except TimeMovedBackwardsError:
+        raise ROSTimeMovedBackwardsException((start - node.now()).to_sec()) from None
+    if not alive and node.simulated_time:
         raise ROSInterruptException("ROS shutdown request")
 
 
@@ -51,54 +76,95 @@ class Rate:
     Args:
         hz: frequency.
         reset: go on after simulated time has jumped back, in place of an exception.
+
+    Attributes:
+        last_time: when the current cycle began.
+        sleep_dur: length of a cycle.
     """
 
     def __init__(self, hz: float, reset: bool = False) -> None:
-        self._rate = _node().rate(hz)
-        self.sleep_dur = Duration.from_sec(1.0 / hz)
+        self.last_time: Any = get_rostime()
+        self.sleep_dur = Duration(0, int(1e9 / hz))
+        self._reset = reset
 
     def remaining(self) -> Duration:
         """Return the time left in the current cycle."""
-        return Duration.from_sec(self._rate.remaining())
+        left = self._left(get_rostime())
+        return Duration(left.secs, left.nsecs)
+
+    def _left(self, now: _Time) -> _Duration:
+        self.last_time = min(self.last_time, now)  # now, if time has jumped back
+        return self.sleep_dur - (now - self.last_time)
 
     def sleep(self) -> None:
-        """Sleep until the end of the current cycle; raises ROSInterruptException when the node is shutting down."""
-        if not self._rate.sleep():
-            raise ROSInterruptException("ROS shutdown request")
+        """Sleep until the end of the current cycle. More than two cycles late, the next one begins now.
+
+        Raises:
+            ROSInterruptException, ROSTimeMovedBackwardsException: as `sleep`.
+        """
+        try:
+            sleep(self._left(get_rostime()))
+        except ROSTimeMovedBackwardsException:
+            if not self._reset:
+                raise
+            self.last_time = get_rostime()
+            return
+        self.last_time = self.last_time + self.sleep_dur
+        now = get_rostime()
+        if now - self.last_time > self.sleep_dur * 2:
+            self.last_time = now
 
 
-class Timer:
-    """Calls a function periodically.
+class Timer(threading.Thread):
+    """Calls a function periodically, in a thread of its own.
 
     Args:
         period: a Duration.
-        callback: called with a TimerEvent.
+        callback: called with a TimerEvent. If it raises, the timer ends.
         oneshot: call only once.
         reset: go on after simulated time has jumped back.
     """
 
-    def __init__(self, period: Any, callback: Any, oneshot: bool = False, reset: bool = False) -> None:
-        self._timer: Any = None
+    def __init__(
+        self, period: _Duration, callback: Callable[[TimerEvent], object], oneshot: bool = False, reset: bool = False
+    ) -> None:
+        super().__init__(daemon=True)
+        self._period = period
+        self._callback = callback
+        self._oneshot = oneshot
+        self._reset = reset
         self._ended = False
-        self._make = lambda node: self._begin(node, _seconds(period), callback, oneshot)
-        PROCESS.when_started(self._make)
-
-    def _begin(self, node: Any, period: float, callback: Any, oneshot: bool) -> None:
-        if not self._ended:
-            self._timer = node.timer(period, callback, oneshot)
+        self.start()
 
     def shutdown(self) -> None:
-        """End the timer."""
+        """End the timer: no call begins any more."""
         self._ended = True
-        PROCESS.forget(self._make)
-        if self._timer is not None:
-            self._timer.shutdown()
 
-    def is_alive(self) -> bool:
-        """Return whether further calls will come."""
-        return self._timer is not None and bool(self._timer.alive)
+    def run(self) -> None:
+        """Make the calls, in the timer's thread."""
+        rate = Rate(1.0 / self._period.to_sec(), reset=self._reset)
+        expected: Any = rate.last_time + self._period
+        last_expected: Any = None
+        last_real: Any = None
+        took = None
+        while not (PROCESS.is_shutdown or self._ended):
+            try:
+                rate.sleep()
+            except ROSInterruptException:
+                if PROCESS.is_shutdown:
+                    return
+                raise
+            if self._ended or PROCESS.is_shutdown:
+                return
+            real = get_rostime()
+            start = time.perf_counter()
+            self._callback(TimerEvent(last_expected, last_real, _time(expected), real, took))
+            if self._oneshot:
+                return
+            took = time.perf_counter() - start
+            last_expected, last_real = _time(expected), real
+            expected = expected + self._period
 
-    def join(self, timeout: float | None = None) -> None:
-        """Wait for the timer's end."""
-        if self._timer is not None:
-            self._timer.join(1e9 if timeout is None else timeout)
+
+def _time(value: Any) -> Time:
+    return Time(value.secs, value.nsecs)

@@ -7,19 +7,35 @@ from collections.abc import Callable
 from typing import Any
 
 import pyros1
+from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
-from pyros1.ground.errors import SerializationError
+from pyros1.ground.errors import NodeError, SerializationError
+from pyros1.ground.names import canonicalize_name, is_legal_name
+from rospy.core import *  # noqa: F403  stock's module has these names, too
 from rospy.exceptions import ROSException, ROSSerializationException
-from rospy.msg import AnyMsg, args_kwds_to_message
-from rospy.names import resolve_name
+from rospy.impl.registration import Registration, get_topic_manager
+from rospy.impl.topic_views import PublisherImpl as _PublisherImpl
+from rospy.impl.topic_views import SubscriberImpl as _SubscriberImpl
+from rospy.impl.topic_views import TopicManager as _TopicManager
+from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message
+from rospy.names import LATE, resolve_name, resolve_name_without_node_name
 
 DEFAULT_BUFF_SIZE = 65536
+TOPICS = _TopicManager()
+"""The topics of this program."""
+_NO_QUEUE = (
+    "The publisher should be created with an explicit keyword argument 'queue_size'. "
+    "Please see http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more information."
+)
+_NO_NODE = "ROS node has not been initialized yet. Please call init_node() first"
 
 
 class SubscribeListener:
-    """Is told when subscribers of a publisher come and go."""
+    """Is told when subscribers of a publisher come and go. Made by programs, which override its methods."""
 
-    def peer_subscribe(self, topic_name: str, topic_publish: Callable[[Any], None], peer_publish: Any) -> None:
+    def peer_subscribe(
+        self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[[Any], None]
+    ) -> None:
         """A subscriber has come.
 
         Args:
@@ -35,15 +51,24 @@ class SubscribeListener:
 class Topic:
     """Base of Publisher and Subscriber.
 
-    Attributes:
-        name: full name, remapped. resolved_name: the same.
-        type: name of the message type. data_class: its class. md5sum: of its definition.
+    Args:
+        name: name of the topic, remapped.
+        data_class: class of its messages.
         reg_type: "pub" or "sub".
+
+    Attributes:
+        name, resolved_name: full name.
+        type, data_class, md5sum: name of the message type, its class, and md5 sum.
+        reg_type: as given.
+        impl: the topic's connections, shared by all publishers or subscribers of the topic; None after `unregister`.
+
+    Raises:
+        ValueError: an argument is not what it should be.
     """
 
-    reg_type = ""
+    impl: Any
 
-    def __init__(self, name: str, data_class: Any) -> None:
+    def __init__(self, name: str, data_class: Any, reg_type: str) -> None:
         if not name or not isinstance(name, str):
             raise ValueError("topic name is not a non-empty string")
         if data_class is None:
@@ -52,31 +77,46 @@ class Topic:
             raise ValueError(f"data_class [{data_class}] is not a class")
         if not hasattr(data_class, "_md5sum"):
             raise ValueError(f"data_class [{data_class.__class__.__name__}] is not a message data class")
-        self.resolved_name = self.name = resolve_name(name)
+        self._given = canonicalize_name(name)
+        if not is_legal_name(self._given):
+            raise ValueError(f"topic name [{name}] is not a legal ROS name")
+        resolve = resolve_name if PROCESS.node is not None else resolve_name_without_node_name
+        self.name = self.resolved_name = resolve(name)
         self.data_class = data_class
         self.type: str = data_class._type  # type: ignore[attr-defined]
-        self.md5sum = data_class._md5sum
+        self.md5sum: str = data_class._md5sum
+        self.reg_type = reg_type
+        self.impl = TOPICS.acquire_impl(reg_type, self.resolved_name, data_class)
         self._handle: Any = None
-        self._closed = False
-        PROCESS.when_started(self._start)
 
-    def _open(self, node: pyros1.Node) -> Any:
+    def _begin(self, node: pyros1.Node) -> None:
+        """Start with the node. What was made after its end stays silent, as stock's does."""
+        if self.impl is None or not node.ok():
+            return
+        try:
+            self._handle = self._open(node, self.data_class)
+        except NodeError:  # stock lets the class of the first one win
+            self._handle = self._open(node, self.impl.data_class)
+        self.impl.handles.append(self._handle)
+
+    def _open(self, node: pyros1.Node, data_class: Any) -> Any:
         raise NotImplementedError
-
-    def _start(self, node: pyros1.Node) -> None:
-        if not self._closed and node.ok():
-            self._handle = self._open(node)
 
     def get_num_connections(self) -> int:
         """Return the number of connected peers."""
-        return self._handle.num_connections if self._handle is not None else 0
+        return self.impl.get_num_connections()
 
     def unregister(self) -> None:
-        """End this publisher or subscriber."""
-        self._closed = True
-        PROCESS.forget(self._start)
+        """End this publisher or subscriber; the topic is unregistered with the last one of the program."""
+        if self.impl is None:
+            return
+        PROCESS.forget(self._begin)
+        impl, self.impl = self.impl, None
         if self._handle is not None:
+            impl.handles.remove(self._handle)
             self._handle.unregister()
+            self._handle = None
+        TOPICS.release_impl(self.reg_type, self.resolved_name)
 
 
 class Publisher(Topic):
@@ -85,14 +125,12 @@ class Publisher(Topic):
     Args:
         name: topic.
         data_class: message class.
-        subscriber_listener: told of subscribers that come and go.
-        tcp_nodelay: accepted as in rospy; subscribers ask for it themselves, too.
+        subscriber_listener: a `SubscribeListener`.
+        tcp_nodelay: accepted as in rospy; links never gather messages of a calm topic.
         latch: whether later subscribers get the last message.
         headers: further fields of the connection header.
-        queue_size: messages that wait for each slow subscriber; None: `publish` waits.
+        queue_size: messages that wait for each slow subscriber; 0: no limit. None: `publish` waits.
     """
-
-    reg_type = "pub"
 
     def __init__(
         self,
@@ -105,38 +143,63 @@ class Publisher(Topic):
         queue_size: int | None = None,
     ) -> None:
         if queue_size is None:
-            text = (
-                "The publisher should be created with an explicit keyword argument 'queue_size'. Please see "
-                "http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more information."
-            )
-            warnings.warn(text, SyntaxWarning, stacklevel=2)
-        self._queue_size = queue_size
+            warnings.warn(_NO_QUEUE, SyntaxWarning, stacklevel=2)
+        elif not isinstance(queue_size, int) or queue_size < 0:
+            queue_size = 0
+        super().__init__(name, data_class, Registration.PUB)
+        impl: _PublisherImpl = self.impl
         self._latch = latch
-        self._headers = headers
-        self._listener = subscriber_listener
-        super().__init__(name, data_class)
+        self._headers = {str(key): str(value) for key, value in (headers or {}).items()}
+        impl.add_headers(self._headers)
+        if latch:
+            impl.enable_latch()
+        if queue_size is not None:
+            impl.set_queue_size(queue_size)
+        if subscriber_listener is not None:
+            impl.add_subscriber_listener(subscriber_listener)
+        PROCESS.when_started(self._begin)
 
-    def _open(self, node: pyros1.Node) -> Any:
+    def _begin(self, node: pyros1.Node) -> None:
+        super()._begin(node)
+        if self.impl is not None:
+            self.impl.watch()
+
+    def _open(self, node: pyros1.Node, data_class: Any) -> Any:
         return node.advertise(
-            self.resolved_name, self.data_class, queue_size=self._queue_size, latch=self._latch, headers=self._headers
+            self._given, data_class, queue_size=self.impl.queue_size, latch=self._latch, headers=self._headers
         )
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, or the values of its fields.
 
+        Args:
+            args: a message, or the values of all its fields.
+            kwds: the values of some fields by name.
+
         Raises:
             ROSException: there is no node yet; or the publisher was unregistered.
             ROSSerializationException: a value does not fit its field.
+            TypeError: the message is of another type; or positional and named values are mixed.
         """
-        if self._handle is None and PROCESS.node is None:
-            raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
-        if self._closed or self._handle is None:
-            raise ROSException("publish() to a closed topic")
-        message = args_kwds_to_message(self.data_class, args, kwds)
+        handle = self._handle
+        if handle is None:
+            self._complain()
+            return
+        if len(args) == 1 and args[0].__class__ is self.data_class and not kwds:
+            message = args[0]
+        else:
+            message = args_kwds_to_message(self.data_class, args, kwds)
         try:
-            self._handle.publish(message)
+            handle.publish(message)
         except SerializationError as error:
             raise ROSSerializationException(str(error)) from error
+
+    def _complain(self) -> None:
+        """Raise what stock raises when a publisher cannot publish; it is silent after the end of the node."""
+        if self.impl is None:
+            raise ROSException("publish() to an unregistered() handle")
+        if PROCESS.node is None:
+            raise ROSException(_NO_NODE)
 
 
 class Subscriber(Topic):
@@ -144,13 +207,14 @@ class Subscriber(Topic):
 
     Args:
         name: topic.
-        data_class: message class, or AnyMsg.
-        callback: called with each message, and ``callback_args`` if that is not None.
+        data_class: message class, numpy_msg(class), or AnyMsg.
+        callback: called with each message, and ``callback_args`` if that is not None. Calls of one topic never overlap.
         queue_size: messages of each publisher that wait for a slow callback; None: no limit.
         buff_size, tcp_nodelay: as in rospy.
-    """
 
-    reg_type = "sub"
+    Raises:
+        ROSException: ``queue_size`` or ``buff_size`` is wrong.
+    """
 
     def __init__(
         self,
@@ -162,20 +226,62 @@ class Subscriber(Topic):
         buff_size: int = DEFAULT_BUFF_SIZE,
         tcp_nodelay: bool = False,
     ) -> None:
+        super().__init__(name, data_class, Registration.SUB)
+        impl: _SubscriberImpl = self.impl
+        try:
+            impl.set_queue_size(queue_size)
+            impl.set_buff_size(buff_size)
+        except BaseException:
+            TOPICS.release_impl(self.reg_type, self.resolved_name)
+            raise
         self.callback = callback
         self.callback_args = callback_args
-        self._queue_size = queue_size
-        self._nodelay = tcp_nodelay
-        super().__init__(name, data_class)
+        self._queue_size = None if queue_size == -1 else queue_size
+        if callback is not None:
+            impl.callbacks.append((callback, callback_args))
+        if tcp_nodelay:
+            impl.set_tcp_nodelay(tcp_nodelay)
+        PROCESS.when_started(self._begin)
 
-    def _open(self, node: pyros1.Node) -> Any:
-        callback, extra = self.callback, self.callback_args
-        if callback is None:
-            return node.subscribe(self.resolved_name, self.data_class, lambda _: None, queue_size=self._queue_size)
-        call = callback if extra is None else lambda message: callback(message, extra)
-        return node.subscribe(
-            self.resolved_name, self.data_class, call, queue_size=self._queue_size, tcp_nodelay=self._nodelay
-        )
+    def _open(self, node: pyros1.Node, data_class: Any) -> Any:
+        call: Callable[[Any], object] = _ignore
+        if self.callback is not None:
+            call = self.callback if self.callback_args is None else _With(self.callback, self.callback_args)
+            if not callable(call):
+                call = _With(self.callback, None)
+        return node.subscribe(self._given, data_class, call, queue_size=self._queue_size, tcp_nodelay=True)
+
+    def unregister(self) -> None:
+        """End this subscriber; the topic is unregistered with the last one of the program."""
+        if self.impl is not None and self.callback is not None:
+            self.impl.callbacks.remove((self.callback, self.callback_args))
+        super().unregister()
 
 
-__all__ = ["DEFAULT_BUFF_SIZE", "AnyMsg", "Publisher", "SubscribeListener", "Subscriber", "Topic"]
+def _ignore(_message: Any) -> None:
+    """Take a message for a subscriber without a callback."""
+
+
+class _With:
+    """A callback with its further argument; in messages about it, it looks like the callback itself."""
+
+    def __init__(self, callback: Callable[..., object], extra: Any) -> None:
+        self._callback = callback
+        self._extra = extra
+
+    def __call__(self, message: Any) -> None:
+        if self._extra is None:
+            self._callback(message)
+        else:
+            self._callback(message, self._extra)
+
+    def __repr__(self) -> str:
+        return repr(self._callback)
+
+
+_links = "pyros1's nodes have their own links; see Publisher.impl.connections"
+__getattr__, __dir__ = _names(
+    __name__,
+    {**LATE, "Log": "rosgraph_msgs.msg"},
+    dict.fromkeys(("Poller", "QueuedConnection", "SubscriberStatisticsLogger", "get_tcpros_handler"), _links),
+)

@@ -1,26 +1,24 @@
-"""Configurations of dynamic_reconfigure as plain values: from messages, to requests, and as YAML files (L200)."""
+"""Configurations of dynamic_reconfigure as plain values: from messages, and to requests (L200). Pure."""
 
 from __future__ import annotations
 
 import ast
-import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.cli.shared.integers import INT_RANGE
 from pyros1.ground.errors import Error
 from pyros1.ground.suggest import did_you_mean
-from pyros1.values import YamlError, dump_yaml, load_all_yaml
 
 KINDS: dict[str, Callable[[Any], Any]] = {"bool": bool, "int": int, "str": str, "double": float}
 """Type name in descriptions -> function that converts to this type."""
-_FIELDS = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
+INT_RANGE = range(-(2**31), 2**31)
+"""Integers that fit into messages of dynamic_reconfigure."""
+FIELDS = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
+"""Type name -> the field of a dynamic_reconfigure/Config."""
 _WORDS = {
     **dict.fromkeys(("yes", "true", "t", "on", "1"), True),
     **dict.fromkeys(("no", "false", "f", "off", "0"), False),
 }
-_TAG = "!!python/object/new:dynamic_reconfigure.encoding.Config"
-"""The tag that stock writes before each mapping of a file. Only Python with that package can read the tag as YAML."""
 
 
 class ParameterError(Error):
@@ -34,42 +32,6 @@ class ParameterError(Error):
     def __init__(self, text: str, hint: str = "") -> None:
         self.hint = hint
         super().__init__(text)
-
-
-# Out of messages ------------------------------------------------------------------------------------------------------
-
-
-def configuration(config: Any, description: Any) -> dict[str, Any]:
-    """Return the values of all parameters, and the tree of their groups under ``groups``.
-
-    Args:
-        config: a dynamic_reconfigure/Config.
-        description: the dynamic_reconfigure/ConfigDescription of the same node.
-    """
-    values = {each.name: each.value for each in (*config.bools, *config.ints, *config.strs, *config.doubles)}
-    states = {group.id: group for group in config.groups}
-    described = {group.id: group for group in description.groups}
-    if 0 not in states:
-        return values
-
-    def tree(group: Any) -> dict[str, Any]:
-        children = [each for each in states.values() if each.id != 0 and each.parent == group.id]
-        found = {
-            "id": group.id,
-            "parent": group.parent,
-            "name": group.name,
-            "type": "",
-            "state": group.state,
-            "groups": {each.name: tree(each) for each in children},
-            "parameters": {},
-        }
-        names = [each.name for each in described[group.id].parameters] if group.id in described else []
-        return found | {name: values[name] for name in names if name in values}
-
-    return values | {"groups": tree(states[0])}
-
-
-# Into requests --------------------------------------------------------------------------------------------------------
 
 
 def request(changes: Mapping[str, Any], description: Any, config: Any = None) -> dict[str, Any]:
@@ -94,7 +56,7 @@ def request(changes: Mapping[str, Any], description: Any, config: Any = None) ->
             raise ParameterError(f"don't know parameter: {name}", did_you_mean(str(name), parameters))
         kind = parameters[name].type
         entry = {"name": name, "value": converted(value, parameters[name])}
-        fields.setdefault(_FIELDS[kind], []).append(entry)
+        fields.setdefault(FIELDS[kind], []).append(entry)
     return fields
 
 
@@ -180,53 +142,3 @@ def _states(tree: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(child, Mapping):
             found.update(_states(child))
     return found
-
-
-# As files -------------------------------------------------------------------------------------------------------------
-
-
-def file_text(values: dict[str, Any]) -> str:
-    """Return a configuration as the stock tool writes it, so that each can load the other's files."""
-    lines = dump_yaml(_wrapped(values)).splitlines()
-    for number, line in enumerate(lines[:-1]):
-        below = lines[number + 1].strip()
-        if line.endswith(":") and below in ("dictitems:", "state: []") and line.strip() != "dictitems:":
-            lines[number] = f"{line} {_TAG}"
-    return "\n".join([_TAG, *lines, ""])
-
-
-def _wrapped(value: Any) -> Any:
-    if not isinstance(value, dict):
-        return value
-    inside = {"dictitems": {key: _wrapped(each) for key, each in value.items()}} if value else {}
-    return {**inside, "state": []}
-
-
-def read_file_text(text: str, where: str) -> dict[str, Any]:
-    """Return the values in a file from `file_text`, or in plain YAML. Several documents are merged.
-
-    Args:
-        text: the file's text.
-        where: the file's name, for errors.
-
-    Raises:
-        ParameterError: the text is not a configuration.
-    """
-    values: dict[str, Any] = {}
-    try:
-        documents = load_all_yaml(re.sub(re.escape(_TAG) + r"[ \t]*$", "", text, flags=re.MULTILINE), where)
-    except YamlError as error:
-        raise ParameterError(str(error)) from None
-    for document in documents:
-        if not isinstance(document, dict):
-            raise ParameterError(f"{where}: expected a dictionary of parameters, not {document!r}")
-        values.update(_unwrapped(document))
-    return values
-
-
-def _unwrapped(value: Any) -> Any:
-    if not isinstance(value, dict):
-        return value
-    if value.keys() <= {"dictitems", "state"} and value.get("state") == []:
-        value = value.get("dictitems") or {}
-    return {key: _unwrapped(each) for key, each in value.items()}

@@ -1,0 +1,158 @@
+"""Client of an action for asyncio programs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from pyros1.actions.client import Client
+from pyros1.actions.states import Stage, Status
+from pyros1.ground.errors import WaitTimeoutError
+from pyros1.node.checks import check_timeout
+
+if TYPE_CHECKING:
+    from pyros1.actions.client_goal import ClientGoal
+    from pyros1.aio import Node
+
+_STEP = 0.5
+"""Most seconds until an end of the node, or of the server, is noticed."""
+
+
+class AsyncGoal:
+    """A goal that was sent; see `ClientGoal`."""
+
+    def __init__(self, goal: ClientGoal, client: Client) -> None:
+        self._goal = goal
+        self._client = client
+        self._changed = asyncio.Event()
+        loop = asyncio.get_running_loop()
+
+        def tell() -> None:
+            with suppress(RuntimeError):  # the loop is closed
+                loop.call_soon_threadsafe(self._changed.set)
+
+        goal.on_change(tell)
+
+    @property
+    def name(self) -> str:
+        """The goal's name in the system."""
+        return self._goal.name
+
+    @property
+    def stage(self) -> Stage:
+        """Where the goal is, as this client knows."""
+        return self._goal.stage
+
+    @property
+    def status(self) -> Status:
+        """The server's latest status."""
+        return self._goal.status
+
+    @property
+    def text(self) -> str:
+        """What the server said with its latest status."""
+        return self._goal.text
+
+    @property
+    def done(self) -> bool:
+        """Whether the goal has ended."""
+        return self._goal.done
+
+    async def wait(self, timeout: float | None = None) -> bool:
+        """Wait until the goal has ended; see `ClientGoal.wait`."""
+        check_timeout(timeout)
+        return await self._until(lambda: self._goal.done, timeout)
+
+    async def result(self, timeout: float | None = None) -> Any:
+        """Wait for the result and return it; raises as `ClientGoal.result` does."""
+        if not await self.wait(timeout):
+            raise WaitTimeoutError(f"goal {self.name} has not ended within {timeout} s ({self.stage.name})")
+        return self._goal.outcome()
+
+    async def feedback(self, timeout: float | None = None) -> AsyncIterator[Any]:
+        """Iterate over the feedback messages until the goal ends; see `ClientGoal.feedback`."""
+        check_timeout(timeout)
+        goal = self._goal
+        while True:
+            if not await self._until(lambda: goal.has_feedback or goal.done, timeout):
+                raise WaitTimeoutError(f"no feedback for goal {self.name} within {timeout} s")
+            if not goal.has_feedback:
+                return
+            yield goal.next_feedback()
+
+    def cancel(self) -> None:
+        """Ask the server to cancel the goal; does not wait."""
+        self._goal.cancel()
+
+    def forget(self) -> None:
+        """Follow the goal no more."""
+        self._goal.forget()
+
+    async def _until(self, ready: Callable[[], object], timeout: float | None) -> bool:
+        loop = asyncio.get_running_loop()
+        until = None if timeout is None else loop.time() + timeout
+        while True:
+            self._changed.clear()  # before the look, or a change in between would be missed
+            if ready():
+                return True
+            self._client.watch()
+            left = _STEP if until is None else min(_STEP, until - loop.time())
+            if left <= 0:
+                return False
+            with suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._changed.wait(), left)
+
+
+class AsyncClient:
+    """Client of an action for asyncio programs. Use it with ``async with``.
+
+    ::
+
+        async with actions.AsyncClient(node, "fibonacci", FibonacciAction) as client:
+            goal = await client.send(FibonacciGoal(order=5))
+            async for feedback in goal.feedback():
+                print(feedback.sequence)
+            print((await goal.result()).sequence)
+
+    Args:
+        node: a :class:`pyros1.aio.Node`.
+        name: name of the action.
+        action: its class, or its type's name.
+    """
+
+    def __init__(self, node: Node, name: str, action: Any) -> None:
+        self._make = lambda: Client(node.sync, name, action)
+        self._client: Client | None = None
+
+    async def __aenter__(self) -> AsyncClient:
+        self._client = await asyncio.to_thread(self._make)
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        if self._client is not None:
+            await asyncio.to_thread(self._client.close)
+
+    @property
+    def sync(self) -> Client:
+        """The client underneath; raises RuntimeError before ``async with``."""
+        if self._client is None:
+            raise RuntimeError("use the client with: async with AsyncClient(...) as client")
+        return self._client
+
+    async def wait_for_server(self, timeout: float | None = None) -> bool:
+        """Wait until a server is connected; see `Client.wait_for_server`."""
+        client = self.sync
+        return client.is_connected or await asyncio.to_thread(client.wait_for_server, timeout)
+
+    async def send(self, goal: Any, *, timeout: float | None = 5.0) -> AsyncGoal:
+        """Send a goal; see `Client.send`."""
+        client = self.sync
+        if not client.is_connected:
+            await asyncio.to_thread(client.wait_for_server, timeout)
+        return AsyncGoal(client.send(goal, timeout=0.0), client)
+
+    def cancel_all(self) -> None:
+        """Ask the server to cancel all its goals, those of other clients too; does not wait."""
+        self.sync.cancel_all()

@@ -1,0 +1,218 @@
+"""Client of an action (https://wiki.ros.org/actionlib)."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.actions.calls import Calls
+from pyros1.actions.client_goal import ClientGoal
+from pyros1.actions.errors import ActionError
+from pyros1.actions.goal_id import GoalNames
+from pyros1.actions.parts import Action, listen
+from pyros1.actions.states import Stage
+from pyros1.ground.errors import NodeShutdownError, WaitTimeoutError
+from pyros1.ground.timing import Time
+from pyros1.msgs import load_message
+from pyros1.net.bell import Bell
+from pyros1.node.checks import check_timeout
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_QUEUE = 10
+_INCOMING = 1000
+GONE = 5.0
+"""Seconds without a connection to the server after which its goals are lost."""
+
+
+class Client:
+    """Sends goals to an action's server, and follows them. Safe for any number of threads. Also a context manager.
+
+    The callbacks of goals run one after the other, in a thread of their own, also in a node that spins. They may send
+    goals and wait for them.
+
+    Args:
+        node: the node whose topics and time are used.
+        name: name of the action.
+        action: its class, as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci".
+
+    Raises:
+        ActionError: ``action`` is not an action.
+    """
+
+    def __init__(self, node: Node, name: str, action: Any) -> None:
+        self.name = node.resolve(name)
+        self.types = Action.of(action)
+        self.node = node
+        self.lock = threading.RLock()
+        self._goal_id: Any = load_message("actionlib_msgs/GoalID")
+        self._names = GoalNames(node.name)
+        self._open: dict[str, ClientGoal] = {}
+        self._bell = Bell()
+        self._calls = Calls(f"pyros1-action {self.name}", node.log)
+        self._said = False  # a status has come: a server runs
+        self._alone_since: float | None = None
+        self._closed = False
+        self._goals = node.advertise(f"{name}/goal", self.types.action_goal, queue_size=_QUEUE)
+        self._cancels = node.advertise(f"{name}/cancel", self._goal_id, queue_size=_QUEUE)
+        self._results = listen(node, f"{name}/result", self.types.action_result, self._on_result, _INCOMING)
+        self._feedback = listen(node, f"{name}/feedback", self.types.action_feedback, self._on_feedback, _INCOMING)
+        statuses = load_message("actionlib_msgs/GoalStatusArray")
+        self._statuses = listen(node, f"{name}/status", statuses, self._on_statuses, _INCOMING)
+        node.on_shutdown(self._wake)
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether a server is connected on all topics."""
+        pairs = (self._goals, self._cancels, self._results, self._feedback, self._statuses)
+        return self._said and all(pair.num_connections for pair in pairs)
+
+    def wait_for_server(self, timeout: float | None = None) -> bool:
+        """Wait until a server is connected.
+
+        Args:
+            timeout: seconds of wall time; None waits until the node ends.
+
+        Returns:
+            Whether it is connected.
+
+        Raises:
+            NodeShutdownError: the node is shutting down.
+        """
+        check_timeout(timeout)
+        return self.wait(lambda: self.is_connected, timeout, step=0.01)
+
+    def send(
+        self,
+        goal: Any,
+        *,
+        on_feedback: Callable[[Any], object] | None = None,
+        on_stage: Callable[[ClientGoal, Stage], object] | None = None,
+        on_done: Callable[[ClientGoal], object] | None = None,
+        timeout: float | None = 5.0,
+    ) -> ClientGoal:
+        """Send a goal.
+
+        Args:
+            goal: the action's goal message, as FibonacciGoal.
+            on_feedback: called with each feedback message of the goal.
+            on_stage: called with the goal and each stage that it reaches.
+            on_done: called with the goal when it has ended.
+            timeout: seconds to wait until a server is connected; None waits until the node ends.
+
+        Raises:
+            WaitTimeoutError: no server is connected.
+            NodeShutdownError: the node is shutting down.
+            TypeError: ``goal`` is a message of another type.
+        """
+        if not isinstance(goal, self.types.goal):
+            raise TypeError(f"a goal of {self.name} is a {self.types.goal.__name__}, not {goal!r:.80}")
+        if self._closed:
+            raise ActionError(f"the client of {self.name} is closed")
+        if not self.wait_for_server(timeout):
+            raise WaitTimeoutError(f"no server of action {self.name} within {timeout} s")
+        now = self.node.now()
+        sent = ClientGoal(self, self._names.next(now), on_feedback, on_stage, on_done)
+        message = self.types.action_goal(goal_id=self._goal_id(now, sent.name), goal=goal)
+        message.header.stamp = now
+        with self.lock:
+            self._open[sent.name] = sent  # before the answer can come
+        self._goals.publish(message)
+        return sent
+
+    def cancel_all(self) -> None:
+        """Ask the server to cancel all its goals, those of other clients too."""
+        self._cancels.publish(self._goal_id())
+
+    def cancel_until(self, time: Time) -> None:
+        """Ask the server to cancel all goals, those of other clients too, that were sent at or before a time."""
+        self._cancels.publish(self._goal_id(time, ""))
+
+    def cancel(self, name: str) -> None:
+        """Ask the server to cancel one goal, by name."""
+        self._cancels.publish(self._goal_id(Time(), name))
+
+    def forget(self, name: str) -> None:
+        """Follow a goal no more."""
+        with self.lock:
+            self._open.pop(name, None)
+
+    def close(self) -> None:
+        """Stop publishing and subscribing; goals that are open are lost for this client, but not cancelled."""
+        self._closed = True
+        for topic in (self._goals, self._cancels, self._results, self._feedback, self._statuses):
+            topic.unregister()
+        self._lose("the client was closed")
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # Waits ------------------------------------------------------------------------------------------------------------
+
+    def wait(self, ready: Callable[[], object], timeout: float | None, step: float = 0.2) -> bool:
+        """Wait for something about this client's goals or server; see `wait_for_server`."""
+        until = None if timeout is None else monotonic() + timeout
+        while not ready():
+            self.watch()
+            left = step if until is None else min(step, until - monotonic())
+            if left <= 0:
+                return False
+            self._bell.wait(ready, left)
+        return True
+
+    def watch(self) -> None:
+        """Look whether the server is still there: goals of one that has been gone for `GONE` seconds are lost.
+
+        Raises:
+            NodeShutdownError: the node is shutting down.
+        """
+        if not self.node.ok():
+            raise NodeShutdownError(f"the wait for action {self.name} was ended, because the node has shut down")
+        if self._results.num_connections or not self._open:
+            self._alone_since = None
+        elif self._alone_since is None:
+            self._alone_since = monotonic()
+        elif monotonic() - self._alone_since > GONE:
+            self._lose("the action server is gone")
+
+    def changed(self) -> None:
+        """Wake waits, after a change of a goal."""
+        self._bell.ring()
+
+    _wake = changed
+
+    def call(self, callback: Callable[[], object]) -> None:
+        """Call a function of the program, after those before it, in a thread of its own: it may wait for goals."""
+        self._calls.add(callback)
+
+    # What comes -------------------------------------------------------------------------------------------------------
+
+    def _on_statuses(self, message: Any) -> None:
+        self._said = True
+        with self.lock:
+            goals = list(self._open.values())
+        if goals:
+            statuses = {status.goal_id.id: status for status in message.status_list}
+            for goal in goals:
+                goal.take(lambda progress: progress.take_statuses(statuses))
+        self.changed()
+
+    def _on_result(self, message: Any) -> None:
+        goal = self._open.get(message.status.goal_id.id)
+        if goal is not None:  # else: a goal of another client
+            goal.take(lambda progress: progress.take_result(message.status, message.result))
+
+    def _on_feedback(self, message: Any) -> None:
+        goal = self._open.get(message.status.goal_id.id)
+        if goal is not None:
+            goal.take_feedback(message.feedback)
+
+    def _lose(self, text: str) -> None:
+        for goal in list(self._open.values()):
+            goal.take(lambda progress: progress.lose(text))

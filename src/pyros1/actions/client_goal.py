@@ -1,0 +1,208 @@
+"""A goal that was sent, as its client's program holds it."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pyros1.actions.errors import GoalError
+from pyros1.actions.progress import Progress
+from pyros1.actions.states import Stage, Status
+from pyros1.ground.errors import WaitTimeoutError
+from pyros1.node.checks import check_timeout
+
+if TYPE_CHECKING:
+    import threading
+
+    from pyros1.node import Node
+
+_KEPT = 100
+"""Feedback messages that wait for an iteration; older ones are dropped."""
+
+
+class Owner(Protocol):
+    """What a goal needs of its client."""
+
+    node: Node
+    lock: threading.RLock
+
+    def wait(self, ready: Callable[[], object], timeout: float | None) -> bool:
+        """Wait for something; raise NodeShutdownError if the node ends."""
+
+    def changed(self) -> None:
+        """Wake waits."""
+
+    def cancel(self, name: str) -> None:
+        """Ask the server to cancel a goal."""
+
+    def forget(self, name: str) -> None:
+        """Follow a goal no more."""
+
+    def call(self, callback: Callable[[], object]) -> None:
+        """Call a function of the program, after those before it."""
+
+
+class ClientGoal:
+    """A goal that was sent.
+
+    Attributes:
+        name: the goal's name in the system.
+    """
+
+    def __init__(
+        self,
+        client: Owner,
+        name: str,
+        on_feedback: Callable[[Any], object] | None,
+        on_stage: Callable[[ClientGoal, Stage], object] | None,
+        on_done: Callable[[ClientGoal], object] | None,
+    ) -> None:
+        self.name = name
+        self._client = client
+        self._progress = Progress(name, self._entered, lambda text: client.node.log.warn("%s", text))
+        self._on_feedback = on_feedback
+        self._on_stage = on_stage
+        self._on_done = on_done
+        self._feedback: deque[Any] = deque(maxlen=_KEPT)
+        self._listeners: list[Callable[[], object]] = []
+
+    @property
+    def stage(self) -> Stage:
+        """Where the goal is, as this client knows."""
+        return self._progress.stage
+
+    @property
+    def status(self) -> Status:
+        """The server's latest status; LOST if the server no longer knows the goal, or is gone."""
+        return self._progress.status
+
+    @property
+    def text(self) -> str:
+        """What the server said with its latest status."""
+        return self._progress.text
+
+    @property
+    def done(self) -> bool:
+        """Whether the goal has ended."""
+        return self._progress.done
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until the goal has ended.
+
+        Args:
+            timeout: seconds of wall time; None for no limit.
+
+        Returns:
+            Whether it has ended.
+
+        Raises:
+            NodeShutdownError: the node is shutting down.
+        """
+        check_timeout(timeout)
+        return self._client.wait(lambda: self._progress.done, timeout)
+
+    def result(self, timeout: float | None = None) -> Any:
+        """Wait for the result and return it.
+
+        Args:
+            timeout: seconds of wall time; None for no limit.
+
+        Raises:
+            GoalError: the goal did not succeed; the error has its status, text and result.
+            WaitTimeoutError: it has not ended in time. It goes on; see `cancel`.
+            NodeShutdownError: the node is shutting down.
+        """
+        if not self.wait(timeout):
+            raise WaitTimeoutError(f"goal {self.name} has not ended within {timeout} s ({self.stage.name})")
+        return self.outcome()
+
+    def outcome(self) -> Any:
+        """Return the result of a goal that has ended; raises GoalError as `result` does."""
+        progress = self._progress
+        if progress.status is not Status.SUCCEEDED:
+            raise GoalError(self.name, progress.status, progress.text, progress.result)
+        return progress.result
+
+    def feedback(self, timeout: float | None = None) -> Iterator[Any]:
+        """Iterate over the feedback messages until the goal ends; the newest 100 wait for the iteration.
+
+        Args:
+            timeout: seconds of wall time to wait for each; None for no limit.
+
+        Raises:
+            WaitTimeoutError: none came in time, and the goal has not ended.
+            NodeShutdownError: the node is shutting down.
+        """
+        check_timeout(timeout)
+        while True:
+            if not self._client.wait(lambda: self._feedback or self._progress.done, timeout):
+                raise WaitTimeoutError(f"no feedback for goal {self.name} within {timeout} s")
+            if not self._feedback:
+                return
+            yield self._feedback.popleft()
+
+    @property
+    def has_feedback(self) -> bool:
+        """Whether a feedback message waits for an iteration."""
+        return bool(self._feedback)
+
+    def next_feedback(self) -> Any:
+        """Return the oldest feedback message that waits; raises IndexError if there is none."""
+        return self._feedback.popleft()
+
+    def cancel(self) -> None:
+        """Ask the server to cancel the goal; it ends when the server says so. Nothing happens if it has ended."""
+        sent = [False]
+
+        def ask(progress: Progress) -> None:
+            sent[0] = progress.ask_to_cancel()
+
+        self.take(ask)
+        if sent[0]:
+            self._client.cancel(self.name)
+
+    def forget(self) -> None:
+        """Follow the goal no more: its callbacks are not called, and its waits end as if it were lost."""
+        self._on_feedback = self._on_stage = self._on_done = None
+        self.take(lambda progress: progress.lose("the client has forgotten the goal"))
+
+    def on_change(self, listener: Callable[[], object]) -> None:
+        """Call a function, in any thread, after each change and feedback message."""
+        self._listeners.append(listener)
+
+    # What comes, in any thread ----------------------------------------------------------------------------------------
+
+    def take(self, change: Callable[[Progress], object]) -> None:
+        """Change the progress; the callbacks follow."""
+        with self._client.lock:
+            before = self._progress.stage
+            change(self._progress)
+            ended = self._progress.done and before is not Stage.DONE
+        if ended:
+            self._client.forget(self.name)
+        if ended or self._progress.stage is not before:
+            self._tell()
+
+    def take_feedback(self, feedback: Any) -> None:
+        """Take a feedback message."""
+        with self._client.lock:
+            if self._progress.done:
+                return
+            self._feedback.append(feedback)
+            callback = self._on_feedback
+            if callback is not None:
+                self._client.call(lambda: callback(feedback))
+        self._tell()
+
+    def _entered(self, stage: Stage) -> None:
+        on_stage, on_done = self._on_stage, self._on_done
+        if on_stage is not None:
+            self._client.call(lambda: on_stage(self, stage))
+        if stage is Stage.DONE and on_done is not None:
+            self._client.call(lambda: on_done(self))
+
+    def _tell(self) -> None:
+        self._client.changed()
+        for listener in self._listeners:
+            listener()

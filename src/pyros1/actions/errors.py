@@ -1,0 +1,28 @@
+"""Errors of actions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.actions.states import Status
+from pyros1.ground.errors import Error
+
+
+class ActionError(Error):
+    """Base of the errors of actions; alone: something is not an action, or a goal cannot change as asked."""
+
+
+class GoalError(ActionError):
+    """A goal did not succeed.
+
+    Attributes:
+        status: how it ended.
+        text: what the server said.
+        result: the action's result message; None if none came.
+    """
+
+    def __init__(self, name: str, status: Status, text: str, result: Any) -> None:
+        super().__init__(f"goal {name} was not reached: {status.name}" + (f" ({text})" if text else ""))
+        self.status = status
+        self.text = text
+        self.result = result

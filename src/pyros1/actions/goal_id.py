@@ -1,0 +1,38 @@
+"""Names of goals, and which goals a request to cancel means (pure)."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+from pyros1.ground.timing import Time
+
+
+class GoalNames:
+    """Makes names of goals that differ in the whole system.
+
+    Args:
+        node: the node's full name.
+    """
+
+    def __init__(self, node: str) -> None:
+        self._node = node
+        self._numbers = itertools.count(1)
+
+    def next(self, now: Time) -> str:
+        """Return a new name: ``/node-1-1700000000.123``."""
+        return f"{self._node}-{next(self._numbers)}-{now.secs}.{now.nsecs // 1_000_000:03}"
+
+
+def is_meant(request: Any, goal: Any) -> bool:
+    """Return whether a request to cancel means a goal.
+
+    Args:
+        request: actionlib_msgs/GoalID: a name, a time (all goals until then), both, or neither (all goals).
+        goal: the goal's actionlib_msgs/GoalID.
+    """
+    if request.id == goal.id:
+        return True
+    if request.stamp:
+        return bool(goal.stamp <= request.stamp)
+    return not request.id

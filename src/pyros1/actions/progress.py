@@ -1,0 +1,93 @@
+"""A goal as its client sees it (pure): stages from what the server sends, in whatever order that comes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.actions.states import Stage, Status, stages_after
+
+
+class Progress:
+    """Stage, status and result of one goal. The caller has the locks.
+
+    Attributes:
+        name: the goal's name, unique in the system.
+        stage: where it is.
+        status: the server's latest status. text: what the server said with it.
+        result: the action's result message, once it has come.
+
+    Args:
+        name: the goal's name.
+        on_stage: called at each stage, while ``stage`` has it.
+        on_oddity: called with a text about what no server should send.
+    """
+
+    def __init__(
+        self, name: str, on_stage: Callable[[Stage], object], on_oddity: Callable[[str], object] = lambda _: None
+    ) -> None:
+        self.name = name
+        self.stage = Stage.WAITING_FOR_GOAL_ACK
+        self.status = Status.PENDING
+        self.text = ""
+        self.result: Any = None
+        self._known = False  # the server has spoken of it
+        self._on_stage = on_stage
+        self._on_oddity = on_oddity
+
+    @property
+    def done(self) -> bool:
+        """Whether the goal has ended for this client."""
+        return self.stage is Stage.DONE
+
+    def take_statuses(self, statuses: dict[str, Any]) -> None:
+        """Take a list of statuses: actionlib_msgs/GoalStatus by name of the goal.
+
+        A server that does not know a goal that it knew has been restarted: the goal is lost.
+        """
+        if self.done:
+            return
+        status = statuses.get(self.name)
+        if status is not None:
+            self._follow(status.status, status.text)
+        elif self._known and self.stage is not Stage.WAITING_FOR_RESULT:
+            self.lose("the action server no longer knows the goal")
+
+    def take_result(self, status: Any, result: Any) -> None:
+        """Take the goal's result, with the actionlib_msgs/GoalStatus that came with it; only the first counts."""
+        if self.done:
+            return
+        self.result = result
+        self._follow(status.status, status.text)
+        if not self.status.ended:
+            self._on_oddity(f"goal {self.name} got a result while its status was {self.status.name}")
+            self.status = Status.LOST
+        self._enter(Stage.DONE)
+
+    def ask_to_cancel(self) -> bool:
+        """Note that the client has asked to cancel the goal; return whether it may still help."""
+        if self.stage in (Stage.DONE, Stage.WAITING_FOR_RESULT):
+            return False
+        if self.stage not in (Stage.RECALLING, Stage.PREEMPTING):
+            self._enter(Stage.WAITING_FOR_CANCEL_ACK)
+        return True
+
+    def lose(self, text: str) -> None:
+        """End the goal without a word of the server."""
+        if not self.done:
+            self.status, self.text = Status.LOST, text
+            self._enter(Stage.DONE)
+
+    def _follow(self, status: int, text: str) -> None:
+        self._known = True
+        stages = stages_after(self.stage, status)
+        if stages is None:
+            self._on_oddity(f"goal {self.name} was {self.stage.name}, and its server now says status {status}")
+            return
+        self.status, self.text = Status(status), text
+        for stage in stages:
+            self._enter(stage)
+
+    def _enter(self, stage: Stage) -> None:
+        self.stage = stage
+        self._on_stage(stage)

@@ -1,0 +1,166 @@
+"""Server of an action (https://wiki.ros.org/actionlib)."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.actions.goal_id import GoalNames
+from pyros1.actions.parts import Action, listen
+from pyros1.actions.server_goal import ServerGoal
+from pyros1.actions.states import Move
+from pyros1.actions.table import TOO_OLD, GoalTable, Tracked
+from pyros1.ground.timing import Duration
+from pyros1.msgs import load_message
+from pyros1.node.checks import check_callback, check_positive
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_QUEUE = 50
+_INCOMING = 1000
+
+
+class Server:
+    """Receives goals, and tells clients how they are. Also a context manager. See `SimpleServer` for the usual case.
+
+    The callbacks run in separate threads, also in a node that spins. They should return soon: hand goals to threads.
+
+    Args:
+        node: the node whose topics and time are used.
+        name: name of the action.
+        action: its class, as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci".
+        on_goal: called with each new `ServerGoal`; it, or someone later, accepts or rejects it.
+        on_cancel: called with each goal that a client asks to cancel; the goal's ``cancel_requested`` is set already.
+        frequency: status messages per second; they are also sent at every change.
+        kept: seconds for which the status of a goal is sent after its end.
+
+    Raises:
+        ActionError: ``action`` is not an action.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        action: Any,
+        on_goal: Callable[[ServerGoal], object],
+        on_cancel: Callable[[ServerGoal], object] | None = None,
+        *,
+        frequency: float = 5.0,
+        kept: float = 5.0,
+    ) -> None:
+        check_callback(on_goal, "Server(node, name, action, on_goal)", "on_goal", action)
+        check_positive(frequency, "frequency", "Hz")
+        self.name = node.resolve(name)
+        self.types = Action.of(action)
+        self.node = node
+        self.lock = threading.RLock()
+        self._on_goal = on_goal
+        self._on_cancel = on_cancel
+        self._names = GoalNames(node.name)
+        self._table: GoalTable[Tracked] = GoalTable(Duration.from_sec(kept))
+        self._goals: dict[str, ServerGoal] = {}
+        self._array: Any = load_message("actionlib_msgs/GoalStatusArray")
+        self._closed = False
+        self._statuses = node.advertise(f"{name}/status", self._array, queue_size=_QUEUE, latch=True)
+        self._results = node.advertise(f"{name}/result", self.types.action_result, queue_size=_QUEUE)
+        self._feedback = node.advertise(f"{name}/feedback", self.types.action_feedback, queue_size=_QUEUE)
+        goal_id = load_message("actionlib_msgs/GoalID")
+        self._cancels = listen(node, f"{name}/cancel", goal_id, self._cancel_came, _INCOMING)
+        self._incoming = listen(node, f"{name}/goal", self.types.action_goal, self._goal_came, _INCOMING)
+        self.publish_status()
+        self._timer = node.timer(1.0 / frequency, lambda _: self.publish_status())
+
+    def close(self) -> None:
+        """Stop: clients hear no more of their goals."""
+        with self.lock:
+            self._closed = True
+        self._timer.shutdown()
+        for topic in (self._incoming, self._cancels, self._statuses, self._results, self._feedback):
+            topic.unregister()
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # What goals say ---------------------------------------------------------------------------------------------------
+
+    def publish_status(self) -> None:
+        """Send the status of all goals."""
+        with self.lock:
+            if self._closed:
+                return
+            now = self.node.now()
+            for gone in self._table.forget(now):
+                self._goals.pop(gone.status.goal_id.id, None)
+            message = self._array(status_list=[tracked.status for tracked in self._table.goals])
+            message.header.stamp = now
+            self._statuses.publish(message)
+
+    def publish_result(self, status: Any, result: Any) -> None:
+        """Send the result of a goal that has ended, and the status of all."""
+        with self.lock:
+            if self._closed:
+                return
+            message = self.types.action_result(status=status)
+            if result is not None:
+                message.result = result
+            message.header.stamp = self.node.now()
+            self._results.publish(message)
+            self.publish_status()
+
+    def publish_feedback(self, status: Any, feedback: Any) -> None:
+        """Send how a goal goes on."""
+        with self.lock:
+            if self._closed:
+                return
+            message = self.types.action_feedback(status=status, feedback=feedback)
+            message.header.stamp = self.node.now()
+            self._feedback.publish(message)
+
+    # What clients say -------------------------------------------------------------------------------------------------
+
+    def _goal_came(self, message: Any) -> None:
+        with self.lock:
+            now = self.node.now()
+            goal_id = message.goal_id
+            known, recalled = self._table.repeat(goal_id.id, now)
+            if known is not None:
+                if recalled:
+                    self.publish_result(known.status, None)
+                return
+            goal_id.id = goal_id.id or self._names.next(now)
+            if not goal_id.stamp:
+                goal_id.stamp = now
+            tracked = Tracked(goal_id, goal=message)
+            self._table.goals.append(tracked)
+            goal = self._goals[goal_id.id] = ServerGoal(self, tracked)
+            if self._table.is_too_old(goal_id):
+                goal.cancel(text=TOO_OLD)
+                return
+            self.publish_status()
+        self._on_goal(goal)
+
+    def _cancel_came(self, request: Any) -> None:
+        asked = []
+        with self.lock:
+            meant = self._table.meant(request)
+            for tracked in meant:
+                if tracked.move(Move.ASK_TO_CANCEL):
+                    goal = self._goals.get(tracked.status.goal_id.id)
+                    if goal is not None:
+                        asked.append(goal)
+            if request.id and self._table.find(request.id) is None:  # its goal may still come
+                early = Tracked(request)
+                early.move(Move.ASK_TO_CANCEL)
+                early.ended = self.node.now()
+                self._table.goals.append(early)
+            self.publish_status()
+        for goal in asked:
+            goal.hear_cancel()
+            if self._on_cancel is not None:
+                self._on_cancel(goal)

@@ -1,0 +1,133 @@
+"""A goal as the program of its server holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pyros1.actions.errors import ActionError
+from pyros1.actions.states import Move, Status
+
+if TYPE_CHECKING:
+    import threading
+
+    from pyros1.actions.parts import Action
+    from pyros1.actions.table import Tracked
+    from pyros1.node import Node
+
+
+class Owner(Protocol):
+    """What a goal needs of its server."""
+
+    name: str
+    node: Node
+    lock: threading.RLock
+    types: Action
+
+    def publish_status(self) -> None:
+        """Send the status of all goals."""
+
+    def publish_result(self, status: Any, result: Any) -> None:
+        """Send the result of a goal that has ended."""
+
+    def publish_feedback(self, status: Any, feedback: Any) -> None:
+        """Send how a goal goes on."""
+
+
+class ServerGoal:
+    """A goal that a client has sent.
+
+    Attributes:
+        name: the goal's name in the system.
+        goal: what the client wants: the action's goal message, as FibonacciGoal.
+    """
+
+    def __init__(self, server: Owner, tracked: Tracked) -> None:
+        self.name: str = tracked.status.goal_id.id
+        self.goal: Any = tracked.goal.goal
+        self._server = server
+        self._tracked = tracked
+        self._listeners: list[Callable[[], object]] = []
+
+    @property
+    def status(self) -> Status:
+        """The goal's status."""
+        return Status(self._tracked.status.status)
+
+    @property
+    def cancel_requested(self) -> bool:
+        """Whether the client, or a newer goal, asks to stop: then call `cancel`, or end the goal otherwise, soon."""
+        return self.status in (Status.RECALLING, Status.PREEMPTING)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the goal has ended."""
+        return self.status.ended
+
+    def accept(self, text: str = "") -> None:
+        """Begin; raises ActionError, as all these do, if the goal is not in a state for it."""
+        self._move(Move.ACCEPT, text)
+
+    def reject(self, result: Any = None, text: str = "") -> None:
+        """Refuse the goal, before `accept`."""
+        self._end(Move.REJECT, result, text)
+
+    def succeed(self, result: Any = None, text: str = "") -> None:
+        """End the goal: it was reached.
+
+        Args:
+            result: the action's result message, as FibonacciResult; None for one with default values.
+            text: for people.
+        """
+        self._end(Move.SUCCEED, result, text)
+
+    def abort(self, result: Any = None, text: str = "") -> None:
+        """End the goal: it could not be reached."""
+        self._end(Move.ABORT, result, text)
+
+    def cancel(self, result: Any = None, text: str = "") -> None:
+        """End the goal: it was stopped."""
+        self._end(Move.CANCEL, result, text)
+
+    def feedback(self, feedback: Any) -> None:
+        """Send the action's feedback message, as FibonacciFeedback."""
+        if not isinstance(feedback, self._server.types.feedback):
+            raise TypeError(f"feedback is a {self._server.types.feedback.__name__}, not {feedback!r:.80}")
+        self._server.publish_feedback(self._tracked.status, feedback)
+
+    def ask_to_cancel(self) -> None:
+        """Ask the goal to stop, as a client would."""
+        with self._server.lock:
+            if not self._tracked.move(Move.ASK_TO_CANCEL):
+                return
+            self._server.publish_status()
+        self.hear_cancel()
+
+    def on_cancel(self, listener: Callable[[], object]) -> None:
+        """Call a function, in any thread, when the goal is asked to stop; at once if it was asked already."""
+        with self._server.lock:
+            self._listeners.append(listener)
+            asked = self.cancel_requested
+        if asked:
+            listener()
+
+    def hear_cancel(self) -> None:
+        """Call the listeners."""
+        for listener in list(self._listeners):
+            listener()
+
+    def _move(self, move: Move, text: str) -> None:
+        with self._server.lock:
+            if not self._tracked.move(move, text):
+                raise ActionError(f"cannot {move.value} goal {self.name}: it is {self.status.name}")
+            self._server.publish_status()
+
+    def _end(self, move: Move, result: Any, text: str) -> None:
+        kind = self._server.types.result
+        if result is not None and not isinstance(result, kind):
+            raise TypeError(f"a result of {self._server.name} is a {kind.__name__}, not {result!r:.80}")
+        with self._server.lock:
+            if not self._tracked.move(move, text):
+                raise ActionError(f"cannot {move.value} goal {self.name}: it is {self.status.name}")
+            self._tracked.ended = self._server.node.now()
+            self._server.publish_result(self._tracked.status, result)

@@ -1,0 +1,150 @@
+"""Server for the usual case: one goal at a time, the newest one."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.actions.errors import ActionError
+from pyros1.actions.server import Server
+from pyros1.actions.server_goal import ServerGoal
+from pyros1.net.bell import Bell
+from pyros1.node.checks import check_callback
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+REPLACED = "This goal was canceled because another goal was received by the simple action server"
+_STEP = 0.5
+
+
+class SimpleServer:
+    """Works on one goal at a time: a new goal asks the present one to stop, and takes the place of one that waits.
+
+    ::
+
+        def execute(goal):
+            result = FibonacciResult(sequence=[0, 1])
+            for _ in range(1, goal.goal.order):
+                if goal.cancel_requested:
+                    goal.cancel(result)
+                    return None
+                result.sequence = [*result.sequence, sum(result.sequence[-2:])]
+            return result
+
+        pyros1.actions.SimpleServer(node, "fibonacci", FibonacciAction, execute)
+
+    Args:
+        node: the node whose topics and time are used.
+        name: name of the action.
+        action: its class, or its type's name.
+        execute: called with each `ServerGoal`, in a thread of its own. The result message that it returns is the result
+            of a goal that succeeded; otherwise it ends the goal with ``goal.abort``, ``goal.cancel`` or
+            ``goal.succeed``, and returns None. After an exception, and if the goal has no end, it is aborted.
+        frequency, kept: as for `Server`.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        action: Any,
+        execute: Callable[[ServerGoal], Any],
+        *,
+        frequency: float = 5.0,
+        kept: float = 5.0,
+    ) -> None:
+        check_callback(execute, "SimpleServer(node, name, action, execute)", "execute", action)
+        self._node = node
+        self._execute = execute
+        self._lock = threading.Lock()
+        self._bell = Bell()
+        self._present: ServerGoal | None = None
+        self._next: ServerGoal | None = None
+        self._closed = False
+        node.on_shutdown(self._bell.ring)
+        self._server = Server(node, name, action, self._take, self._end_early, frequency=frequency, kept=kept)
+        self.name = self._server.name
+        self._thread = threading.Thread(target=self._run, name=f"pyros1-action {self.name}", daemon=True)
+        self._thread.start()
+
+    def close(self, timeout: float | None = 5.0) -> None:
+        """Ask the present goal to stop, wait for it, and stop.
+
+        Args:
+            timeout: most seconds to wait for the present goal.
+        """
+        self._closed = True
+        present = self._present
+        if present is not None:
+            present.ask_to_cancel()
+        self._bell.ring()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout)
+        self._server.close()
+
+    def __enter__(self) -> SimpleServer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _take(self, goal: ServerGoal) -> None:
+        with self._lock:
+            replaced, self._next = self._next, goal
+            present = self._present
+        if replaced is not None:
+            self._cancel(replaced, REPLACED)
+        if present is not None:
+            present.ask_to_cancel()
+        self._bell.ring()
+
+    def _end_early(self, goal: ServerGoal) -> None:
+        with self._lock:
+            waits = goal is self._next
+            if waits:
+                self._next = None
+        if waits:
+            self._cancel(goal, "")
+
+    @staticmethod
+    def _cancel(goal: ServerGoal, text: str) -> None:
+        if not goal.ended:
+            goal.cancel(text=text)
+
+    def _run(self) -> None:
+        while self._node.ok() and not self._closed:
+            self._bell.wait(lambda: self._next or self._closed or not self._node.ok(), _STEP)
+            with self._lock:
+                self._present, self._next = self._next, None
+            if self._present is not None:
+                self._work(self._present)
+                self._present = None
+
+    def _work(self, goal: ServerGoal) -> None:
+        log = self._node.log
+        try:
+            goal.accept()
+        except ActionError:
+            return  # a client has cancelled it just now
+        result, text = None, "execute() has not ended the goal"
+        try:
+            result = self._execute(goal)
+        except Exception as error:
+            text = f"{type(error).__name__}: {error}"
+            log.exception("error in execute() of action %s", self.name, error=error)
+        else:
+            if result is None and not goal.ended:
+                log.warn("action %s: %s; it is aborted", self.name, text)
+        if not self._node.ok() or goal.ended:
+            return
+        try:
+            if result is not None:
+                goal.succeed(result)
+            else:
+                goal.abort(text=text)
+        except (ActionError, TypeError) as error:
+            log.error("action %s: %s", self.name, error)
+            if not goal.ended:
+                goal.abort(text=str(error))

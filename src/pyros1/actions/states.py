@@ -1,0 +1,124 @@
+"""States of goals, on both sides, and how they follow each other (pure).
+
+The server knows a goal's status, which it publishes; the client derives from it the stage of its conversation with the
+server (https://wiki.ros.org/actionlib/DetailedDescription).
+"""
+
+from __future__ import annotations
+
+from enum import Enum, IntEnum
+
+
+class Status(IntEnum):
+    """Status of a goal in the server: the values of actionlib_msgs/GoalStatus."""
+
+    PENDING = 0
+    ACTIVE = 1
+    PREEMPTED = 2
+    SUCCEEDED = 3
+    ABORTED = 4
+    REJECTED = 5
+    PREEMPTING = 6
+    RECALLING = 7
+    RECALLED = 8
+    LOST = 9
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing follows."""
+        return self in _ENDED
+
+
+_ENDED = frozenset({Status.PREEMPTED, Status.SUCCEEDED, Status.ABORTED, Status.REJECTED, Status.RECALLED, Status.LOST})
+
+
+class Stage(IntEnum):
+    """Stage of a goal in the client; the numbers are those of stock's CommState."""
+
+    WAITING_FOR_GOAL_ACK = 0
+    PENDING = 1
+    ACTIVE = 2
+    WAITING_FOR_RESULT = 3
+    WAITING_FOR_CANCEL_ACK = 4
+    RECALLING = 5
+    PREEMPTING = 6
+    DONE = 7
+
+
+class Move(Enum):
+    """What a server does with a goal, or a client asks of it."""
+
+    ACCEPT = "accept"
+    REJECT = "reject"
+    ABORT = "abort"
+    SUCCEED = "succeed"
+    CANCEL = "cancel"  # the server has stopped it
+    ASK_TO_CANCEL = "ask to cancel"
+
+
+_MOVES: dict[Move, dict[Status, Status]] = {
+    Move.ACCEPT: {Status.PENDING: Status.ACTIVE, Status.RECALLING: Status.PREEMPTING},
+    Move.REJECT: dict.fromkeys((Status.PENDING, Status.RECALLING), Status.REJECTED),
+    Move.ABORT: dict.fromkeys((Status.ACTIVE, Status.PREEMPTING), Status.ABORTED),
+    Move.SUCCEED: dict.fromkeys((Status.ACTIVE, Status.PREEMPTING), Status.SUCCEEDED),
+    Move.CANCEL: dict.fromkeys((Status.PENDING, Status.RECALLING), Status.RECALLED)
+    | dict.fromkeys((Status.ACTIVE, Status.PREEMPTING), Status.PREEMPTED),
+    Move.ASK_TO_CANCEL: {Status.PENDING: Status.RECALLING, Status.ACTIVE: Status.PREEMPTING},
+}
+
+
+def status_after(status: int, move: Move) -> Status | None:
+    """Return the status that follows a move of the server; None if the move is not possible now."""
+    return _MOVES[move].get(Status(status)) if 0 <= status <= Status.LOST else None
+
+
+_LETTERS = {
+    "P": Stage.PENDING,
+    "A": Stage.ACTIVE,
+    "R": Stage.RECALLING,
+    "X": Stage.PREEMPTING,
+    "W": Stage.WAITING_FOR_RESULT,
+}
+# A column for each stage but DONE, a row for each status that a server may publish. Letters are the stages that follow
+# one after the other: the client may have missed messages, but shows its program each stage. "." is nothing new, "!" is
+# wrong.
+_COLUMNS = (
+    Stage.WAITING_FOR_GOAL_ACK,
+    Stage.PENDING,
+    Stage.ACTIVE,
+    Stage.WAITING_FOR_RESULT,
+    Stage.WAITING_FOR_CANCEL_ACK,
+    Stage.RECALLING,
+    Stage.PREEMPTING,
+)
+_ROWS = {
+    Status.PENDING: "P   .   !  ! .  !  !",
+    Status.ACTIVE: "A   A   .  . .  !  !",
+    Status.RECALLING: "PR  R   !  ! R  .  !",
+    Status.PREEMPTING: "AX  AX  X  ! X  X  .",
+    Status.REJECTED: "PW  W   !  . W  W  !",
+    Status.RECALLED: "PW  RW  !  . RW W  !",
+    Status.PREEMPTED: "AXW AXW XW . XW XW W",
+    Status.SUCCEEDED: "AW  AW  W  . XW XW W",
+    Status.ABORTED: "AW  AW  W  . XW XW W",
+}
+_STAGES: dict[tuple[int, int], tuple[Stage, ...] | None] = {
+    (stage, status): None if word == "!" else tuple(_LETTERS[letter] for letter in word if letter != ".")
+    for status, row in _ROWS.items()
+    for stage, word in zip(_COLUMNS, row.split(), strict=True)
+}
+
+
+def stages_after(stage: int, status: int) -> tuple[Stage, ...] | None:
+    """Return the stages through which a goal goes when the server's status comes.
+
+    Args:
+        stage: the present stage.
+        status: what the server says.
+
+    Returns:
+        The stages in their order, often none; None if no server that keeps the rules says this now.
+    """
+    if stage == Stage.DONE:
+        return () if status in _ENDED and status != Status.LOST else None
+    return _STAGES.get((stage, status))

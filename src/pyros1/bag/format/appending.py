@@ -1,0 +1,33 @@
+"""Continues bags that were closed."""
+
+from __future__ import annotations
+
+import os
+from typing import IO
+
+from pyros1.bag.errors import BagError
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter, Begun
+
+
+def append(
+    target: str | os.PathLike[str] | IO[bytes], compression: str = "none", chunk_threshold: int = CHUNK_THRESHOLD
+) -> BagWriter:
+    """Return a writer that adds chunks to a bag. An encrypted bag stays encrypted.
+
+    Until it is closed the bag has no index, as with a new one.
+
+    Args:
+        target, compression, chunk_threshold: as for `BagWriter`.
+
+    Raises:
+        UnindexedError: the bag was not closed, or its index is damaged.
+        BagError: it is not a bag, is of version 1.2, or cannot be decrypted.
+        OSError: the file cannot be read and written.
+    """
+    with BagReader(target) as old:
+        if old.file.version != 200:
+            raise BagError(old.path, "nothing can be added to a bag of version 1.2; `pyros1 bag fix` converts it")
+        begun = Begun(old.connections, old.chunks, old.file.index_pos)
+        cipher = old.file.cipher
+    return BagWriter(target, compression, chunk_threshold, cipher, begun)

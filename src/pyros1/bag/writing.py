@@ -1,0 +1,157 @@
+"""New bags in Python, and more messages for old ones: messages as objects, or encoded."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Mapping
+from types import TracebackType
+from typing import IO, Any
+
+from pyros1.bag.errors import BagError
+from pyros1.bag.format.appending import append
+from pyros1.bag.format.records import NS
+from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter
+from pyros1.ground.timing import Time
+from pyros1.msgs import AnyMsg, Message
+
+Header = Mapping[str, str | bytes]
+"""A connection header, for example a publisher's ``_connection_header``."""
+
+
+class BagOutput:
+    """A bag open for writing; use it in a ``with`` statement. Several threads may write at once.
+
+    Until it is closed the bag has no index: after a crash `pyros1 bag reindex` recovers what was written, all but the
+    last chunk. An exception in the ``with`` block closes the bag as usual: what was written is complete.
+
+    Args:
+        target: path of the file, or an open binary file, for reading and writing, which stays open.
+        more: whether to keep what is in the file, and to write behind it; it is created if it is missing.
+        compression: ``none``, ``bz2`` or ``lz4``.
+        chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
+
+    Raises:
+        UnindexedError: with `more`, the bag was not closed; `pyros1 bag reindex` repairs it.
+        BagError: with `more`, the file is not a bag to which messages can be added.
+        OSError: the file cannot be created.
+    """
+
+    def __init__(
+        self,
+        target: str | os.PathLike[str] | IO[bytes],
+        *,
+        more: bool = False,
+        compression: str = "none",
+        chunk_threshold: int = CHUNK_THRESHOLD,
+    ) -> None:
+        new = not more or (isinstance(target, (str, os.PathLike)) and not os.path.exists(target))
+        self.writer = (BagWriter if new else append)(target, compression, chunk_threshold)
+        self._conns: dict[Any, int] = {}
+        self._lock = threading.Lock()
+
+    @property
+    def path(self) -> str:
+        """Path of the file."""
+        return self.writer.path
+
+    @property
+    def size(self) -> int:
+        """Number of bytes written so far."""
+        return self.writer.size
+
+    def __len__(self) -> int:
+        return self.writer.messages
+
+    def write(
+        self, topic: str, message: Message | AnyMsg, stamp: Time | float | None = None, header: Header | None = None
+    ) -> None:
+        """Write a message.
+
+        Args:
+            topic: name of its topic.
+            message: the message; an `AnyMsg` as it was received.
+            stamp: time at which it was received, as a Time or seconds since 1970; None: now.
+            header: the publisher's connection header. None: that of the received `AnyMsg`; otherwise topic and type.
+                Messages of the same topic, type and header are of one connection.
+
+        Raises:
+            SerializationError: a value does not fit its field. Nothing is written then.
+            BagError: the stamp cannot be stored, or the header has no type.
+            OSError: the disk is full, ... What was written before is kept.
+        """
+        cls: Any = type(message)
+        if header is None and isinstance(message, AnyMsg):
+            header = message._connection_header or {}
+        data = cls._encode(message)
+        if header is None:
+            self._put((topic, cls), topic, data, stamp, cls)
+        else:
+            self.write_raw(topic, data, header, stamp)
+
+    def write_raw(
+        self, topic: str, data: bytes | memoryview, header: Header, stamp: Time | float | None = None
+    ) -> None:
+        """Write an encoded message.
+
+        Args:
+            topic: name of its topic.
+            data: the bytes of the message.
+            header: connection header with at least ``type``, ``md5sum`` and ``message_definition``.
+            stamp: as for :meth:`write`.
+
+        Raises:
+            BagError, OSError: as for :meth:`write`.
+        """
+        self._put((topic, *sorted(header.items())), topic, data, stamp, header)
+
+    def _put(self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, source: Any) -> None:
+        nanoseconds = _nanoseconds(stamp)
+        with self._lock:
+            conn = self._conns.get(key)
+            if conn is None:
+                conn = self._conns[key] = self.writer.add_connection(topic, self._fields(source))
+            self.writer.write(conn, nanoseconds, data)
+
+    def _fields(self, source: Any) -> dict[str, bytes]:
+        """Return a connection header as bytes, from one as text, or from a class of messages."""
+        if isinstance(source, type):
+            cls: Any = source
+            source = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
+        fields = {
+            name: value.encode("utf-8", "surrogateescape") if isinstance(value, str) else bytes(value)
+            for name, value in source.items()
+        }
+        for name in ("type", "md5sum", "message_definition"):
+            if name not in fields:
+                raise BagError(self.path, f"the connection header of a message needs the field {name!r}")
+        return fields
+
+    def flush(self) -> None:
+        """Hand all that was written to the system: it survives a crash of this process."""
+        with self._lock:
+            self.writer.flush()
+
+    def close(self) -> None:
+        """Write the rest and the index, and close the file. A second call does nothing.
+
+        Raises:
+            OSError: the file cannot be written; it is closed anyway, and can be reindexed.
+        """
+        with self._lock:
+            self.writer.close()
+
+    def __enter__(self) -> BagOutput:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _nanoseconds(stamp: Time | float | None) -> int:
+    if stamp is None:
+        return time.time_ns()
+    return stamp.to_nsec() if isinstance(stamp, Time) else round(stamp * NS)

@@ -1,0 +1,30 @@
+"""``rospy enable``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Verb
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Write the file that offers the modules."""
+    from pyros1.drop_in.environment import enable, installed_rospy  # noqa: PLC0415
+
+    print(f"wrote {enable()}")
+    found = installed_rospy()
+    if found is None or "pyros1" not in found:
+        print(f"a real rospy is installed, and wins: {found}. PYROS1_ROSPY=pyros1 in the environment prefers ours.")
+    else:
+        print("programs of this environment can now import rospy, std_msgs.msg and the other modules of ROS 1")
+
+
+VERB = Verb(
+    "enable",
+    "let all programs of this Python environment import rospy, std_msgs.msg, ...",
+    description="Writes a .pth file into the environment's site-packages. Without it, only programs that pyros1 starts "
+    "find the modules, and those of a shell after `source <(pyros1 setup)`.",
+    examples=[("", "then `python my_node.py`, pytest, notebooks and editors find rospy")],
+    run=run,
+)

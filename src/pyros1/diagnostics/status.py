@@ -1,0 +1,35 @@
+"""The state of one part of a node or its hardware, which a task fills."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.msgs.diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+OK, WARN, ERROR, STALE = 0, 1, 2, 3
+
+
+class Status(DiagnosticStatus):
+    """A diagnostic_msgs/DiagnosticStatus with what tasks need to fill it."""
+
+    def summary(self, level: int, message: str) -> None:
+        """Set level (OK, WARN, ERROR or STALE) and message."""
+        self.level, self.message = level, message
+
+    def merge(self, level: int, message: str) -> None:
+        """Add a level and message to those that are set: the worse level counts, and the messages of problems remain.
+
+        If both are problems, or both are OK, the messages are joined.
+        """
+        if (level > OK) != (self.level > OK):
+            if level > self.level:
+                self.message = message
+        elif self.message:
+            self.message = f"{self.message}; {message}"
+        else:
+            self.message = message
+        self.level = max(self.level, level)
+
+    def add(self, key: str, value: Any) -> None:
+        """Add a value under a name; it is shown as ``str`` does."""
+        self.values.append(KeyValue(key, str(value)))

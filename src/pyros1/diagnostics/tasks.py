@@ -1,0 +1,160 @@
+"""Tasks that most nodes need: how often something happens, whether its time stamps are right, and tasks in one.
+
+A task is a function that fills a `Status`.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from pyros1.diagnostics.status import ERROR, OK, WARN, Status
+from pyros1.ground.timing import Time
+
+Task = Callable[[Status], object]
+
+
+def alive(status: Status) -> None:
+    """Say that the node is alive: a task."""
+    status.summary(OK, "Alive")
+
+
+class Frequency:
+    """Counts events, and tells whether they come as often as they should; times are those of ``now``.
+
+    Args:
+        now: returns the time: ``node.now``.
+        minimum, maximum: in Hz.
+        tolerance: share by which the frequency may be outside of them: 0.1 is 10 %.
+        window: number of runs of the task over which is counted.
+    """
+
+    def __init__(
+        self,
+        now: Callable[[], Time],
+        minimum: float = 0.0,
+        maximum: float = float("inf"),
+        tolerance: float = 0.1,
+        window: int = 5,
+    ) -> None:
+        self.minimum, self.maximum, self.tolerance = minimum, maximum, tolerance
+        self._now = now
+        self._window = window
+        self._lock = threading.Lock()
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin to count anew."""
+        with self._lock:
+            self._count = 0
+            self._runs = deque([(self._now(), 0)] * self._window, self._window)
+
+    def tick(self) -> None:
+        """Count an event."""
+        with self._lock:
+            self._count += 1
+
+    def run(self, status: Status) -> None:
+        """Fill a status: the task."""
+        with self._lock:
+            now, count = self._now(), self._count
+            since, before = self._runs[0]
+            self._runs.append((now, count))
+        events, seconds = count - before, (now - since).to_sec()
+        hertz = events / seconds if seconds else 0.0
+        low, high = self.minimum * (1 - self.tolerance), self.maximum * (1 + self.tolerance)
+        if not events:
+            status.summary(ERROR, "No events recorded.")
+        elif seconds and hertz < low:
+            status.summary(WARN, "Frequency too low.")
+        elif hertz > high:
+            status.summary(WARN, "Frequency too high.")
+        else:
+            status.summary(OK, "Desired frequency met")
+        status.add("Events in window", events)
+        status.add("Events since startup", count)
+        status.add("Duration of window (s)", f"{seconds:f}")
+        status.add("Actual frequency (Hz)", f"{hertz:f}")
+        if self.minimum == self.maximum:
+            status.add("Target frequency (Hz)", f"{self.minimum:f}")
+        if self.minimum > 0:
+            status.add("Minimum acceptable frequency (Hz)", f"{low:f}")
+        status.add("Maximum acceptable frequency (Hz)", f"{high:f}")
+
+
+class TimeStamps:
+    """Tells whether the time stamps of messages are near the time at which they come.
+
+    Args:
+        now: returns the time: ``node.now``.
+        earliest, latest: seconds that a stamp may be in the past; a negative number is in the future.
+    """
+
+    def __init__(self, now: Callable[[], Time], earliest: float = -1.0, latest: float = 5.0) -> None:
+        self.earliest, self.latest = earliest, latest
+        self._now = now
+        self._lock = threading.Lock()
+        self._past = self._future = self._zeros = 0
+        self._delays: list[float] = []  # the smallest and the largest since the last run
+        self._zero_seen = False
+
+    def tick(self, stamp: Time | float) -> None:
+        """Take the time stamp of a message, as a Time or in seconds."""
+        seconds = float(stamp if isinstance(stamp, (int, float)) else stamp.to_sec())
+        with self._lock:
+            if seconds == 0:
+                self._zero_seen = True
+                return
+            delay = self._now().to_sec() - seconds
+            self._delays = [min([delay, *self._delays]), max([delay, *self._delays])]
+
+    def run(self, status: Status) -> None:
+        """Fill a status: the task."""
+        with self._lock:
+            least, most = self._delays or (0.0, 0.0)
+            status.summary(OK, "Timestamps are reasonable.")
+            if not self._delays:
+                status.summary(WARN, "No data since last update.")
+            else:
+                if least < self.earliest:
+                    status.summary(ERROR, "Timestamps too far in future seen.")
+                    self._future += 1
+                if most > self.latest:
+                    status.summary(ERROR, "Timestamps too far in past seen.")
+                    self._past += 1
+                if self._zero_seen:
+                    status.summary(ERROR, "Zero timestamp seen.")
+                    self._zeros += 1
+            for name, value in (
+                ("Earliest timestamp delay:", least),
+                ("Latest timestamp delay:", most),
+                ("Earliest acceptable timestamp delay:", self.earliest),
+                ("Latest acceptable timestamp delay:", self.latest),
+            ):
+                status.add(name, f"{value:f}")
+            status.add("Late diagnostic update count:", self._past)
+            status.add("Early diagnostic update count:", self._future)
+            status.add("Zero seen diagnostic update count:", self._zeros)
+            self._delays, self._zero_seen = [], False
+
+
+class Combined:
+    """Several tasks in one status: their values one after the other, and what `Status.merge` makes of their summaries.
+
+    Args:
+        tasks: the tasks.
+    """
+
+    def __init__(self, tasks: Sequence[Task] = ()) -> None:
+        self.tasks = list(tasks)
+
+    def run(self, status: Status) -> None:
+        """Fill a status: the task."""
+        before = status.level, status.message
+        merged = Status()
+        for task in self.tasks:
+            status.summary(*before)
+            task(status)
+            merged.merge(status.level, status.message)
+        status.summary(merged.level, merged.message)

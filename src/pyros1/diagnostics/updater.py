@@ -1,0 +1,96 @@
+"""Updater, which runs a node's tasks and publishes what they say on /diagnostics."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.diagnostics.status import ERROR, OK, Status
+from pyros1.diagnostics.tasks import Task
+from pyros1.ground.errors import Error
+from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+UNSET = (ERROR, "No message was set")
+"""Level and message of a task that sets none."""
+
+
+class Updater:
+    """Runs tasks once in a while, and publishes their results, until the node ends.
+
+    Each new task is announced with "Node starting up".
+
+    Args:
+        node: the node.
+        hardware_id: what tells this piece of hardware from others, for example its serial number.
+        period: seconds between two runs; the parameter ``~diagnostic_period``, if set when the updater is made, takes
+            precedence. 0: only when `update` is called.
+    """
+
+    def __init__(self, node: Node, hardware_id: str = "", period: float = 1.0) -> None:
+        self.hardware_id = hardware_id
+        self._node = node
+        self._lock = threading.Lock()
+        self._tasks: dict[str, Task] = {}
+        self._publisher = node.advertise("/diagnostics", DiagnosticArray)
+        wanted = node.params.get("~diagnostic_period", period)
+        self._timer = node.timer(float(wanted), lambda event: self.update()) if wanted else None
+
+    def add(self, name: str, task: Task) -> None:
+        """Run a task from now on; one of the same name is replaced.
+
+        Args:
+            name: of what the task looks at, for people.
+            task: called with a `Status` to fill. If it raises, that is the status.
+        """
+        with self._lock:
+            self._tasks[name] = task
+        self._publish([self._status(name, OK, "Node starting up")])
+
+    def remove(self, name: str) -> bool:
+        """Run a task no more; return whether there was one of that name."""
+        with self._lock:
+            return self._tasks.pop(name, None) is not None
+
+    def update(self) -> None:
+        """Run all tasks and publish their results now."""
+        with self._lock:
+            tasks = list(self._tasks.items())
+        found = []
+        for name, task in tasks:
+            status = self._status(name, *UNSET)
+            status.hardware_id = self.hardware_id
+            try:
+                task(status)
+            except Exception as error:  # noqa: BLE001  the other tasks go on
+                status.summary(ERROR, f"{type(error).__name__}: {error}")
+                self._node.log.error("the diagnostic task %s has failed: %r", name, error, throttle=60)
+            found.append(status)
+        self._publish(found)
+
+    def broadcast(self, level: int, message: str) -> None:
+        """Publish the same level and message for all tasks, for example before the node ends."""
+        with self._lock:
+            names = list(self._tasks)
+        self._publish([self._status(name, level, message) for name in names])
+
+    def close(self) -> None:
+        """Stop."""
+        if self._timer is not None:
+            self._timer.shutdown()
+        self._publisher.unregister()
+
+    def _status(self, name: str, level: int, message: str) -> Status:
+        return Status(level=level, name=f"{self._node.name[1:]}: {name}", message=message)
+
+    def _publish(self, found: Iterable[Any]) -> None:
+        array = DiagnosticArray(status=list(found))
+        array.header.stamp = self._node.now()
+        try:
+            self._publisher.publish(array)
+        except Error:
+            if self._node.ok():
+                raise

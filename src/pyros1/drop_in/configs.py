@@ -1,0 +1,129 @@
+"""``my_package.cfg.TutorialsConfig`` from ``cfg/Tutorials.cfg`` of a ROS package, without a build.
+
+A ``.cfg`` file is a program in Python that describes parameters with a ParameterGenerator. It runs when the module is
+first imported, in this process: it belongs to the package whose node runs here, too.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
+
+_SUFFIX = "Config"
+
+
+def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
+    """Return the spec of ``PACKAGE.cfg``, or of a module in it; None if the package has no such file.
+
+    Args:
+        folder: of the ROS package.
+        rest: the module's name within ``PACKAGE.cfg``, in parts.
+        name: its full name.
+    """
+    match rest:
+        case []:
+            if any(_files(folder)):
+                return ModuleSpec(name, _Package(folder), is_package=True)  # type: ignore[arg-type]
+        case [module] if module.endswith(_SUFFIX):
+            wanted = f"{module.removesuffix(_SUFFIX)}.cfg"
+            for path in _files(folder):
+                if os.path.basename(path) == wanted:
+                    return ModuleSpec(name, _Config(path), origin=path)  # type: ignore[arg-type]
+    return None
+
+
+def _files(folder: str) -> Iterator[str]:
+    """Yield the .cfg files of a ROS package: those in cfg/ first, then in its other folders, but not below those."""
+    for root, _, files in os.walk(os.path.join(folder, "cfg")):
+        yield from (os.path.join(root, file) for file in sorted(files) if file.endswith(".cfg"))
+    try:
+        others = sorted(entry.path for entry in os.scandir(folder) if entry.is_dir() and entry.name != "cfg")
+    except OSError:
+        return
+    for other in others:
+        try:
+            yield from (os.path.join(other, file) for file in sorted(os.listdir(other)) if file.endswith(".cfg"))
+        except OSError:
+            continue
+
+
+class _Package:
+    """Loader of ``PACKAGE.cfg``."""
+
+    def __init__(self, folder: str) -> None:
+        self._folder = folder
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Leave it to the import system."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Fill it: there is nothing in it but further modules."""
+        module.__doc__ = f"Parameters that nodes of {self._folder} let others change."
+
+
+class _Config:
+    """Loader of a module from a .cfg file."""
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Leave it to the import system."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Run the file, and fill the module with what it describes."""
+        from dynamic_reconfigure.encoding import extract_params  # noqa: PLC0415
+
+        vars(module).update(run(self._path), extract_params=extract_params, __file__=self._path)
+
+
+class _Running(threading.local):
+    """The .cfg files that this thread runs, the innermost last: what each has described so far."""
+
+    def __init__(self) -> None:
+        self.results: list[list[dict[str, Any]]] = []
+
+
+_RUNNING = _Running()
+
+
+def run(path: str) -> dict[str, Any]:
+    """Run a .cfg file; return the names that its module has.
+
+    Raises:
+        ImportError: it is not in Python 3, raises an error, or describes nothing.
+    """
+    found: list[dict[str, Any]] = []
+    _RUNNING.results.append(found)
+    try:
+        with open(path, "rb") as file:
+            code = compile(file.read(), path, "exec")
+        exec(code, {"__name__": "__main__", "__file__": path})
+    except SystemExit:  # the usual end: exit(gen.generate(...))
+        pass
+    except SyntaxError as error:
+        raise ImportError(f"{path}, line {error.lineno}: {error.msg}. Is it in Python 2?", path=path) from error
+    except Exception as error:
+        raise ImportError(f"{path}: {type(error).__name__}: {error}", path=path) from error
+    finally:
+        _RUNNING.results.pop()
+    if not found:
+        raise ImportError(f"{path} does not call generate() of a ParameterGenerator", path=path)
+    return found[0]
+
+
+def take(contents: dict[str, Any]) -> None:
+    """Take what a ParameterGenerator has collected.
+
+    Raises:
+        NotImplementedError: no module imports it: the file was started as a program.
+    """
+    if not _RUNNING.results:
+        raise NotImplementedError(
+            "pyros1 needs no files made from .cfg files, and makes none: import PACKAGE.cfg.NAMEConfig"
+        )
+    _RUNNING.results[-1].append(contents)

@@ -1,0 +1,86 @@
+"""Our modules in all programs of a Python environment: a .pth file in its site-packages.
+
+See https://docs.python.org/3/library/site.html.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+from pyros1.finding.python_modules import START
+from pyros1.ground.errors import Error
+
+NAME = "pyros1-rospy.pth"
+"""The file; Python reads it when it starts. If pyros1 is removed, the file does nothing."""
+
+
+class SiteError(Error):
+    """The environment cannot be changed."""
+
+
+def pth_file(folder: str | None = None) -> Path:
+    """Return the place of the file in this environment, or in a given folder of packages."""
+    return Path(folder or sysconfig.get_path("purelib"), NAME)
+
+
+def is_enabled(folder: str | None = None) -> bool:
+    """Return whether programs of the environment find the modules of this installation."""
+    try:
+        return pth_file(folder).read_text(encoding="utf-8") == _text()
+    except OSError:
+        return False
+
+
+def enable(folder: str | None = None) -> Path:
+    """Write the file and return its place.
+
+    Raises:
+        SiteError: it cannot be written.
+    """
+    file = pth_file(folder)
+    try:
+        file.write_text(_text(), encoding="utf-8")
+    except OSError as error:
+        raise SiteError(
+            f"cannot write {file}: {error.strerror}; use a virtual environment of your own (python3 -m venv)"
+        ) from error
+    return file
+
+
+def disable(folder: str | None = None) -> bool:
+    """Remove the file; return whether there was one.
+
+    Raises:
+        SiteError: it cannot be removed.
+    """
+    file = pth_file(folder)
+    try:
+        file.unlink()
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        raise SiteError(f"cannot remove {file}: {error.strerror}") from error
+    return True
+
+
+def installed_rospy() -> str | None:
+    """Return the file of the rospy that programs of this environment import, as it is now; None if there is none."""
+    code = "import importlib.util as u; s = u.find_spec('rospy'); print(s.origin if s else '')"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        stdin=subprocess.DEVNULL,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    return done.stdout.strip() or None
+
+
+def _text() -> str:
+    call = "sys.path.append(p), __import__('pyros1_modules').install(), sys.path.remove(p)"
+    return f"import os, sys; p = {START!r}; os.path.isdir(p) and ({call})\n"  # one line: Python wants it so

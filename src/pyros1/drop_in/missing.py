@@ -1,0 +1,45 @@
+"""Names that a module of stock has and ours loads late, or does not have: then the error says so."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+
+def names(
+    module: str, late: Mapping[str, str] | None = None, why: Mapping[str, str] | None = None
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return the ``__getattr__`` and the ``__dir__`` of a module.
+
+    Args:
+        module: its full name.
+        late: name -> full name of the module that has it; the name of a module itself with a dot at its end.
+        why: name -> why it is missing, or what to use instead.
+    """
+    homes = late or {}
+
+    def __getattr__(name: str) -> Any:
+        home = homes.get(name)
+        if home is None:
+            if name.startswith("__"):
+                raise AttributeError(f"module {module!r} has no attribute {name!r}")
+            reason = (why or {}).get(name, "")
+            raise AttributeError(f"pyros1 has no {module}.{name}{reason and ': ' + reason}")
+        return import_module(home[:-1]) if home.endswith(".") else getattr(import_module(home), name)
+
+    def __dir__() -> list[str]:
+        return sorted({*vars(sys.modules[module]), *homes})
+
+    return __getattr__, __dir__
+
+
+def missing(module: str, **reasons: str) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a module that loads nothing late.
+
+    Args:
+        module: its full name.
+        **reasons: for names that programs may look for, why they are not here, or what does their work.
+    """
+    return names(module, why=reasons)[0]

@@ -1,0 +1,26 @@
+"""What happens when the last handle of a goal goes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import rospy
+
+
+class HandleTrackerDeleter:
+    """Called when a goal has no handle any more: from then on it stays in the status list for a while only.
+
+    Args:
+        action_server: the ActionServer.
+        status_tracker: the goal's StatusTracker.
+    """
+
+    def __init__(self, action_server: Any, status_tracker: Any) -> None:
+        self.action_server = action_server
+        self.status_tracker = status_tracker
+
+    def __call__(self, ptr: Any) -> None:
+        """Note the time."""
+        if self.action_server:
+            with self.action_server.lock:
+                self.status_tracker.handle_destruction_time = rospy.Time.now()

@@ -1,0 +1,36 @@
+"""Parameters that change while a node runs (https://wiki.ros.org/dynamic_reconfigure)."""
+
+from __future__ import annotations
+
+from collections.abc import KeysView
+from typing import Any
+
+
+class DynamicReconfigureException(Exception):
+    """Base of the exceptions here."""
+
+
+class DynamicReconfigureParameterException(DynamicReconfigureException):
+    """There is no such parameter, or it cannot have the value."""
+
+
+class DynamicReconfigureCallbackException(DynamicReconfigureException):
+    """A server's callback has refused a change."""
+
+
+def find_reconfigure_services() -> list[str]:
+    """Return the names of the servers that the master knows, without ``/set_parameters``, sorted."""
+    import os
+
+    from pyros1.net.hosts import master_uri
+    from pyros1.net.master_client import MasterClient
+
+    ending = "/set_parameters"
+    services = MasterClient("/find_reconfigure_services", master_uri(os.environ, {})).get_system_state()[2]
+    return sorted(name.removesuffix(ending) for name, _ in services if name.endswith(ending))
+
+
+def get_parameter_names(descr: Any) -> KeysView[str]:
+    """Return the names of the parameters of a module that a ``.cfg`` file has become."""
+    names: KeysView[str] = descr.defaults.keys()
+    return names

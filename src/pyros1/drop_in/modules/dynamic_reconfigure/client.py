@@ -1,0 +1,125 @@
+"""Client: sees and changes parameters of other nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
+from rospy.service import ServiceException
+
+import pyros1.reconfigure
+from dynamic_reconfigure import DynamicReconfigureCallbackException, DynamicReconfigureParameterException
+from dynamic_reconfigure.encoding import Config, decode_config, decode_description, encode_config, extract_params
+from pyros1.drop_in.process import PROCESS
+from pyros1.ground.errors import NodeShutdownError, ServiceError, WaitTimeoutError
+from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMsg
+from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
+from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
+
+_Callback = Callable[[Any], object]
+
+
+class Client:
+    """A node's parameters as another node sees them.
+
+    Args:
+        name: the other node's name, or the namespace of its parameters.
+        timeout: seconds to wait for it; None: no limit.
+        config_callback: called with each new configuration.
+        description_callback: called with the list of parameters.
+
+    Raises:
+        ROSException: the other node does not answer in time.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        timeout: float | None = None,
+        config_callback: _Callback | None = None,
+        description_callback: _Callback | None = None,
+    ) -> None:
+        if PROCESS.node is None:
+            raise ROSInitException("client code must call rospy.init_node() first")
+        self.name = name
+        try:
+            self._client = pyros1.reconfigure.Client(
+                PROCESS.node, name, timeout, config_callback, description_callback, make=Config
+            )
+        except WaitTimeoutError as error:
+            raise ROSException(str(error)) from None
+        except NodeShutdownError:
+            raise ROSInterruptException("rospy shutdown") from None
+
+    def _known(self, ask: Callable[[float | None], Any], timeout: float | None) -> Any:
+        """Return what the other node has published; None if it does not in time, or this node ends."""
+        try:
+            return ask(timeout)
+        except (WaitTimeoutError, NodeShutdownError):
+            return None
+
+    def get_configuration(self, timeout: float | None = None) -> Any:
+        """Return the latest configuration; None if there is none within ``timeout`` seconds (None: no limit)."""
+        return self._known(self._client.config, timeout)
+
+    def get_parameter_descriptions(self, timeout: float | None = None) -> Any:
+        """Return all parameters as dictionaries; None as for `get_configuration`."""
+        return self._known(self._client.description, timeout)
+
+    def get_group_descriptions(self, timeout: float | None = None) -> Any:
+        """Return the tree of groups; None as for `get_configuration`."""
+        return self._known(self._client.groups, timeout)
+
+    def update_configuration(self, changes: dict[str, Any]) -> Any:
+        """Change parameters; return the new configuration.
+
+        Raises:
+            DynamicReconfigureParameterException: there is no such parameter, or it cannot have the value.
+            DynamicReconfigureCallbackException: the other node refuses, or has gone.
+        """
+        try:
+            return self._client.update(changes)
+        except pyros1.reconfigure.ParameterError as error:
+            raise DynamicReconfigureParameterException(str(error)) from None
+        except ServiceError as error:
+            raise DynamicReconfigureCallbackException("service call failed") from error
+        except NodeShutdownError:
+            return None
+
+    def update_groups(self, changes: dict[str, bool]) -> Any:
+        """Switch groups on and off: name -> state; see `update_configuration`."""
+        return self.update_configuration({"groups": changes})
+
+    def close(self) -> None:
+        """Stop watching."""
+        self._client.close()
+
+    def get_config_callback(self) -> _Callback | None:
+        """Return what is called with each new configuration."""
+        return self._client.on_config
+
+    def set_config_callback(self, value: _Callback | None) -> None:
+        """Call a function with each new configuration, and now with the latest."""
+        self._client.on_config = value
+        config = self._known(self._client.config, 0)
+        if value is not None and config is not None:
+            value(config)
+
+    config_callback = property(get_config_callback, set_config_callback)
+
+    def get_description_callback(self) -> _Callback | None:
+        """Return what is called with the list of parameters."""
+        return self._client.on_description
+
+    def set_description_callback(self, value: _Callback | None) -> None:
+        """Call a function with the list of parameters, and now if it is known."""
+        self._client.on_description = value
+        parameters = self._known(self._client.description, 0)
+        if value is not None and parameters is not None:
+            value(parameters)
+
+    description_callback = property(get_description_callback, set_description_callback)
+    config = property(lambda self: self.get_configuration(0), doc="The latest configuration; None before the first.")
+    param_description = property(lambda self: self.get_parameter_descriptions(0), doc="All parameters; None at first.")
+    group_description = property(lambda self: self.get_group_descriptions(0), doc="The groups; None at first.")

@@ -1,0 +1,102 @@
+"""Configurations and their descriptions as messages, and back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pyros1.reconfigure.config
+from pyros1.msgs.dynamic_reconfigure.msg import (
+    BoolParameter,
+    DoubleParameter,
+    GroupState,
+    IntParameter,
+    ParamDescription,
+    StrParameter,
+)
+from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMsg
+from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
+from pyros1.msgs.dynamic_reconfigure.msg import Group as GroupMsg
+from pyros1.reconfigure import encoding as _encoding
+
+
+class Config(pyros1.reconfigure.config.Config):
+    """Values of parameters by name, also as attributes."""
+
+    def __getstate__(self) -> list[Any]:
+        return []
+
+    def __setstate__(self, items: Any) -> None:
+        """All is in the dictionary."""
+
+
+def encode_description(descr: Any) -> Any:
+    """Return the description in a module that a ``.cfg`` file has become, as a message."""
+    return _encoding.describe(descr.config_description, descr.max, descr.min, descr.defaults)
+
+
+def encode_groups(parent: Any, group: Any) -> list[Any]:
+    """Return a group and all below it as messages."""
+    return [_encoding.group_message(each) for each in _encoding.groups_of(group)]
+
+
+def encode_config(config: Any, flat: bool = True) -> Any:
+    """Return a configuration as a message.
+
+    Args:
+        config: parameter -> value, and under ``groups`` a tree of groups, or with ``flat=False`` a list of them.
+        flat: whether the groups are a tree.
+    """
+    if flat or "groups" not in config:
+        return _encoding.encode(config)
+    message = _encoding.encode({name: config[name] for name in config if name != "groups"})
+    message.groups = [GroupState(x["name"], x["state"], x["id"], x["parent"]) for x in config["groups"]]
+    return message
+
+
+def group_dict(group: Any) -> Config:
+    """Return a group in a message as a dictionary, without parameters or groups below it."""
+    alone = {"id": group.id, "parent": group.parent, "name": group.name, "type": getattr(group, "type", "")}
+    return Config(alone, state=getattr(group, "state", True), groups=Config(), parameters=Config())
+
+
+def decode_description(msg: Any) -> Any:
+    """Return a ConfigDescription as a tree of groups, whose parameters are a list of dictionaries."""
+    return _encoding.decode_description(msg, Config)
+
+
+def get_tree(m: Any, group: Any = None) -> Any:
+    """Return the tree of the groups in a Config or ConfigDescription, or of those below one of them."""
+    root = _encoding.tree(m.groups, Config)
+    if group is None:
+        return root
+    return next((each["groups"] for each in _encoding.groups_of(root) if each["id"] == group.id), Config())
+
+
+def initial_config(msg: Any, description: Any = None) -> Any:
+    """Return the values in a Config; with the description of a module from a ``.cfg`` file, its groups, if it has any.
+
+    The states of the groups are those of the description.
+    """
+    values = _encoding.decode(msg, Config)
+    if description is None or not any(each.id == 0 for each in msg.groups):
+        return values
+    return _encoding.initial(values, description, Config)
+
+
+def decode_config(msg: Any, description: Any = None) -> Any:
+    """Return the values in a Config; with a description, from `decode_description`, also the groups in it."""
+    values = _encoding.decode(msg, Config)
+    if description is None:
+        return values
+    groups = _encoding.groups_of(description)
+    names = {each["id"]: [parameter["name"] for parameter in each["parameters"]] for each in groups}
+    return _encoding.with_groups(values, msg.groups, names, Config)
+
+
+def extract_params(group: Any) -> list[Any]:
+    """Return the parameters of a group and of all below it."""
+    return _encoding.parameters_of(group)
+
+
+def __getattr__(name: str) -> Any:
+    raise AttributeError(f"pyros1 has no dynamic_reconfigure.encoding.{name}")

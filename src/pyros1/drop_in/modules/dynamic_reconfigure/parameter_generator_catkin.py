@@ -1,0 +1,213 @@
+"""ParameterGenerator, with which ``.cfg`` files describe parameters.
+
+pyros1 needs no build: ``from my_package.cfg import TutorialsConfig`` runs ``cfg/Tutorials.cfg`` of that ROS package.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+import re
+from typing import Any
+
+from pyros1.drop_in import configs
+from pyros1.reconfigure.description import Group, Parameters, checked
+
+str_t = "str"
+bool_t = "bool"
+int_t = "int"
+double_t = "double"
+id = 0
+LINEDEBUG = "//#line"
+
+_INFINITY = float("inf")
+_C_TYPES = {
+    "bool": {"ctype": "bool", "cconsttype": "const bool"},
+    "int": {"ctype": "int", "cconsttype": "const int"},
+    "double": {"ctype": "double", "cconsttype": "const double"},
+    "str": {"ctype": "std::string", "cconsttype": "const char * const"},
+}
+_PYTHON = {"str": str, "int": int, "double": float, "bool": bool}
+
+
+def check_description(description: Any) -> None:
+    """Raise an error if a description has quotes, which stock's C++ could not have."""
+    if '"' in description:
+        raise ValueError(f"quotes not allowed in description string `{description}`")
+
+
+def check_name(name: str) -> None:
+    """Raise an error for a name that is not legal."""
+    if not re.fullmatch(r"[a-zA-Z]\w*", name, re.ASCII):
+        raise ValueError(
+            f"The name of field '{name}' does not follow the ROS naming conventions, "
+            "see http://wiki.ros.org/ROS/Patterns/Conventions"
+        )
+
+
+def _place() -> dict[str, Any]:
+    """Return where in a .cfg file the call comes from."""
+    frame = inspect.currentframe()
+    while frame is not None and frame.f_code.co_filename == __file__:
+        frame = frame.f_back
+    line, file = (frame.f_lineno, frame.f_code.co_filename) if frame is not None else (0, "")
+    return {"srcline": line, "srcfile": os.path.basename(file)}
+
+
+class ParameterGenerator:
+    """Collects parameters in groups, enums and constants."""
+
+    minval = {"int": -(2**31), "double": -_INFINITY, "str": "", "bool": False}
+    maxval = {"int": 2**31 - 1, "double": _INFINITY, "str": "", "bool": True}
+    defval = {"int": 0, "double": 0, "str": "", "bool": False}
+
+    class Group:
+        """A group of parameters."""
+
+        def __init__(self, gen: ParameterGenerator, group: Group) -> None:
+            self.gen = gen
+            self._group = group
+            self.name, self.type, self.state, self.id = group.name, group.type, group.state, group.id
+            self.parent = group.parent.id if group.parent is not None else 0
+            self.parameters = group.parameters
+
+        def add(
+            self,
+            name: str,
+            paramtype: str,
+            level: int,
+            description: str,
+            default: Any = None,
+            min: Any = None,
+            max: Any = None,
+            edit_method: str = "",
+        ) -> None:
+            """Add a parameter.
+
+            Args:
+                name: of the parameter.
+                paramtype: str_t, int_t, double_t or bool_t.
+                level: bits that the callback gets when it changes.
+                description: for people.
+                default, min, max: of its type.
+                edit_method: an `enum`.
+            """
+            self.gen.pytype(paramtype)
+            parameter = self._group.add(
+                name,
+                default,
+                description,
+                type=paramtype,
+                minimum=min,
+                maximum=max,
+                level=level,
+                edit_method=edit_method,
+            )
+            parameter.update(_place(), **_C_TYPES[paramtype])
+
+        def add_group(self, name: str, type: str = "", state: bool = True) -> ParameterGenerator.Group:
+            """Add a group below this one, and return it."""
+            check_name(name.replace(" ", "_"))
+            new = self.gen.parameters.group(name.replace(" ", "_"), type, state, self._group)
+            return type_of(self)(self.gen, new)
+
+        def get_group(self) -> Any:
+            """Return the number of this group."""
+            return self.id
+
+        def get_parameters(self) -> list[dict[str, Any]]:
+            """Return the parameters of this group and all below it."""
+            return [each for group in self._group.all_groups() for each in group.parameters]
+
+        def to_dict(self) -> dict[str, Any]:
+            """Return the group as a description."""
+            return self._group.as_dict()
+
+    def __init__(self) -> None:
+        self.parameters = Parameters()
+        self.group = self.Group(self, self.parameters)
+        self.constants: list[dict[str, Any]] = []
+
+    def pytype(self, drtype: str) -> type:
+        """Return Python's type."""
+        return _PYTHON[drtype]
+
+    def check_type(self, param: dict[str, Any], field: str) -> None:
+        """Check a value of a parameter or constant, and make it one of its type; raises TypeError."""
+        param[field] = checked(param["name"], param["type"], field, param[field])
+
+    def fill_type(self, param: dict[str, Any]) -> None:
+        """Add the types that C++ has."""
+        param.update(_C_TYPES[param["type"]])
+
+    def check_type_fill_default(self, param: dict[str, Any], field: str, default: Any) -> None:
+        """Put a default in the place of None, and check the value."""
+        if param[field] is None:
+            param[field] = default
+        self.check_type(param, field)
+
+    def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:
+        """Return a constant, for `enum`; the module gets it, too."""
+        self.pytype(type)
+        constant = {"name": name, "type": type, "value": checked(name, type, "value", value), **_place()}
+        constant.update(description=descr, **_C_TYPES[type])
+        check_description(descr)
+        self.constants.append(constant)
+        return constant
+
+    def enum(self, constants: list[dict[str, Any]], description: str) -> str:
+        """Return a choice of constants, for `add`."""
+        if len({each["type"] for each in constants}) != 1:
+            raise Exception("Inconsistent types in enum!")
+        return repr({"enum": constants, "enum_description": description})
+
+    def add(
+        self,
+        name: str,
+        paramtype: str,
+        level: int,
+        description: str,
+        default: Any = None,
+        min: Any = None,
+        max: Any = None,
+        edit_method: str = "",
+    ) -> None:
+        """Add a parameter; see `Group.add`."""
+        self.group.add(name, paramtype, level, description, default, min, max, edit_method)
+
+    def add_group(self, name: str, type: str = "", state: bool = True) -> ParameterGenerator.Group:
+        """Add a group, and return it."""
+        return self.group.add_group(name, type=type, state=state)
+
+    def generate(self, pkgname: str, nodename: str, name: str) -> int:
+        """End the description: the module that imports it gets it.
+
+        Raises:
+            NotImplementedError: this is a program of its own: pyros1 writes no files, and none are needed.
+        """
+        configs.take(self.contents(name))
+        return 0
+
+    def contents(self, name: str) -> dict[str, Any]:
+        """Return what the module ``NAMEConfig`` has."""
+        parameters = self.group.get_parameters()
+        found: dict[str, Any] = {
+            "inf": _INFINITY,
+            "config_description": self.group.to_dict(),
+            "all_level": self.parameters.all_level,
+        }
+        for key, field in (
+            ("min", "min"),
+            ("max", "max"),
+            ("defaults", "default"),
+            ("level", "level"),
+            ("type", "type"),
+        ):
+            found[key] = {each["name"]: each[field] for each in parameters}
+        return found | {f"{name}_{each['name']}": each["value"] for each in self.constants}
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"pyros1 has no dynamic_reconfigure ParameterGenerator.{name}: it makes no files")
+
+
+type_of = type

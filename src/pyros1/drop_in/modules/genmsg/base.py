@@ -1,0 +1,41 @@
+"""Constants and exceptions of genmsg."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from pyros1.drop_in.missing import missing
+
+SEP = "/"
+MSG_DIR = "msg"
+SRV_DIR = "srv"
+EXT_MSG = ".msg"
+EXT_SRV = ".srv"
+CONSTCHAR = "="
+COMMENTCHAR = "#"
+IODELIM = "---"
+verbose = False
+
+__getattr__ = missing(__name__)
+
+
+class InvalidMsgSpec(Exception):
+    """A definition is wrong."""
+
+
+class MsgGenerationException(Exception):
+    """No class can be made of a definition."""
+
+
+def log(*args: Any) -> None:
+    """Write values to stderr, with the name of the module."""
+    print("[genmsg]", *args, file=sys.stderr)
+
+
+def log_verbose(value: bool) -> None:
+    """Tell whether :func:`plog` writes anything; pyros1 does not say more in either case."""
+
+
+def plog(msg: str, obj: Any) -> None:
+    """Write nothing: the generator, whose steps it shows, is not here."""

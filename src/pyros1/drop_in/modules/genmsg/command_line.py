@@ -1,0 +1,19 @@
+"""Search paths of definitions on command lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pyros1.drop_in.missing import missing
+
+__getattr__ = missing(__name__)
+
+
+def includepath_to_dict(includepath: Iterable[str] | None) -> dict[str, list[str]]:
+    """Return package -> folders for words of the form ``package:folder``."""
+    found: dict[str, list[str]] = {}
+    for word in includepath or ():
+        package, colon, folder = word.partition(":")
+        if colon:
+            found.setdefault(package, []).append(folder)
+    return found

@@ -1,0 +1,49 @@
+"""Message classes from the definitions in connection headers and bags."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from genmsg.base import MsgGenerationException
+
+from pyros1.drop_in.missing import missing
+from pyros1.ground.errors import DefinitionError
+from pyros1.msgs import from_definition
+from pyros1.msgs.base import nested_classes
+from pyros1.msgs.digest import SEPARATOR, split_full_text
+
+__all__ = ["MsgGenerationException", "generate_dynamic"]
+
+__getattr__ = missing(__name__)
+
+
+def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
+    """Return classes for a message type and for all types that it uses.
+
+    Args:
+        core_type: the type, ``package/Type``.
+        msg_cat: its full text: its definition, and those of the types used.
+
+    Returns:
+        Full type name -> class.
+
+    Raises:
+        MsgGenerationException: the text is wrong.
+    """
+    found: dict[str, type[Any]] = {}
+    try:
+        _collect(core_type, from_definition(core_type, msg_cat), found)
+        for name, text in split_full_text(core_type, msg_cat).items():
+            name = "std_msgs/Header" if name == "roslib/Header" else name  # noqa: PLW2901
+            if name not in found:  # nothing uses it
+                _collect(name, from_definition(name, f"{text}\n{SEPARATOR}\nMSG: {core_type}\n{msg_cat}"), found)
+    except DefinitionError as error:
+        raise MsgGenerationException(str(error)) from error
+    return found
+
+
+def _collect(name: str, cls: type[Any], found: dict[str, type[Any]]) -> None:
+    if name not in found:
+        found[name] = cls
+        for inner, inner_class in nested_classes(cls).items():
+            _collect(inner, inner_class, found)

@@ -1,0 +1,17 @@
+"""The generator of message modules, which pyros1 has no need of: its classes are made when they are imported."""
+
+from genmsg import InvalidMsgSpec, MsgContext, MsgGenerationException, MsgSpec
+
+from genpy.base import SIMPLE_TYPES, is_simple
+from pyros1.drop_in.missing import missing
+
+_WHY = "classes are made when they are imported; there are no modules to generate"
+
+__getattr__ = missing(
+    __name__,
+    Generator=_WHY,
+    MsgGenerator=_WHY,
+    SrvGenerator=_WHY,
+    msg_generator=_WHY,
+    srv_generator=_WHY,
+)

@@ -1,0 +1,250 @@
+"""Filters of messages in a chain (https://wiki.ros.org/message_filters), as stock's module for Python has them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rospy
+
+from pyros1.filters.synchronizers import ApproximateTime, ExactTime
+
+_NO_HEADER = (
+    "Cannot use message filters with non-stamped messages. "
+    "Use the 'allow_headerless' constructor option to auto-assign ROS time to headerless messages."
+)
+
+
+class SimpleFilter:
+    """Base of all filters.
+
+    Attributes:
+        callbacks: number -> (function, further arguments).
+    """
+
+    def __init__(self) -> None:
+        self.callbacks: dict[int, tuple[Callable[..., object], tuple[Any, ...]]] = {}
+
+    def registerCallback(self, cb: Callable[..., object], *args: Any) -> int:
+        """Call a function with what the filter puts out, followed by ``args``; return the callback's number."""
+        number = len(self.callbacks)
+        self.callbacks[number] = (cb, args)
+        return number
+
+    def signalMessage(self, *msg: Any) -> None:
+        """Put out messages."""
+        for callback, further in list(self.callbacks.values()):
+            callback(*msg, *further)
+
+
+class Subscriber(SimpleFilter):
+    """Puts out the messages of a topic.
+
+    Args:
+        args, kwargs: those of `rospy.Subscriber`, whose attributes this has, too.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__()
+        self.topic = args[0]
+        self.sub = rospy.Subscriber(*args, **{**kwargs, "callback": self.callback})
+
+    def callback(self, msg: Any) -> None:
+        """Put out a message."""
+        self.signalMessage(msg)
+
+    def getTopic(self) -> str:
+        """Return the topic's name as it was given."""
+        return self.topic
+
+    def __getattr__(self, key: str) -> Any:
+        if key == "sub":  # not there yet
+            raise AttributeError(key)
+        return getattr(self.sub, key)
+
+
+def _stamp(message: Any, headerless: bool) -> Any:
+    """Return the stamp of a message; None, with a warning, if it has none and may not be stamped here."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    if stamp is None and not headerless:
+        rospy.logwarn(_NO_HEADER)
+    return rospy.Time.now() if stamp is None and headerless else stamp
+
+
+class Cache(SimpleFilter):
+    """Keeps the newest messages of a filter, in the order of their arrival, and passes them on.
+
+    Unlike `pyros1.filters.Cache` it does not sort by stamps, as stock's does not.
+
+    Args:
+        f: the filter.
+        cache_size: most messages.
+        allow_headerless: whether messages without a header have the time of their arrival as a stamp.
+    """
+
+    def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:
+        super().__init__()
+        self.cache_size = cache_size
+        self.cache_msgs: list[Any] = []
+        self.cache_times: list[Any] = []
+        self.allow_headerless = allow_headerless
+        self.connectInput(f)
+
+    def connectInput(self, f: SimpleFilter) -> None:
+        """Take the messages of a filter."""
+        self.incoming_connection = f.registerCallback(self.add)
+
+    def add(self, msg: Any) -> None:
+        """Take a message."""
+        stamp = _stamp(msg, self.allow_headerless)
+        if stamp is None:
+            return
+        self.cache_times.append(stamp)
+        self.cache_msgs.append(msg)
+        if len(self.cache_msgs) > self.cache_size:
+            del self.cache_msgs[0], self.cache_times[0]
+        self.signalMessage(msg)
+
+    def _where(self, wanted: Callable[[Any], bool]) -> list[Any]:
+        return [msg for msg, stamp in zip(self.cache_msgs, self.cache_times, strict=False) if wanted(stamp)]
+
+    def getInterval(self, from_stamp: Any, to_stamp: Any) -> list[Any]:
+        """Return the messages with stamps in an interval, both ends included."""
+        if from_stamp > to_stamp:
+            raise AssertionError
+        return self._where(lambda stamp: from_stamp <= stamp <= to_stamp)
+
+    def getElemAfterTime(self, stamp: Any) -> Any:
+        """Return the first message with this stamp or a later one; None if there is none."""
+        return next(iter(self._where(lambda each: each >= stamp)), None)
+
+    def getElemBeforeTime(self, stamp: Any) -> Any:
+        """Return the last message with this stamp or an earlier one; None if there is none."""
+        return next(reversed(self._where(lambda each: each <= stamp)), None)
+
+    def getLatestTime(self) -> Any:
+        """Return the stamp of the last message; None without one."""
+        return self.cache_times[-1] if self.cache_times else None
+
+    def getLastestTime(self) -> Any:
+        """The same as `getLatestTime`, under its older name."""
+        return self.getLatestTime()
+
+    def getOldestTime(self) -> Any:
+        """Return the stamp of the first message; None without one."""
+        return self.cache_times[0] if self.cache_times else None
+
+    def getLast(self) -> Any:
+        """Return the last message; None without one."""
+        latest = self.getLatestTime()
+        return None if latest is None else self.getElemAfterTime(latest)
+
+
+class TimeSynchronizer(SimpleFilter):
+    """Puts out messages of several filters that have the same stamp: one of each.
+
+    Args:
+        fs: the filters.
+        queue_size: messages of each that wait for the others.
+        reset: whether to forget the messages of a filter when simulated time jumps back.
+
+    Attributes:
+        queues: for each filter, stamp -> message.
+        latest_stamps: when the last message of each filter came, with ``reset``.
+    """
+
+    def __init__(self, fs: Sequence[SimpleFilter], queue_size: int, reset: bool = False) -> None:
+        super().__init__()
+        self.queue_size = queue_size
+        self.lock = threading.RLock()
+        self.enable_reset = reset
+        self.connectInput(fs)
+
+    def _matcher(self, count: int) -> ExactTime:
+        return ExactTime(count, self.queue_size)
+
+    def connectInput(self, fs: Sequence[SimpleFilter]) -> None:
+        """Take the messages of these filters, with empty queues."""
+        self._match = self._matcher(len(fs))
+        self.queues = self._match.queues
+        self.latest_stamps = [rospy.Time(0) for _ in fs]
+        self.input_connections = [
+            f.registerCallback(self.add, queue, index)
+            for index, (f, queue) in enumerate(zip(fs, self.queues, strict=True))
+        ]
+
+    def add(self, msg: Any, my_queue: dict[Any, Any], my_queue_index: int | None = None) -> None:
+        """Take a message.
+
+        Args:
+            msg: the message.
+            my_queue: its filter's queue, one of ``queues``.
+            my_queue_index: which one that is.
+        """
+        self._add(msg.header.stamp, msg, my_queue, my_queue_index)
+
+    def _add(self, stamp: Any, msg: Any, queue: dict[Any, Any], given: int | None) -> None:
+        index = given if given is not None else next(i for i, each in enumerate(self.queues) if each is queue)
+        with self.lock:
+            now = rospy.Time.now()
+            complete = self._in_order(now, queue, given)
+            self._match.queue_size = self.queue_size  # programs may change it
+            self._match.keep(index, stamp, msg)
+            self._look_at_time(now)
+            if complete:
+                for messages in self._match.complete(index, stamp):
+                    self.signalMessage(*messages)
+
+    def _in_order(self, now: Any, queue: dict[Any, Any], index: int | None) -> bool:
+        """Note when a message comes; return whether sets may be made: not while others are from before a jump."""
+        if not self.enable_reset or rospy.rostime.is_wallclock():
+            return True
+        if index is not None:
+            if now < self.latest_stamps[index]:
+                rospy.logdebug("Detected jump back in time. Clearing message filter queue")
+                queue.clear()
+            self.latest_stamps[index] = now
+        return bool(max(self.latest_stamps) == now)
+
+    def _look_at_time(self, now: Any) -> None:
+        """Do what a jump of any clock needs."""
+
+
+class ApproximateTimeSynchronizer(TimeSynchronizer):
+    """Puts out messages of several filters whose stamps are less than ``slop`` apart: one of each.
+
+    Args:
+        fs, queue_size, reset: as for `TimeSynchronizer`.
+        slop: seconds.
+        allow_headerless: whether messages without a header have the time of their arrival as a stamp.
+    """
+
+    def __init__(
+        self,
+        fs: Sequence[SimpleFilter],
+        queue_size: int,
+        slop: float,
+        allow_headerless: bool = False,
+        reset: bool = False,
+    ) -> None:
+        self.slop = rospy.Duration.from_sec(slop)
+        self.allow_headerless = allow_headerless
+        self.last_added = rospy.Time()
+        super().__init__(fs, queue_size, reset)
+
+    def _matcher(self, count: int) -> ExactTime:
+        return ApproximateTime(count, self.queue_size, self.slop.to_sec())
+
+    def add(self, msg: Any, my_queue: dict[Any, Any], my_queue_index: int | None = None) -> None:
+        """Take a message; see `TimeSynchronizer.add`."""
+        stamp = _stamp(msg, self.allow_headerless)
+        if stamp is not None:
+            self._add(stamp, msg, my_queue, my_queue_index)
+
+    def _look_at_time(self, now: Any) -> None:
+        if now < self.last_added:
+            rospy.loginfo("ApproximateTimeSynchronizer: Detected jump back in time. Clearing buffer.")
+            for queue in self.queues:
+                queue.clear()
+        self.last_added = now

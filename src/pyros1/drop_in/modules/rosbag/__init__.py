@@ -1,0 +1,5 @@
+"""rosbag, by pyros1: bags in Python (https://wiki.ros.org/rosbag/Code%20API)."""
+
+from rosbag._parts import Compression, ROSBagException, ROSBagFormatException, ROSBagUnindexedException
+from rosbag.bag import Bag
+from rosbag.rosbag_main import rosbagmain

@@ -1,0 +1,191 @@
+"""What a bag tells about its messages, and the parts of its index that tools reach for."""
+
+from __future__ import annotations
+
+import heapq
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import yaml
+
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import NS
+from pyros1.bag.info import Summary, info_text, info_values, summarize, yaml_text
+from rosbag._parts import (
+    Compression,
+    CompressionTuple,
+    ROSBagException,
+    TopicTuple,
+    TypesAndTopicsTuple,
+    _ChunkHeader,
+    _ChunkInfo,
+    _ConnectionInfo,
+    _IndexEntry200,
+    chunk_of,
+    entry_of,
+    header_of,
+    info_of,
+    stock_errors,
+)
+
+
+class Facts:
+    """Base of `rosbag.bag.Bag`."""
+
+    _file: Any
+    _compression: str
+
+    @property
+    def _target(self) -> Any:
+        raise NotImplementedError
+
+    @property
+    def _reader(self) -> BagReader:
+        raise NotImplementedError
+
+    def get_compression_info(self) -> Any:
+        """Return the compression of most chunks, and the sizes of all in bytes before and after compression."""
+        headers = list(self._chunk_headers.values())
+        sizes = sum(each.uncompressed_size for each in headers), sum(each.compressed_size for each in headers)
+        names = [each.compression for each in headers]
+        most = max(names, key=lambda name: (names.count(name), name), default=self._compression)
+        return CompressionTuple(most, *sizes)
+
+    def get_message_count(self, topic_filters: Any = None) -> int:
+        """Return the number of messages, on some topics or all."""
+        if topic_filters is None:
+            return self._reader.count()
+        return sum(topic.message_count for topic in self.get_type_and_topic_info(topic_filters).topics.values())
+
+    def get_start_time(self) -> float:
+        """Return the time of the first message in seconds; raises ROSBagException without messages."""
+        return self._end_of(0) / NS
+
+    def get_end_time(self) -> float:
+        """Return the time of the last message in seconds; raises ROSBagException without messages."""
+        return self._end_of(-1) / NS
+
+    def _end_of(self, number: int) -> int:
+        chunks = self._reader.chunks
+        if not chunks:
+            raise ROSBagException("Bag contains no message")
+        return chunks[number].end if number else chunks[0].start  # the order of the file counts, as in stock
+
+    def get_type_and_topic_info(self, topic_filters: Any = None) -> Any:
+        """Return types with their md5 sums, and topics with type, number of messages and connections, and frequency."""
+        summary = self._summary()
+        wanted = None if topic_filters is None else {*map(_canonical, _several(topic_filters))}
+        topics = {
+            topic.name: TopicTuple(topic.type, topic.messages, topic.connections, topic.frequency)
+            for topic in summary.topics
+            if wanted is None or _canonical(topic.name) in wanted
+        }
+        return TypesAndTopicsTuple(dict(summary.types), topics)
+
+    @contextmanager
+    def _any_reader(self) -> Iterator[BagReader]:
+        """Give the reader; that of a closed bag opens it again."""
+        with stock_errors():
+            if self._file:
+                yield self._reader
+            else:
+                with BagReader(self._target) as reader:
+                    yield reader
+
+    def _summary(self) -> Summary:
+        with self._any_reader() as reader:
+            return summarize(reader, frequencies=True)
+
+    def __str__(self) -> str:
+        if not self._file:
+            raise ValueError("I/O operation on closed bag")
+        return info_text(self._summary())
+
+    def _get_yaml_info(self, key: str | None = None) -> Any:
+        text = yaml_text(info_values(self._summary()))
+        if key is None:
+            return text
+        value = yaml.safe_load(text).get(key)
+        if value is None:
+            print(f'Error getting key "{key}"', file=sys.stderr)
+        elif isinstance(value, list):
+            return yaml.safe_dump(value, default_flow_style=False, sort_keys=False)
+        return None if value is None else str(value)
+
+    # Parts of the index that tools reach for --------------------------------------------------------------------------
+
+    @property
+    def _connections(self) -> dict[int, _ConnectionInfo]:
+        return {number: info_of(each) for number, each in self._reader.connections.items()}
+
+    @property
+    def _chunks(self) -> list[_ChunkInfo]:
+        return [chunk_of(chunk) for chunk in self._reader.chunks]
+
+    @property
+    def _chunk_headers(self) -> dict[int, _ChunkHeader]:
+        with self._any_reader() as reader:
+            return {chunk.pos: header_of(header) for chunk, header in zip(reader.chunks, reader.headers(), strict=True)}
+
+    @property
+    def _has_compressed_chunks(self) -> bool:
+        return any(header.compression != Compression.NONE for header in self._chunk_headers.values())
+
+    @property
+    def _uncompressed_size(self) -> int:
+        return sum(header.uncompressed_size for header in self._chunk_headers.values())
+
+    def _get_connections(self, topics: Any = None, connection_filter: Callable[..., bool] | None = None) -> Any:
+        wanted = {*map(_canonical, _several(topics))} if topics else None
+        for info in self._connections.values():
+            if wanted is not None and _canonical(info.topic) not in wanted:
+                continue
+            if connection_filter and not connection_filter(
+                info.topic, info.datatype, info.md5sum, info.msg_def, info.header
+            ):
+                continue
+            yield info
+
+    def _get_indexes(self, connections: Any) -> list[list[_IndexEntry200]]:
+        found: dict[int, list[Any]] = {number: [] for number in self._reader.connections}
+        for entry in self._reader.entries():
+            if entry.conn in found:
+                found[entry.conn].append(entry)
+        ids = list(found) if connections is None else [each.id for each in connections]
+        return [[entry_of(entry) for entry in sorted(found[number], key=lambda entry: entry.time)] for number in ids]
+
+    def _get_entries(self, connections: Any = None, start_time: Any = None, end_time: Any = None) -> Iterator[Any]:
+        for entry in heapq.merge(*self._get_indexes(connections), key=lambda entry: entry.time):
+            if start_time and entry.time < start_time:
+                continue
+            if end_time and entry.time > end_time:
+                return
+            yield entry
+
+    def _get_entries_reverse(
+        self, connections: Any = None, start_time: Any = None, end_time: Any = None
+    ) -> Iterator[Any]:
+        indexes = [index[::-1] for index in self._get_indexes(connections)]
+        for entry in heapq.merge(*indexes, key=lambda entry: entry.time, reverse=True):
+            if end_time and entry.time > end_time:
+                continue
+            if start_time and entry.time < start_time:
+                return
+            yield entry
+
+    def _get_entry(self, t: Any, connections: Any = None) -> Any:
+        return next(self._get_entries_reverse(connections, None, t), None)
+
+    def _get_entry_after(self, t: Any, connections: Any = None) -> Any:
+        return next((entry for entry in self._get_entries(connections, t) if entry.time > t), None)
+
+
+def _several(topics: Any) -> Any:
+    return [topics] if isinstance(topics, str) else topics
+
+
+def _canonical(topic: str) -> str:
+    """Return a topic's name without repeated and final slashes."""
+    return "/" * topic.startswith("/") + "/".join(part for part in topic.split("/") if part)

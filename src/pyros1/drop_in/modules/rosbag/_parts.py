@@ -1,0 +1,224 @@
+"""What `rosbag.bag` consists of besides the bag: exceptions, compressions, tuples, and parts of a bag's index."""
+
+from __future__ import annotations
+
+import collections
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from genpy.rostime import Time
+
+from pyros1.bag.errors import BagError, EncryptedError, UnindexedError
+from pyros1.bag.format.encryption import KeyUnavailableError
+from pyros1.bag.format.files import Chunk, ChunkHeader
+from pyros1.bag.format.reader import Entry
+from pyros1.bag.format.records import Connection
+from pyros1.msgs import DefinitionCache
+
+# Exceptions -----------------------------------------------------------------------------------------------------------
+
+
+class ROSBagException(Exception):
+    """Base of the exceptions of rosbag.
+
+    Attributes:
+        value: the text.
+    """
+
+    def __init__(self, value: Any = None) -> None:
+        super().__init__(value)
+        self.value = value
+
+    def __str__(self) -> str:
+        return str(self.value)
+
+
+class ROSBagFormatException(ROSBagException):
+    """The file is damaged."""
+
+    def __init__(self, value: Any) -> None:
+        super().__init__(value)
+
+
+class ROSBagUnindexedException(ROSBagException):
+    """The bag was not closed."""
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__("Unindexed bag")
+
+
+class ROSBagEncryptNotSupportedException(ROSBagException):
+    """The bag is encrypted in a way that is not supported."""
+
+    def __init__(self, value: Any) -> None:
+        super().__init__(value)
+
+
+class ROSBagEncryptException(ROSBagException):
+    """The bag cannot be encrypted or decrypted."""
+
+    def __init__(self, value: Any) -> None:
+        super().__init__(value)
+
+
+class Compression:
+    """Names of compressions."""
+
+    NONE = "none"
+    BZ2 = "bz2"
+    LZ4 = "lz4"
+
+
+@contextmanager
+def stock_errors() -> Iterator[None]:
+    """Raise the exceptions of rosbag in place of those of pyros1."""
+    try:
+        yield
+    except UnindexedError as error:
+        raise ROSBagUnindexedException from error
+    except (EncryptedError, KeyUnavailableError) as error:
+        raise ROSBagEncryptException(str(error)) from error
+    except BagError as error:
+        raise ROSBagFormatException(str(error)) from error
+
+
+# What is returned -----------------------------------------------------------------------------------------------------
+
+_HOME = "rosbag.bag"  # under this name programs know, print and pickle what is here
+BagMessage = collections.namedtuple("BagMessage", "topic message timestamp", module=_HOME)
+BagMessageWithConnectionHeader = collections.namedtuple(
+    "BagMessageWithConnectionHeader", "topic message timestamp connection_header", module=_HOME
+)
+TopicTuple = collections.namedtuple("TopicTuple", "msg_type message_count connections frequency", module=_HOME)
+TypesAndTopicsTuple = collections.namedtuple("TypesAndTopicsTuple", "msg_types topics", module=_HOME)
+CompressionTuple = collections.namedtuple("CompressionTuple", "compression uncompressed compressed", module=_HOME)
+for _each in (
+    Compression,
+    ROSBagException,
+    ROSBagFormatException,
+    ROSBagUnindexedException,
+    ROSBagEncryptException,
+    ROSBagEncryptNotSupportedException,
+):
+    _each.__module__ = _HOME
+
+
+# Classes of messages --------------------------------------------------------------------------------------------------
+
+_message_types: dict[str, Any] = {}
+_MOST_TYPES = 10_000
+_definitions = DefinitionCache()
+
+
+def _get_message_type(info: Any) -> Any:
+    """Return the class of a connection's messages, made from the definition in the bag.
+
+    Classes that a program has put into `_message_types`, by their md5 sums, are used if they are of that type.
+
+    Raises:
+        ROSBagException: the definition is wrong.
+    """
+    cls = _message_types.get(info.md5sum)
+    if cls is None or cls._type != info.datatype:
+        try:
+            cls = _definitions.get(info.datatype, info.md5sum, info.msg_def)
+        except Exception as error:
+            raise ROSBagException(f"Error generating datatype {info.datatype}: {error}") from error
+        if info.md5sum not in (cls._md5sum, "*"):
+            print(
+                f"WARNING: For type [{info.datatype}] stored md5sum [{info.md5sum}] does not match message definition "
+                f'[{cls._md5sum}].\n  Try: "rosrun rosbag fix_msg_defs.py old_bag new_bag."',
+                file=sys.stderr,
+            )
+        if len(_message_types) < _MOST_TYPES:
+            _message_types.setdefault(info.md5sum, cls)
+    return cls
+
+
+# The index ------------------------------------------------------------------------------------------------------------
+
+
+class _ConnectionInfo:
+    """A connection: its number, topic, and header with values as bytes."""
+
+    def __init__(self, id: int, topic: str, header: Any) -> None:
+        for name in ("type", "md5sum", "message_definition"):
+            if name not in header:
+                raise ROSBagFormatException(f'expected "{name}" field in record')
+        self.id = id
+        self.topic = topic
+        self.header = header
+        self.datatype = _text(header["type"])
+        self.md5sum = _text(header["md5sum"])
+        self.msg_def = _text(header["message_definition"])
+
+    def __str__(self) -> str:
+        return f"{self.id} on {self.topic}: {self.header!s}"
+
+
+def _text(value: str | bytes) -> str:
+    return value if isinstance(value, str) else value.decode("utf-8", "surrogateescape")
+
+
+def info_of(connection: Connection) -> _ConnectionInfo:
+    """Return a connection in stock's form."""
+    return _ConnectionInfo(connection.id, connection.topic, dict(connection.header))
+
+
+class _IndexEntry200:
+    """A message's time, chunk and offset in it."""
+
+    def __init__(self, time: Any, chunk_pos: int, offset: int) -> None:
+        self.time = time
+        self.chunk_pos = chunk_pos
+        self.offset = offset
+
+    @property
+    def position(self) -> tuple[int, int]:
+        """Where the message is, for ``Bag._read_message``."""
+        return self.chunk_pos, self.offset
+
+    def __lt__(self, other: _IndexEntry200) -> bool:
+        return bool(self.time < other.time)
+
+    def __str__(self) -> str:
+        return f"{self.time.secs}.{self.time.nsecs}: {self.chunk_pos}+{self.offset}"
+
+
+def entry_of(entry: Entry) -> _IndexEntry200:
+    """Return an entry of the index in stock's form."""
+    return _IndexEntry200(Time.from_nsec(entry.time), *entry.place)
+
+
+class _ChunkInfo:
+    """A chunk in the index."""
+
+    def __init__(self, pos: int, start_time: Any, end_time: Any) -> None:
+        self.pos = pos
+        self.start_time = start_time
+        self.end_time = end_time
+        self.connection_counts: dict[int, int] = {}
+
+
+def chunk_of(chunk: Chunk) -> _ChunkInfo:
+    """Return a chunk in stock's form."""
+    info = _ChunkInfo(chunk.pos, Time.from_nsec(chunk.start), Time.from_nsec(chunk.end))
+    info.connection_counts = dict(chunk.counts)
+    return info
+
+
+class _ChunkHeader:
+    """Header of a chunk: its compression, sizes in bytes, and where its data are."""
+
+    def __init__(self, compression: str, compressed_size: int, uncompressed_size: int, data_pos: int = 0) -> None:
+        self.compression = compression
+        self.compressed_size = compressed_size
+        self.uncompressed_size = uncompressed_size
+        self.data_pos = data_pos
+
+
+def header_of(header: ChunkHeader) -> _ChunkHeader:
+    """Return a chunk's header in stock's form."""
+    return _ChunkHeader(header.compression, header.stored, header.size, header.data)

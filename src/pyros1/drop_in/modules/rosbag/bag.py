@@ -1,0 +1,479 @@
+"""The bag (https://wiki.ros.org/rosbag/Code%20API)."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from genpy.rostime import Time as AnyTime
+from rospy.rostime import Time
+
+import pyros1.bag.edit.reindex
+from pyros1.bag.errors import BagError, EncryptedError, UnindexedError
+from pyros1.bag.format.appending import append
+from pyros1.bag.format.compression import COMPRESSIONS
+from pyros1.bag.format.encryption import ENCRYPTORS, NONE, KeyUnavailableError, new_cipher
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import FIRST_LINE, NS
+from pyros1.bag.format.writer import BagWriter
+from pyros1.bag.info import frequency_text as _human_readable_frequency
+from pyros1.bag.info import size_text as _human_readable_size
+from pyros1.drop_in.missing import missing
+from rosbag._facts import Facts
+from rosbag._parts import (
+    BagMessage,
+    BagMessageWithConnectionHeader,
+    Compression,
+    CompressionTuple,
+    ROSBagEncryptException,
+    ROSBagEncryptNotSupportedException,
+    ROSBagException,
+    ROSBagFormatException,
+    ROSBagUnindexedException,
+    TopicTuple,
+    TypesAndTopicsTuple,
+    _ChunkHeader,
+    _ChunkInfo,
+    _ConnectionInfo,
+    _get_message_type,
+    _IndexEntry200,
+    _message_types,
+    info_of,
+    stock_errors,
+)
+
+__getattr__ = missing(__name__)
+_CLOSED = "I/O operation on closed bag"
+
+
+class Bag(Facts):
+    """A bag open for reading or writing.
+
+    Args:
+        f: path of the file, or an open binary file, which is closed with the bag.
+        mode: ``r`` reads, ``w`` writes a new bag, ``a`` writes behind what is there. Bags that are written can be
+            read, too.
+        compression: ``none``, ``bz2`` or ``lz4``.
+        chunk_threshold: size in bytes, uncompressed, beyond which a chunk is closed.
+        allow_unindexed: whether to open a bag that was not closed; it has no messages until `reindex`.
+        options: a mapping with ``compression`` and ``chunk_threshold``, which then replace the arguments.
+        skip_index: accepted for stock's sake; the index is always read when it is first needed.
+
+    Raises:
+        ValueError: an argument is wrong.
+        ROSBagException: it is no bag.
+        ROSBagFormatException: the bag cannot be read.
+        ROSBagUnindexedException: the bag was not closed.
+        OSError: the file cannot be opened.
+    """
+
+    def __init__(
+        self,
+        f: Any,
+        mode: str = "r",
+        compression: str = Compression.NONE,
+        chunk_threshold: int = 768 * 1024,
+        allow_unindexed: bool = False,
+        options: Any = None,
+        skip_index: bool = False,
+    ) -> None:
+        if options is not None:
+            if not isinstance(options, dict):
+                raise ValueError("options must be of type dict")
+            compression = options.get("compression", compression)
+            chunk_threshold = options.get("chunk_threshold", chunk_threshold)
+        self._writer: BagWriter | None = None
+        self._file: Any = None
+        self._lock = threading.RLock()  # callbacks of several topics may write at once
+        self._check_compression(compression)
+        self._check_threshold(chunk_threshold)
+        self._compression = compression
+        self._chunk_threshold = chunk_threshold
+        if not f or not (isinstance(f, (str, os.PathLike)) or hasattr(f, "read")):
+            raise ValueError("filename (or stream) is invalid")
+        if mode not in ("r", "w", "a"):
+            raise ValueError(f'mode "{mode}" is invalid')
+        self._mode = mode
+        self._version = 200
+        self._cipher: Any = None
+        self._topic_connections: dict[tuple[str, str, str], int] = {}
+        path = isinstance(f, (str, os.PathLike))
+        self._filename = os.fspath(f) if path else None
+        self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if path else f  # noqa: SIM115
+        self._known: tuple[int, BagReader] | None = None
+        try:
+            with stock_errors():
+                self._open(allow_unindexed)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def _target(self) -> Any:
+        return self._file if self._filename is None else self._filename
+
+    def _open(self, allow_unindexed: bool) -> None:
+        if self._mode == "w":
+            self._writer = BagWriter(self._target, self._compression, self._chunk_threshold)
+            return
+        self._version = _version(self._file)
+        if self._mode == "a" and self._version != 200:
+            raise ROSBagException(f"bag version {self._version} is unsupported for appending")
+        if self._version not in (200, 102):
+            raise ROSBagException(f"unknown bag version {self._version}")
+        try:
+            if self._mode == "a":
+                self._writer = append(self._target, self._compression, self._chunk_threshold)
+            else:
+                self._known = -1, BagReader(self._target)
+        except UnindexedError:
+            if not allow_unindexed:
+                raise
+            self._known = -1, BagReader(self._target, unindexed=True)
+            self._known[1].connections, self._known[1].chunks = {}, []
+
+    def __iter__(self) -> Iterator[Any]:
+        return self.read_messages()
+
+    def __enter__(self) -> Bag:
+        return self
+
+    def __exit__(self, exc_type: Any, exc_value: Any, traceback: Any) -> None:
+        self.close()
+
+    # Properties -------------------------------------------------------------------------------------------------------
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Compression and chunk threshold for writing."""
+        return {"compression": self._compression, "chunk_threshold": self._chunk_threshold}
+
+    @property
+    def filename(self) -> str | None:
+        """Path of the file; None for a file object."""
+        return self._filename
+
+    @property
+    def version(self) -> int:
+        """Version of the format, 200 for 2.0."""
+        return self._version
+
+    @property
+    def mode(self) -> str:
+        """The mode in which the bag was opened."""
+        return self._mode
+
+    @property
+    def size(self) -> int:
+        """Size of the file in bytes, with what waits to be written."""
+        if not self._file:
+            raise ValueError(_CLOSED)
+        if self._writer is not None:
+            return self._writer.size
+        place = self._file.tell()
+        size: int = self._file.seek(0, os.SEEK_END)
+        self._file.seek(place)
+        return size
+
+    @property
+    def compression(self) -> str:
+        """Compression of the chunks to come."""
+        return self._compression
+
+    @compression.setter
+    def compression(self, compression: str) -> None:
+        self._check_compression(compression)
+        self.flush()
+        self._compression = compression
+        if self._writer is not None:
+            self._writer.compression = compression
+
+    @property
+    def chunk_threshold(self) -> int:
+        """Size in bytes beyond which a chunk is closed."""
+        return self._chunk_threshold
+
+    @chunk_threshold.setter
+    def chunk_threshold(self, chunk_threshold: int) -> None:
+        self._check_threshold(chunk_threshold)
+        self.flush()
+        self._chunk_threshold = chunk_threshold
+        if self._writer is not None:
+            self._writer.chunk_threshold = chunk_threshold
+
+    @staticmethod
+    def _check_compression(compression: str) -> None:
+        if compression not in COMPRESSIONS:
+            raise ValueError(f"compression must be one of: {', '.join(COMPRESSIONS)}")
+
+    @staticmethod
+    def _check_threshold(chunk_threshold: int) -> None:
+        if chunk_threshold < 0:
+            raise ValueError("chunk_threshold must be greater than or equal to zero")
+
+    # Reading ----------------------------------------------------------------------------------------------------------
+
+    @property
+    def _reader(self) -> BagReader:
+        """The reader of what is in the file."""
+        if self._writer is None:
+            assert self._known is not None
+            return self._known[1]
+        with self._lock:
+            if self._file:
+                self._writer.flush()
+            state = len(self._writer.chunks)
+            if self._known is None or self._known[0] != state:
+                if self._known is not None:
+                    self._known[1].close()
+                self._known = state, BagReader(self._target, written=self._writer)
+            return self._known[1]
+
+    def read_messages(
+        self,
+        topics: Any = None,
+        start_time: Any = None,
+        end_time: Any = None,
+        connection_filter: Callable[..., bool] | None = None,
+        raw: bool = False,
+        return_connection_header: bool = False,
+    ) -> Iterator[Any]:
+        """Return an iterator over messages, in order of time.
+
+        Args:
+            topics: one topic or several; none means all.
+            start_time: genpy.Time of the earliest message.
+            end_time: genpy.Time of the latest message.
+            connection_filter: called with topic, type, md5 sum, definition and header of each connection; tells
+                whether its messages are wanted.
+            raw: whether messages are tuples of type, bytes, md5 sum, position and class.
+            return_connection_header: whether the tuples also hold the connection header.
+
+        Yields:
+            BagMessage: topic, message and time; or BagMessageWithConnectionHeader.
+        """
+        self.flush()
+        infos = {info.id: info for info in self._get_connections(topics, connection_filter)}
+        return self._read(infos, start_time, end_time, raw, return_connection_header)
+
+    def _read(self, infos: dict[int, Any], start_time: Any, end_time: Any, raw: bool, headers: bool) -> Iterator[Any]:
+        first, last = _limit(start_time), _limit(end_time)
+        ids = infos.keys()
+        ranks = {number: rank for rank, number in enumerate(ids)}  # of messages with the same time
+        reader = self._reader
+        decoders: dict[int, Any] = {}
+        with stock_errors():
+            if raw:
+                for placed in reader.placed(ids, first, last, ranks=ranks):
+                    info = infos[placed.connection.id]
+                    message = (info.datatype, placed.data, info.md5sum, placed.place, _get_message_type(info))
+                    yield _result(info, message, Time.from_nsec(placed.time), headers)
+                return
+            for connection, nanoseconds, data in reader.messages(ids, first, last, ranks=ranks):
+                number = connection.id
+                decode = decoders.get(number)
+                if decode is None:
+                    decode = decoders[number] = _decoder(_get_message_type(infos[number]))
+                message = decode(data, 0, len(data))
+                if headers:
+                    yield _result(infos[number], message, Time.from_nsec(nanoseconds), headers)
+                else:
+                    yield BagMessage(connection.topic, message, Time.from_nsec(nanoseconds))
+
+    # Writing ----------------------------------------------------------------------------------------------------------
+
+    def write(self, topic: str, msg: Any, t: Any = None, raw: bool = False, connection_header: Any = None) -> None:
+        """Write a message.
+
+        Args:
+            topic: name of its topic.
+            msg: the message; with `raw` a tuple of type, bytes, md5 sum and class, as `read_messages` yields it.
+            t: genpy.Time of the message; None: now.
+            raw: whether `msg` is such a tuple.
+            connection_header: header of the topic's connection, for its first message.
+
+        Raises:
+            ValueError: an argument is wrong, or the bag is closed.
+            SerializationError: a value does not fit its field.
+            OSError: the disk is full, ...
+        """
+        if not self._file:
+            raise ValueError(_CLOSED)
+        if self._writer is None:
+            raise io.UnsupportedOperation("write")
+        if not topic:
+            raise ValueError("topic is invalid")
+        if not msg:
+            raise ValueError("msg is invalid")
+        nanoseconds = time.time_ns() if t is None else t.secs * NS + t.nsecs
+        cls: Any
+        if not raw:
+            cls = type(msg)
+            buffer = io.BytesIO()
+            msg.serialize(buffer)
+            kind, data, md5sum = cls._type, buffer.getvalue(), cls._md5sum
+            if kind == "*":
+                connection_header = connection_header or getattr(msg, "_connection_header", None)
+                if not connection_header:
+                    raise ValueError("msg is an AnyMsg that was not received: its type is not known")
+                kind, md5sum = connection_header["type"], connection_header["md5sum"]
+        elif len(msg) in (4, 5):
+            kind, data, md5sum = msg[:3]
+            cls = msg[-1]
+        else:
+            raise ValueError("msg must be of length 4 or 5")
+        with self._lock:
+            key = (topic, kind, md5sum)
+            conn = self._topic_connections.get(key)
+            if conn is None:
+                header = connection_header
+                if header is None:
+                    header = _header(topic, kind, md5sum, cls)
+                fields = {
+                    name: each.encode() if isinstance(each, str) else bytes(each) for name, each in header.items()
+                }
+                _ConnectionInfo(0, topic, fields)
+                conn = self._topic_connections[key] = self._writer.add_connection(topic, fields)
+            with stock_errors():
+                self._writer.write(conn, nanoseconds, data)
+
+    def flush(self) -> None:
+        """Write the open chunk; raises ValueError if the bag is closed."""
+        if not self._file:
+            raise ValueError(_CLOSED)
+        if self._writer is not None:
+            with self._lock:
+                self._writer.flush()
+
+    def close(self) -> None:
+        """Close the bag; a closed one stays closed."""
+        if not self._file:
+            return
+        with self._lock:
+            try:
+                if self._writer is not None:
+                    self._writer.close()
+                    self._reader.close()  # what programs ask of a closed bag, it still knows
+            finally:
+                if self._known is not None:
+                    self._known[1].close()
+                file, self._file = self._file, None
+                file.close()
+
+    def reindex(self) -> Iterator[int]:
+        """Find all messages of a bag that was not closed; with mode ``a`` the file gets its index.
+
+        Yields:
+            Offset in the file, in bytes, of each chunk.
+        """
+        if not self._file:
+            raise ValueError(_CLOSED)
+        return self._reindex()
+
+    def _reindex(self) -> Iterator[int]:
+        with stock_errors():
+            if self._writer is not None:
+                self.flush()
+                yield from [chunk.pos for chunk in self._reader.chunks]
+                return
+            reader = BagReader(self._target, unindexed=True)
+            for chunk in reader.chunks:
+                yield chunk.pos
+            self._known = -1, reader
+            if self._mode == "a":
+                if self._filename is None:
+                    raise ROSBagException("pyros1 reindexes bags in files only, not in file objects")
+                with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.abspath(self._filename))) as folder:
+                    part = os.path.join(folder, "part.bag")
+                    pyros1.bag.edit.reindex.reindex(self._filename, part)
+                    os.replace(part, self._filename)
+                reader.close()
+                self._writer = append(self._filename, self._compression, self._chunk_threshold)
+
+    def set_encryptor(self, encryptor: str | None = None, param: str | None = None) -> None:
+        """Encrypt the bag; before the first message is written.
+
+        Args:
+            encryptor: ``rosbag/AesCbcEncryptor``; None or ``rosbag/NoEncryptor`` for a plain bag.
+            param: the gpg user whose key is used, or ``*``.
+
+        Raises:
+            ROSBagException: the encryptor is unknown, or there is a message already.
+            ROSBagEncryptException: the key is not available.
+        """
+        if encryptor not in (None, *ENCRYPTORS):
+            raise ROSBagEncryptNotSupportedException(f"pyros1 has no encryptor {encryptor}")
+        if self._mode != "w" or encryptor in (None, NONE) or not self._file:
+            return
+        assert self._writer is not None
+        if self._writer.connections:
+            raise ROSBagException("pyros1 sets an encryptor only before the first message is written")
+        with stock_errors():
+            cipher = new_cipher(param or "*")
+        self._writer.abort()
+        self._writer = BagWriter(self._target, self._compression, self._chunk_threshold, cipher)
+
+    def _read_message(self, position: Any, raw: bool = False, return_connection_header: bool = False) -> Any:
+        self.flush()
+        with stock_errors():
+            stored = self._reader.at(position)
+            info = info_of(stored.connection)
+            cls = _get_message_type(info)
+            message: Any = (info.datatype, stored.data, info.md5sum, position, cls)
+            if not raw:
+                message = _decoder(cls)(stored.data, 0, len(stored.data))
+        return _result(info, message, Time.from_nsec(stored.time), return_connection_header)
+
+
+def _result(info: Any, message: Any, stamp: Any, headers: bool) -> Any:
+    if headers:
+        return BagMessageWithConnectionHeader(info.topic, message, stamp, info.header)
+    return BagMessage(info.topic, message, stamp)
+
+
+def _limit(time: Any) -> int | None:
+    """Return a time in nanoseconds; raises TypeError for what is no time, as comparisons do."""
+    if time is None:
+        return None
+    if not isinstance(time, AnyTime):
+        raise TypeError(f"'<' not supported between instances of 'Time' and '{type(time).__name__}'")
+    nanoseconds: int = time.to_nsec()
+    return nanoseconds
+
+
+def _decoder(cls: Any) -> Callable[[bytes, int, int], Any]:
+    """Return the function that decodes messages of a class: of pyros1, or one that a program has set."""
+    own = getattr(cls, "_decode", None)
+    return own if own is not None else lambda data, start, end: cls().deserialize(data[start:end])
+
+
+def _header(topic: str, kind: str, md5sum: str, cls: Any) -> dict[str, str]:
+    if cls is None:
+        from roslib.message import get_message_class
+
+        cls = get_message_class(kind)
+        if cls is None:
+            raise ROSBagException(f"cannot locate message class and no message class provided for [{kind}]")
+    if cls._md5sum != md5sum:
+        print(f"WARNING: md5sum of loaded type [{kind}] does not match that specified", file=sys.stderr)
+    return {"topic": topic, "type": kind, "md5sum": md5sum, "message_definition": cls._full_text}
+
+
+def _version(file: Any) -> int:
+    """Return the version from a bag's first line; raises ROSBagException if it is no bag."""
+    file.seek(0)
+    line = file.read(64)
+    file.seek(0)
+    if not line:
+        raise ROSBagException("empty file")
+    found = FIRST_LINE.match(line)
+    if found is None:
+        raise ROSBagException("This does not appear to be a bag file")
+    major, minor = map(int, found.groups())
+    return 100 * major + minor

@@ -1,0 +1,9 @@
+"""Base of roslib's exceptions."""
+
+from pyros1.drop_in.missing import missing
+
+__getattr__ = missing(__name__)
+
+
+class ROSLibException(Exception):
+    """Something failed."""

@@ -1,0 +1,7 @@
+"""Times, from before genpy."""
+
+from genpy.rostime import Duration, Time, TVal
+
+from pyros1.drop_in.missing import missing
+
+__getattr__ = missing(__name__)

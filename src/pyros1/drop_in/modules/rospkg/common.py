@@ -1,0 +1,31 @@
+"""File names, and what is raised for packages that are not there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pyros1.drop_in.missing import missing
+
+MANIFEST_FILE = "manifest.xml"
+PACKAGE_FILE = "package.xml"
+STACK_FILE = "stack.xml"
+ROS_STACK = "ros"
+
+__getattr__ = missing(__name__)
+
+
+class ResourceNotFound(Exception):
+    """There is no such package or stack.
+
+    Args:
+        msg: its name.
+        ros_paths: the folders that were searched.
+    """
+
+    def __init__(self, msg: str, ros_paths: Sequence[str] | None = None) -> None:
+        super().__init__(msg)
+        self.ros_paths = ros_paths
+
+    def __str__(self) -> str:
+        lines = [str(self.args[0]), *(f"ROS path [{n}]={path}" for n, path in enumerate(self.ros_paths or ()))]
+        return "\n".join(lines)

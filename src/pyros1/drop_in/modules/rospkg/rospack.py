@@ -1,0 +1,248 @@
+"""Where packages and stacks are, and what they need."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from pyros1.drop_in.missing import missing
+from pyros1.finding.packages import PackageIndex, package_of
+from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE, ResourceNotFound
+from rospkg.environment import get_ros_paths
+from rospkg.manifest import InvalidManifest, Manifest, parse_manifest_file
+from rospkg.stack import InvalidStack
+
+__getattr__ = missing(__name__)
+
+
+class ManifestManager:
+    """Packages or stacks in some folders.
+
+    Args:
+        manifest_name: file name of the manifests.
+        ros_paths: the folders; None: those of the environment, and what pyros1 finds besides.
+    """
+
+    _instances: dict[Any, Any] = {}
+
+    def __init__(self, manifest_name: str, ros_paths: Sequence[str] | None = None) -> None:
+        self._manifest_name = manifest_name
+        self._given = ros_paths is not None
+        self._ros_paths = get_ros_paths() if ros_paths is None else list(ros_paths)
+        self._folders: dict[str, str] | None = None
+        self._manifests: dict[str, Manifest] = {}
+        self._needs: dict[str, list[str]] = {}
+        self._custom: dict[Any, Any] = {}
+
+    @classmethod
+    def get_instance(cls, ros_paths: Sequence[str] | None = None) -> Any:
+        """Return the one manager of these folders."""
+        key = (cls, tuple(get_ros_paths() if ros_paths is None else ros_paths))
+        found = ManifestManager._instances.get(key)
+        if found is None:
+            found = ManifestManager._instances[key] = cls(ros_paths=ros_paths)  # type: ignore[call-arg]
+        return found
+
+    def get_ros_paths(self) -> list[str]:
+        """Return the folders in which is searched."""
+        return list(self._ros_paths)
+
+    ros_paths = property(get_ros_paths)
+
+    def _found(self) -> dict[str, str]:
+        if self._folders is None:
+            self._folders = self._find()
+        return self._folders
+
+    def _find(self) -> dict[str, str]:
+        raise NotImplementedError
+
+    def list(self) -> Any:
+        """Return the names of all."""
+        return self._found().keys()
+
+    def get_path(self, name: str) -> str:
+        """Return the folder of one; raises ResourceNotFound."""
+        folder = self._found().get(name)
+        if folder is None:
+            raise ResourceNotFound(name, ros_paths=self._ros_paths)
+        return folder
+
+    def get_manifest(self, name: str) -> Manifest:
+        """Return the manifest of one; raises ResourceNotFound, and InvalidManifest if it is wrong."""
+        if name not in self._manifests:
+            self._manifests[name] = parse_manifest_file(self.get_path(name), self._manifest_name, self)
+        return self._manifests[name]
+
+    def get_depends(self, name: str, implicit: bool = True) -> Any:
+        """Return the names of what one needs.
+
+        Args:
+            name: its name.
+            implicit: whether what those need counts, too.
+
+        Raises:
+            ResourceNotFound: it, or one that it needs, is not there.
+        """
+        direct = [each.name for each in self.get_manifest(name).depends]
+        if not implicit:
+            return direct
+        if name not in self._needs:
+            found: dict[str, None] = {}
+            waiting = direct[::-1]
+            while waiting:
+                each = waiting.pop()
+                if each not in found and each != name:
+                    found[each] = None
+                    waiting += [inner.name for inner in self.get_manifest(each).depends]
+            self._needs[name] = list(found)
+        return self._needs[name]
+
+    def get_depends_on(self, name: str, implicit: bool = True) -> Any:
+        """Return the names of those that need one; arguments as for :meth:`get_depends`. Broken ones are left out."""
+        result = []
+        for each in self.list():
+            try:
+                if name in self.get_depends(each, implicit):
+                    result.append(each)
+            except (ResourceNotFound, InvalidManifest, OSError):
+                continue
+        return result
+
+    def get_custom_cache(self, key: Any, default: Any = None) -> Any:
+        """Return what a program has kept here."""
+        return self._custom.get(key, default)
+
+    def set_custom_cache(self, key: Any, value: Any) -> None:
+        """Keep something for a program."""
+        self._custom[key] = value
+
+
+class RosPack(ManifestManager):
+    """The packages in some folders; None: all that pyros1 finds."""
+
+    def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
+        super().__init__(MANIFEST_FILE, ros_paths)
+        if self._given:
+            paths = os.pathsep.join(self._ros_paths)
+            self._index = PackageIndex({"ROS_PACKAGE_PATH": paths}, installs=[], own=os.devnull)
+        else:
+            self._index = PackageIndex(os.environ)
+
+    def _find(self) -> dict[str, str]:
+        return {name: str(path) for name, path in self._index.paths().items()}
+
+    def get_path(self, name: str) -> str:
+        """Return the folder of a package; raises ResourceNotFound."""
+        try:
+            return self._index.find_folder(name)  # without a search through all
+        except LookupError:
+            raise ResourceNotFound(name, ros_paths=self._ros_paths) from None
+
+    def get_rosdeps(self, package: str, implicit: bool = True) -> Any:
+        """Return the names of the system packages that a package needs; arguments as for :meth:`get_depends`."""
+        names = [package, *(self.get_depends(package) if implicit else ())]
+        return list(dict.fromkeys(each.name for name in names for each in self.get_manifest(name).rosdeps))
+
+    def stack_of(self, package: str) -> str | None:
+        """Return the name of the stack that a package is in; None if it is in none."""
+        folder = self.get_path(package)
+        while folder != os.path.dirname(folder):
+            if os.path.isfile(os.path.join(folder, STACK_FILE)):
+                return os.path.basename(folder)
+            folder = os.path.dirname(folder)
+        return None
+
+
+class RosStack(ManifestManager):
+    """The stacks of rosbuild in some folders, and the metapackages."""
+
+    def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
+        super().__init__(STACK_FILE, ros_paths)
+
+    def _find(self) -> dict[str, str]:
+        found: dict[str, str] = {}
+        for root in self._ros_paths:
+            list_by_path(STACK_FILE, root, found)
+        for name, folder in RosPack(self._ros_paths if self._given else None)._find().items():
+            try:
+                metapackage = any(e.tag == "metapackage" for e in parse_manifest_file(folder, MANIFEST_FILE).exports)
+            except (InvalidManifest, OSError):
+                continue
+            if metapackage:
+                found.setdefault(name, folder)
+        return found
+
+    def packages_of(self, stack: str) -> Any:
+        """Return the names of the packages in a stack; raises ResourceNotFound."""
+        packages: dict[str, str] = {}
+        folder = self.get_path(stack)
+        return list_by_path(MANIFEST_FILE, folder, packages) if os.path.isfile(os.path.join(folder, STACK_FILE)) else []
+
+    def get_stack_version(self, stack: str) -> str | None:
+        """Return the version of a stack; None if it has none. Raises ResourceNotFound."""
+        return get_stack_version_by_dir(self.get_path(stack))
+
+
+def list_by_path(manifest_name: str, path: str, cache: dict[str, str]) -> Any:
+    """Return the names of the packages or stacks below a folder, and add their folders to ``cache``."""
+    names = []
+    for folder, below, files in os.walk(os.path.abspath(path), followlinks=False):
+        if "rospack_nosubdirs" in files or "CATKIN_IGNORE" in files:
+            below.clear()
+            if "CATKIN_IGNORE" in files:
+                continue
+        if manifest_name in files:
+            name = package_of_folder(folder) if manifest_name == PACKAGE_FILE else os.path.basename(folder)
+            names.append(name)
+            cache.setdefault(name, folder)
+            below.clear()
+        elif manifest_name == STACK_FILE and PACKAGE_FILE in files:
+            below.clear()
+        below[:] = sorted(each for each in below if each[0] != ".")
+    return names
+
+
+def package_of_folder(folder: str) -> str:
+    """Return the name of the package in a folder."""
+    from pathlib import Path
+
+    return package_of(Path(folder, PACKAGE_FILE))[1]
+
+
+def get_package_name(path: str) -> str | None:
+    """Return the name of the package that a path is in; None if it is in none."""
+    folder = os.path.realpath(path)
+    while True:
+        for name in (PACKAGE_FILE, MANIFEST_FILE):
+            if os.path.isfile(os.path.join(folder, name)):
+                return package_of_folder(folder) if name == PACKAGE_FILE else os.path.basename(folder)
+        if folder == os.path.dirname(folder):
+            return None
+        folder = os.path.dirname(folder)
+
+
+def expand_to_packages(names: Sequence[str], rospack: RosPack, rosstack: RosStack) -> tuple[Any, Any]:
+    """Return the packages that names of packages and stacks stand for, and the names of neither."""
+    valid: list[str] = []
+    invalid: list[str] = []
+    for name in names:
+        if name in rospack.list():
+            valid.append(name)
+        elif name in rosstack.list():
+            valid += rosstack.packages_of(name)
+        else:
+            invalid.append(name)
+    return valid, invalid
+
+
+def get_stack_version_by_dir(stack_dir: str) -> str | None:
+    """Return the version of the stack in a folder; None if it has none."""
+    try:
+        with open(os.path.join(stack_dir, STACK_FILE), encoding="utf-8", errors="replace") as file:
+            match = re.search(r"<version>\s*([^<\s]+)\s*</version>", file.read(1 << 20))
+    except OSError:
+        match = None
+    return match[1] if match else None

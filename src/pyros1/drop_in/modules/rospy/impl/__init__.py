@@ -1,0 +1,6 @@
+"""The parts of rospy.impl that programs use."""
+
+from pyros1.drop_in.missing import names as _names
+
+_own = "pyros1's nodes do this themselves"
+__getattr__, __dir__ = _names(__name__, why={"udpros": _own, "masterslave": _own, "tcpros_pubsub": _own, "init": _own})

@@ -1,0 +1,146 @@
+"""The functions ``loginfo`` and so on. Records go through Python's logger ``rosout``; see `rospy.impl.rosout`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from types import FrameType
+from typing import Any
+
+from pyros1.drop_in.process import PROCESS
+
+_MOST_PLACES = 10_000
+_DEBUG, _INFO, _WARN, _ERROR, _CRITICAL = 10, 20, 30, 40, 50
+
+Place = tuple[str, int, int]
+
+
+def _place(frame: FrameType) -> Place:
+    """Return what identifies a call in the program's text."""
+    return frame.f_code.co_filename, frame.f_lineno, frame.f_lasti
+
+
+def _remember(table: dict[Any, Any], key: Any, value: Any) -> None:
+    if len(table) >= _MOST_PLACES:
+        table.clear()
+    table[key] = value
+
+
+class LoggingThrottle:
+    """Tells whether a place may log again: called with (place, period in seconds)."""
+
+    last_logging_time_table: dict[Any, float] = {}
+
+    def __call__(self, caller_id: Any, period: float) -> bool:
+        from rospy.rostime import get_time
+
+        now, last = get_time(), self.last_logging_time_table.get(caller_id)
+        if last is not None and 0 <= now - last < period:
+            return False
+        _remember(self.last_logging_time_table, caller_id, now)
+        return True
+
+
+class LoggingIdentical:
+    """Tells whether a place logs another text than the last time: called with (place, text)."""
+
+    last_logging_msg_table: dict[Any, str] = {}
+
+    def __call__(self, caller_id: Any, msg: Any) -> bool:
+        text = str(msg)
+        if self.last_logging_msg_table.get(caller_id) == text:
+            return False
+        _remember(self.last_logging_msg_table, caller_id, text)
+        return True
+
+
+class LoggingOnce:
+    """Tells whether a place logs for the first time: called with the place."""
+
+    called_caller_ids: set[Any] = set()
+
+    def __call__(self, caller_id: Any) -> bool:
+        if caller_id in self.called_caller_ids:
+            return False
+        self.called_caller_ids.add(caller_id)
+        return True
+
+
+_may_again, _is_other, _is_first = LoggingThrottle(), LoggingIdentical(), LoggingOnce()
+
+
+def _emit(name: str, level: int, frame: FrameType, msg: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
+    import logging
+
+    logger_name = kwargs.pop("logger_name", None)
+    logger = logging.getLogger(f"{name}.{logger_name}" if logger_name else name)
+    if not logger.isEnabledFor(level):
+        return
+    if PROCESS.node is None and not logger.hasHandlers():
+        return  # stock's logger is silent, too, before there is a node
+    exc_info = kwargs.pop("exc_info", None)
+    if isinstance(exc_info, BaseException):
+        exc_info = (type(exc_info), exc_info, exc_info.__traceback__)
+    elif exc_info and not isinstance(exc_info, tuple):
+        exc_info = sys.exc_info()
+    extra = kwargs.pop("extra", None)
+    stack = "".join(_stack(frame)) if kwargs.pop("stack_info", False) else None
+    kwargs.pop("stacklevel", None)
+    if kwargs:
+        raise TypeError(f"a log function got an unexpected keyword argument {next(iter(kwargs))!r}")
+    code = frame.f_code
+    record = logger.makeRecord(
+        logger.name, level, code.co_filename, frame.f_lineno, msg, args, exc_info, code.co_name, extra, stack
+    )
+    logger.handle(record)
+
+
+def _stack(frame: FrameType) -> list[str]:
+    import traceback
+
+    return ["Stack (most recent call last):\n", *traceback.format_stack(frame)]
+
+
+def _functions(level: int, name: str = "rosout") -> list[Callable[..., None]]:
+    def log(msg: Any, *args: Any, **kwargs: Any) -> None:
+        """Log a message; ``args`` are filled in, ``logger_name`` is that of a logger below rosout."""
+        _emit(name, level, sys._getframe(1), msg, args, kwargs)
+
+    def throttle(period: float, msg: Any, *args: Any, **kwargs: Any) -> None:
+        """Log a message, from this place in the program at most every ``period`` seconds."""
+        frame = sys._getframe(1)
+        if _may_again(_place(frame), period):
+            _emit(name, level, frame, msg, args, kwargs)
+
+    def identical(period: float, msg: Any, *args: Any, **kwargs: Any) -> None:
+        """Log a message, the same one from this place in the program at most every ``period`` seconds."""
+        frame = sys._getframe(1)
+        place = _place(frame)
+        text = str(msg)
+        if args:
+            text = text % args
+        if _is_other(place, text):
+            _may_again(place, 0)
+        elif not _may_again(place, period):
+            return
+        _emit(name, level, frame, msg, args, kwargs)
+
+    def once(msg: Any, *args: Any, **kwargs: Any) -> None:
+        """Log a message, from this place in the program only once."""
+        frame = sys._getframe(1)
+        if _is_first(_place(frame)):
+            _emit(name, level, frame, msg, args, kwargs)
+
+    return [log, throttle, identical, once]
+
+
+logdebug, logdebug_throttle, logdebug_throttle_identical, logdebug_once = _functions(_DEBUG)
+loginfo, loginfo_throttle, loginfo_throttle_identical, loginfo_once = _functions(_INFO)
+logwarn, logwarn_throttle, logwarn_throttle_identical, logwarn_once = _functions(_WARN)
+logerr, logerr_throttle, logerr_throttle_identical, logerr_once = _functions(_ERROR)
+logfatal, logfatal_throttle, logfatal_throttle_identical, logfatal_once = _functions(_CRITICAL)
+logout = loginfo
+logerror = logerr
+rospydebug, rospyinfo, rospywarn, rospyerr = (
+    _functions(level, "rospy.internal")[0] for level in (_DEBUG, _INFO, _WARN, _ERROR)
+)

@@ -1,0 +1,34 @@
+"""The managers of the program's topics and services."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.drop_in.missing import names as _names
+
+
+class Registration:
+    """Kinds of registrations with the master."""
+
+    PUB = "pub"
+    SUB = "sub"
+    SRV = "srv"
+
+
+def get_topic_manager() -> Any:
+    """Return what lists the program's topics."""
+    from rospy.topics import TOPICS
+
+    return TOPICS
+
+
+def get_service_manager() -> Any:
+    """Return what lists the program's services."""
+    from rospy.service import SERVICES
+
+    return SERVICES
+
+
+_own = "pyros1's nodes register themselves"
+_unlike = ("RegManager", "RegistrationListener", "RegistrationListeners", "get_registration_listeners")
+__getattr__, __dir__ = _names(__name__, why=dict.fromkeys((*_unlike, "set_topic_manager", "set_service_manager"), _own))

@@ -1,0 +1,145 @@
+"""The log: Python's loggers ``rosout`` and below, and the node, which writes what they take to the terminal, to its
+file and to /rosout (https://wiki.ros.org/rospy/Overview/Logging).
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator, MutableMapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.node.log.sink import Places
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+_PYTHON = {1: logging.DEBUG, 2: logging.INFO, 4: logging.WARNING, 8: logging.ERROR, 16: logging.CRITICAL}
+_STOCK = ("rospy", "rospy.internal", "rospy.service", "rospy.tcpros", "rospy.topics")
+"""Loggers that stock has, too."""
+_CONFIG = "ROS_PYTHON_LOG_CONFIG_FILE"
+_SHOWN = Places(rosout=False)
+_PUBLISHED = Places(terminal=False, file=False)
+_FILED = Places(terminal=False, rosout=False)
+
+
+def python_level(level: int) -> int:
+    """Return Python's level for one of rospy's."""
+    return _PYTHON[level]
+
+
+def ros_level(level: int) -> int:
+    """Return rospy's level, 1, 2, 4, 8 or 16, for one of Python's."""
+    return max((ros for ros, python in _PYTHON.items() if python <= level), default=1)
+
+
+class Levels(MutableMapping[str, int]):
+    """The levels of Python's loggers, as the node's services list and change them."""
+
+    def __getitem__(self, name: str) -> int:
+        return ros_level(logging.getLogger(name).getEffectiveLevel())
+
+    def __setitem__(self, name: str, level: int) -> None:
+        logging.getLogger(name).setLevel(_PYTHON[level])
+
+    def __delitem__(self, name: str) -> None:
+        logging.getLogger(name).setLevel(logging.NOTSET)
+
+    def __iter__(self) -> Iterator[str]:
+        loggers = logging.Logger.manager.loggerDict
+        return iter([name for name, logger in list(loggers.items()) if isinstance(logger, logging.Logger)])
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+
+class RosOutHandler(logging.Handler):
+    """Gives the records of the logger ``rosout`` to the node.
+
+    Args:
+        node: the node.
+        shows: whether it also writes them to the terminal and the file.
+    """
+
+    def __init__(self, node: Node, shows: bool = True) -> None:
+        super().__init__()
+        self._log = node.log
+        self._shows = shows
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write one record."""
+        text = record.getMessage()  # arguments that do not fit raise in the program, as in stock
+        level = ros_level(record.levelno)
+        try:
+            place: dict[str, Any] = {"path": record.pathname, "line": record.lineno, "function": record.funcName or ""}
+            if record.exc_info or record.stack_info:
+                if self._shows:
+                    self._log.pass_on(level, self.format(record), **place, name=record.name, places=_SHOWN)
+                self._log.pass_on(level, text, **place, name=record.name, places=_PUBLISHED)
+            elif self._shows:
+                self._log.pass_on(level, text, **place, name=record.name)
+            else:
+                self._log.pass_on(level, text, **place, name=record.name, places=_PUBLISHED)
+        except Exception:  # noqa: BLE001 - as Python's handlers do it
+            self.handleError(record)
+
+
+class _FileHandler(logging.Handler):
+    """Gives the records of all other loggers to the node's log file."""
+
+    def __init__(self, node: Node) -> None:
+        super().__init__(logging.INFO)
+        self._log = node.log
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if record.name.partition(".")[0] == "rosout":
+            return  # it has been written
+        try:
+            text, level = self.format(record), ros_level(record.levelno)
+            place: dict[str, Any] = {"path": record.pathname, "line": record.lineno, "function": record.funcName or ""}
+            self._log.pass_on(level, text, **place, name=record.name, places=_FILED)
+        except Exception:  # noqa: BLE001 - as above
+            self.handleError(record)
+
+
+def configure(level: int) -> bool:
+    """Set the levels of Python's loggers, or load the file that ROS_PYTHON_LOG_CONFIG_FILE names.
+
+    Args:
+        level: rospy's level of the logger ``rosout``.
+
+    Returns:
+        Whether there was such a file.
+    """
+    for name in _STOCK:
+        logging.getLogger(name)
+    path = os.environ.get(_CONFIG)
+    if not path or not os.path.isfile(path):
+        logging.getLogger().setLevel(logging.INFO)
+        logging.getLogger("rosout").setLevel(_PYTHON[level])
+        return False
+    from logging.config import dictConfig, fileConfig
+
+    if path.endswith((".yaml", ".yml")):
+        import yaml
+
+        with open(path, encoding="utf-8") as file:
+            settings = yaml.safe_load(file)
+        settings.setdefault("version", 1)
+        dictConfig(settings)
+    else:
+        fileConfig(path, disable_existing_loggers=False)
+    return True
+
+
+def connect(node: Node, configured: bool) -> None:
+    """Give the records of Python's loggers to the node.
+
+    Args:
+        node: the node.
+        configured: whether a configuration file says what is shown and written.
+    """
+    node.log.use_levels(Levels())
+    logging.getLogger("rosout").addHandler(RosOutHandler(node, shows=not configured))
+    if not configured:
+        logging.getLogger().addHandler(_FileHandler(node))

@@ -1,0 +1,305 @@
+"""Services and their callers (https://wiki.ros.org/rospy/Overview/Services)."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Any
+
+import pyros1
+from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.process import PROCESS
+from pyros1.ground.errors import (
+    ConnectionRefusedByPeerError,
+    Error,
+    NodeError,
+    NodeShutdownError,
+    SerializationError,
+    ServiceError,
+    ServiceRefusal,
+    ServiceUnavailableError,
+    WaitTimeoutError,
+)
+from pyros1.node.services.client import ServiceClient
+from pyros1.node.services.client import wait_for_service as _wait
+from rospy.core import logerr, logwarn
+from rospy.exceptions import ROSException, ROSInterruptException
+from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
+from rospy.msg import args_kwds_to_message
+from rospy.msproxy import MasterProxy
+from rospy.names import isstring, resolve_name
+from rospy.service import SERVICES, ServiceException, _Service
+
+
+def convert_return_to_response(response: Any, response_class: type[Any]) -> Any:
+    """Return the response for what a handler has returned.
+
+    Args:
+        response: a response; a list, tuple or dict of its fields; or the value of its only field.
+        response_class: its class.
+
+    Raises:
+        ServiceException: it cannot be one.
+    """
+    if isinstance(response, response_class) or getattr(response, "_md5sum", None) == response_class._md5sum:
+        return response
+    if response is None:
+        raise ServiceException("service handler returned None")
+    if isinstance(response, dict):
+        try:
+            return response_class(**response)
+        except AttributeError as error:
+            raise ServiceException(f"handler returned invalid value: {error}") from error
+    try:
+        return response_class(*response) if isinstance(response, (list, tuple)) else response_class(response)
+    except Exception as error:
+        raise ServiceException(f"handler returned wrong number of values: {error}") from error
+
+
+class ServiceImpl(_Service):
+    """A service that the node provides.
+
+    Args:
+        name: of the service.
+        service_class: its class.
+        handler: called with the request; returns a response, or the values of its fields as a list, tuple or dict, or
+            the value of its only field.
+        buff_size: as in rospy.
+        error_handler: called with (exception, type, value, traceback) when the handler raises; None: it is logged.
+
+    Raises:
+        ServiceException: the program has a service of that name.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        service_class: Any,
+        handler: Callable[[Any], Any],
+        buff_size: int = DEFAULT_BUFF_SIZE,
+        error_handler: Callable[..., object] | None = None,
+    ) -> None:
+        super().__init__(name, service_class)
+        self.handler = handler
+        self.buff_size = buff_size
+        self.registered = False
+        self.seq = 0
+        self.done = False
+        if error_handler is not None:
+            self.error_handler = error_handler  # type: ignore[method-assign, assignment]  # as programs do it, too
+        self._server: Any = None
+        self._over = threading.Event()
+        SERVICES.register(self.resolved_name, self)
+        PROCESS.when_started(self._begin)
+
+    def error_handler(
+        self, e: BaseException, exc_type: type[BaseException], exc_value: BaseException, tb: TracebackType
+    ) -> None:
+        """Log what the handler raised."""
+        logerr("Error processing request: %s\n%s", e, "".join(traceback.format_exception(exc_type, exc_value, tb)))
+
+    def _begin(self, node: pyros1.Node) -> None:
+        if self.done or not node.ok():
+            return
+        try:
+            self._server = node.advertise_service(self._given, self.service_class, self._answer)
+        except NodeError as error:
+            SERVICES.unregister(self.resolved_name, self)
+            raise ServiceException(str(error)) from error
+        self.uri = self._server.uri
+        self.registered = True
+
+    def _answer(self, request: Any) -> Any:
+        self.seq += 1
+        try:
+            response = convert_return_to_response(self.handler(request), self.response_class)
+            response.__class__._encode_frame(response)  # what cannot be sent is the handler's fault, too
+            return response
+        except ServiceException as error:
+            raise ServiceRefusal(f"service cannot process request: {error}") from None
+        except Exception as error:  # noqa: BLE001 - the program's code: its caller is told
+            kind, value, trace = sys.exc_info()
+            self.error_handler(error, kind, value, trace)  # type: ignore[arg-type]  # none is None here
+            raise ServiceRefusal(f"error processing request: {error}") from None
+
+    def spin(self) -> None:
+        """Wait until the service or the node ends."""
+        try:
+            while not PROCESS.is_shutdown and not self.done:
+                self._over.wait(0.2)
+        except KeyboardInterrupt:
+            PROCESS.shutdown("keyboard interrupt")
+
+    def shutdown(self, reason: str = "") -> None:
+        """End the service.
+
+        Args:
+            reason: for the log.
+        """
+        if self.done:
+            return
+        self.done = True
+        PROCESS.forget(self._begin)
+        SERVICES.unregister(self.resolved_name, self)
+        if self._server is not None:
+            self._server.shutdown()
+        self._over.set()
+
+    def handle(self, transport: Any, header: Mapping[str, str]) -> None:
+        """Connections are served by pyros1's node.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        raise NotImplementedError("pyros1's node serves the connections of services itself")
+
+
+class Service(ServiceImpl):
+    """A service that the node provides; see `ServiceImpl`."""
+
+
+class _Visitor:
+    """Takes a node's place in calls of a program that has none."""
+
+    def __init__(self) -> None:
+        self.name = "/unnamed"
+        self.stopping = threading.Event()
+        self.callbacks = None
+        self.services: dict[str, Any] = {}
+        self.log = self
+
+    def warn(self, text: str, *args: object) -> None:
+        """Log a warning."""
+        logwarn(text, *args)
+
+    def check_running(self) -> None:
+        """It always runs."""
+
+    def pause(self, seconds: float) -> None:
+        """Wait."""
+        time.sleep(seconds)
+
+
+class ServiceProxy(_Service):
+    """Calls a service.
+
+    Args:
+        name: of the service.
+        service_class: its class.
+        persistent: keep the connection from call to call.
+        headers: further fields of the connection header.
+    """
+
+    def __init__(
+        self, name: str, service_class: Any, persistent: bool = False, headers: dict[str, str] | None = None
+    ) -> None:
+        super().__init__(name, service_class)
+        self.persistent = persistent
+        self._headers = {str(key): str(value) for key, value in (headers or {}).items()}
+        self._client: ServiceClient | None = None
+
+    def wait_for_service(self, timeout: Any = None) -> None:
+        """Wait until the service is provided; see `wait_for_service`."""
+        wait_for_service(self.resolved_name, timeout)
+
+    def __call__(self, *args: Any, **kwds: Any) -> Any:
+        """Call the service; see `call`."""
+        return self.call(*args, **kwds)
+
+    def call(self, *args: Any, **kwds: Any) -> Any:
+        """Call the service and return its response.
+
+        Args:
+            args: the request, or the values of all its fields.
+            kwds: the values of some fields by name.
+
+        Raises:
+            ServiceException: nobody provides the service, or its handler failed.
+            ROSInterruptException: the node is shutting down.
+            TypeError: the request is of another type; or positional and named values are mixed.
+        """
+        request = args_kwds_to_message(self.request_class, args, kwds)
+        if PROCESS.is_shutdown:
+            raise ServiceException(f"service [{self.resolved_name}] unavailable")
+        try:
+            return self._connected().call(request)
+        except NodeShutdownError:
+            raise ROSInterruptException("node shutdown interrupted service call") from None
+        except SerializationError:
+            raise
+        except Error as error:
+            raise ServiceException(_reason(self.resolved_name, error)) from error
+
+    def _connected(self) -> ServiceClient:
+        if self._client is None:
+            node = PROCESS.node
+            if node is None:  # rospy needs none to call a service
+                visitor: Any = _Visitor()
+                master = MasterProxy(None).client
+                return ServiceClient(
+                    visitor, master, self.resolved_name, self.service_class, self.persistent, self._headers
+                )
+            self._client = node.service(
+                self._given, self.service_class, persistent=self.persistent, headers=self._headers
+            )
+        return self._client
+
+    def close(self) -> None:
+        """Close the connection of a persistent proxy."""
+        if self._client is not None:
+            self._client.close()
+
+
+def _reason(service: str, error: Error) -> str:
+    """Return the text that stock has for a call that failed."""
+    if isinstance(error, ServiceError) and error.answer is not None:
+        return f"service [{service}] responded with an error: {error.answer!r}"
+    if isinstance(error, ServiceUnavailableError) and "no node provides it" in str(error):
+        return f"service [{service}] unavailable"
+    if isinstance(error, (ServiceUnavailableError, ConnectionRefusedByPeerError)):
+        return f"unable to connect to service: {error}"
+    return str(error)
+
+
+def wait_for_service(service: str, timeout: Any = None) -> None:
+    """Wait until a service is provided.
+
+    Args:
+        service: its name.
+        timeout: seconds or a Duration; None: no limit.
+
+    Raises:
+        ROSException: it was not provided in time.
+        ROSInterruptException: the node is shutting down.
+        ValueError: the timeout is 0.
+    """
+    seconds = float(timeout.to_sec()) if hasattr(timeout, "to_sec") else timeout
+    if seconds == 0:
+        raise ValueError("timeout must be non-zero")
+    if PROCESS.is_shutdown:
+        raise ROSInterruptException("rospy shutdown")
+    name = resolve_name(service)
+    limit = None if seconds is None or seconds < 0 else seconds
+    try:
+        if PROCESS.node is not None:
+            PROCESS.node.wait_for_service(service, limit)
+        else:
+            visitor: Any = _Visitor()
+            _wait(visitor, MasterProxy(None).client, name, limit)
+    except WaitTimeoutError:
+        raise ROSException(f"timeout exceeded while waiting for service {name}") from None
+    except NodeShutdownError:
+        raise ROSInterruptException("rospy shutdown") from None
+
+
+_late = {
+    **dict.fromkeys(("TCPROSTransport", "TCPROSTransportProtocol"), "rospy.impl.tcpros_base"),
+    "TCPROSServiceClient": "rospy.impl.tcpros_client",
+}
+__getattr__, __dir__ = _names(
+    __name__, _late, {"TCPService": "pyros1's node serves the connections of services itself"}
+)

@@ -1,0 +1,342 @@
+"""``Publisher.impl`` and ``Subscriber.impl``: a topic's connections, as programs see them that look behind publishers
+and subscribers.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+from pyros1.drop_in.process import PROCESS
+from rospy.exceptions import ROSException
+
+_TRANSPORT = "TCPROS"
+
+
+class Connection:
+    """A connection to a peer.
+
+    Attributes:
+        id: number of the connection. endpoint_id: the peer's node name, or the address of its API.
+        direction: "o" or "i". transport_type, name: its transport, and the topic's name.
+        header, type, md5sum, callerid_pub, is_latched: as in the connection header.
+        stat_bytes, stat_num_msg: bytes and messages so far. done: whether it has ended.
+    """
+
+    def __init__(self, number: int, link: Any, topic: str, direction: str) -> None:
+        self._link = link
+        self.id = number
+        self.direction = direction
+        self.name = topic
+        self.endpoint_id: str = link.peer if direction == "o" else link.uri
+        self.transport_type: str = link.transport
+        self.header: dict[str, str] = getattr(link, "header", {})
+        self.type = self.header.get("type")
+        self.md5sum = self.header.get("md5sum")
+        self.callerid_pub = self.header.get("callerid")
+        self.is_latched = self.header.get("latching") == "1"
+        self.done = not link.connected
+
+    @property
+    def stat_bytes(self) -> int:
+        """Bytes so far."""
+        return int(getattr(self._link, "bytes_received", 0) or getattr(self._link, "bytes_sent", 0))
+
+    @property
+    def stat_num_msg(self) -> int:
+        """Messages so far."""
+        return int(self._link.messages)
+
+    def get_transport_info(self) -> str:
+        """Return the addresses of both ends, as text."""
+        return str(self._link.address)
+
+
+class TopicImpl:
+    """A topic of this program; see `PublisherImpl` and `SubscriberImpl`.
+
+    Attributes:
+        name, resolved_name: full name. data_class, type: of the first publisher or subscriber.
+        ref_count: number of publishers or subscribers. handles: those of pyros1.
+        closed: whether none is left.
+    """
+
+    direction = ""
+
+    def __init__(self, name: str, data_class: Any) -> None:
+        self.name = self.resolved_name = name
+        self.data_class = data_class
+        self.type: str = data_class._type
+        self.handles: list[Any] = []
+        self.ref_count = 0
+        self.closed = False
+        self._numbers: dict[int, tuple[Any, int]] = {}
+        self._next = 1
+
+    def _links(self) -> tuple[Any, ...]:
+        return self.handles[0].links if self.handles else ()
+
+    @property
+    def connections(self) -> list[Connection]:
+        """The connections."""
+        links = self._links()
+        numbers: dict[int, tuple[Any, int]] = {}
+        for link in links:  # each keeps its number
+            numbers[id(link)] = self._numbers.get(id(link)) or (link, self._next)
+            self._next = max(self._next, numbers[id(link)][1] + 1)
+        self._numbers = numbers
+        return [Connection(numbers[id(link)][1], link, self.name, self.direction) for link in links]
+
+    def get_num_connections(self) -> int:
+        """Return the number of connections."""
+        return len(self._links())
+
+    def has_connections(self) -> bool:
+        """Return whether there are connections."""
+        return bool(self._links())
+
+    def has_connection(self, endpoint_id: str) -> bool:
+        """Return whether a peer is connected."""
+        return any(each.endpoint_id == endpoint_id for each in self.connections)
+
+    def check(self) -> None:
+        """Do nothing: connections that have ended are noticed at once."""
+
+    def get_stats_info(self) -> list[tuple[Any, ...]]:
+        """Return (id, peer, direction, transport, topic, whether it is connected, addresses) of each connection."""
+        return [
+            (each.id, each.endpoint_id, each.direction, each.transport_type, each.name, True, each.get_transport_info())
+            for each in self.connections
+        ]
+
+    def add_connection(self, c: Any) -> bool:
+        """Connections of others cannot be added.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        raise NotImplementedError("pyros1 makes a topic's connections itself")
+
+    remove_connection = add_connection
+
+
+class PublisherImpl(TopicImpl):
+    """A topic that this program publishes.
+
+    Attributes:
+        queue_size, is_latch, headers: of all publishers of the topic. subscriber_listeners: those of all.
+    """
+
+    direction = "o"
+
+    def __init__(self, name: str, data_class: Any) -> None:
+        super().__init__(name, data_class)
+        self.queue_size: int | None = None
+        self.is_latch = False
+        self.headers: dict[str, str] = {}
+        self.subscriber_listeners: list[Any] = []
+        self._watch: Any = None
+
+    def add_headers(self, headers: dict[str, str]) -> None:
+        """Add fields of the connection header, for publishers that are made later."""
+        self.headers.update(headers)
+
+    def enable_latch(self) -> None:
+        """Note that the topic is latched."""
+        self.is_latch = True
+
+    def set_queue_size(self, queue_size: int) -> None:
+        """Set how many messages may wait; it holds if the topic has no publisher yet."""
+        self.queue_size = queue_size
+
+    def publish(self, message: Any, connection_override: Connection | None = None) -> bool:
+        """Publish a message; return whether there was somebody to take it."""
+        if not self.handles:
+            return False
+        self.handles[0].publish(message)
+        return self.has_connections()
+
+    def get_stats(self) -> tuple[str, int, list[tuple[int, int, int, bool]]]:
+        """Return (topic, bytes, [(id, bytes, messages, whether it is connected)])."""
+        each = [(one.id, one.stat_bytes, one.stat_num_msg, not one.done) for one in self.connections]
+        return self.name, sum(one[1] for one in each), each
+
+    # Listeners: a thread of pyros1's calls them -----------------------------------------------------------------------
+
+    def add_subscriber_listener(self, l: Any) -> None:  # noqa: E741 - stock's name
+        """Tell a `SubscribeListener` of subscribers that come and go."""
+        self.subscriber_listeners.append(l)
+        PROCESS.when_started(lambda _: self.watch())
+
+    def watch(self) -> None:
+        """Begin to tell the listeners, once the topic is published."""
+        if self._watch is None and self.subscriber_listeners and self.handles:
+            self._watch = self.handles[0].watch(self._came, self._went)
+
+    def _came(self, peer: Any) -> None:
+        for listener in list(self.subscriber_listeners):
+            listener.peer_subscribe(self.name, self.handles[0].publish if self.handles else self.publish, peer.publish)
+
+    def _went(self, peer: Any) -> None:
+        for listener in list(self.subscriber_listeners):
+            listener.peer_unsubscribe(self.name, peer.others)
+
+
+class SubscriberImpl(TopicImpl):
+    """A topic to which this program subscribes.
+
+    Attributes:
+        callbacks: (callback, further argument or None) of each subscriber.
+        queue_size, buff_size, tcp_nodelay: of the last one that set it.
+    """
+
+    direction = "i"
+
+    def __init__(self, name: str, data_class: Any) -> None:
+        super().__init__(name, data_class)
+        self.callbacks: list[tuple[Any, Any]] = []
+        self.queue_size: int | None = None
+        self.buff_size = 65536
+        self.tcp_nodelay = False
+        self._added: list[tuple[Any, Any, Any]] = []
+
+    def set_queue_size(self, queue_size: int | None) -> None:
+        """Set how many messages may wait; -1 and None: no limit.
+
+        Raises:
+            ROSException: it is 0, or not a number.
+        """
+        if queue_size == -1:
+            self.queue_size = None
+        elif queue_size == 0:
+            raise ROSException("queue size may not be set to zero")
+        elif queue_size is not None and not isinstance(queue_size, int):
+            raise ROSException("queue size must be an integer")
+        else:
+            self.queue_size = queue_size
+
+    def set_buff_size(self, buff_size: int) -> None:
+        """Note the size of the buffer in bytes; pyros1's buffers grow as they must.
+
+        Raises:
+            ROSException: it is not a positive number.
+        """
+        if not isinstance(buff_size, int):
+            raise ROSException("buffer size must be an integer")
+        if buff_size <= 0:
+            raise ROSException("buffer size must be a positive integer")
+        self.buff_size = buff_size
+
+    def set_tcp_nodelay(self, tcp_nodelay: bool) -> None:
+        """Note that publishers are to send at once; pyros1 always asks for that."""
+        self.tcp_nodelay = tcp_nodelay
+
+    def add_callback(self, cb: Any, cb_args: Any) -> None:
+        """Call a further function with each message."""
+        from rospy.topics import Subscriber
+
+        self._added.append((cb, cb_args, Subscriber(self.name, self.data_class, cb, cb_args, self.queue_size)))
+
+    def remove_callback(self, cb: Any, cb_args: Any) -> None:
+        """Undo `add_callback`.
+
+        Raises:
+            KeyError: there is no such callback.
+        """
+        for entry in self._added:
+            if entry[:2] == (cb, cb_args):
+                self._added.remove(entry)
+                entry[2].unregister()
+                return
+        raise KeyError("no matching cb")
+
+    def get_stats(self) -> tuple[str, list[tuple[int, int, int, int, bool]]]:
+        """Return (topic, [(id, bytes, messages, -1, whether it is connected)])."""
+        return self.name, [(one.id, one.stat_bytes, one.stat_num_msg, -1, not one.done) for one in self.connections]
+
+
+class TopicManager:
+    """Lists the program's topics.
+
+    Attributes:
+        pubs, subs: what is published and subscribed, by topic. topics: the names of all.
+    """
+
+    def __init__(self) -> None:
+        self.pubs: dict[str, PublisherImpl] = {}
+        self.subs: dict[str, SubscriberImpl] = {}
+        self._lock = threading.RLock()
+
+    @property
+    def topics(self) -> set[str]:
+        """The names of all topics."""
+        return {*self.pubs, *self.subs}
+
+    def _table(self, reg_type: str) -> dict[str, Any]:
+        return self.pubs if reg_type == "pub" else self.subs
+
+    def acquire_impl(self, reg_type: str, resolved_name: str, data_class: Any) -> Any:
+        """Return a topic for one more publisher or subscriber of it."""
+        with self._lock:
+            table = self._table(reg_type)
+            if resolved_name not in table:
+                table[resolved_name] = (PublisherImpl if reg_type == "pub" else SubscriberImpl)(
+                    resolved_name, data_class
+                )
+            impl = table[resolved_name]
+            impl.ref_count += 1
+            return impl
+
+    def release_impl(self, reg_type: str, resolved_name: str) -> None:
+        """Give a topic back; it is forgotten with the last one."""
+        with self._lock:
+            impl = self._table(reg_type).get(resolved_name)
+            if impl is None:
+                return
+            impl.ref_count -= 1
+            if impl.ref_count <= 0:
+                impl.closed = True
+                del self._table(reg_type)[resolved_name]
+
+    def get_impl(self, reg_type: str, resolved_name: str) -> Any:
+        """Return a topic; None if there is none."""
+        return self._table(reg_type).get(resolved_name)
+
+    def get_publisher_impl(self, resolved_name: str) -> PublisherImpl | None:
+        """Return a published topic; None if there is none."""
+        return self.pubs.get(resolved_name)
+
+    def get_subscriber_impl(self, resolved_name: str) -> SubscriberImpl | None:
+        """Return a subscribed topic; None if there is none."""
+        return self.subs.get(resolved_name)
+
+    def has_publication(self, resolved_name: str) -> bool:
+        """Return whether a topic is published."""
+        return resolved_name in self.pubs
+
+    def has_subscription(self, resolved_name: str) -> bool:
+        """Return whether a topic is subscribed."""
+        return resolved_name in self.subs
+
+    def get_topics(self) -> set[str]:
+        """Return the names of all topics."""
+        return self.topics
+
+    def get_publications(self) -> list[list[str]]:
+        """Return [name, type] of what is published."""
+        return [[name, impl.type] for name, impl in self.pubs.items()]
+
+    def get_subscriptions(self) -> list[list[str]]:
+        """Return [name, type] of what is subscribed."""
+        return [[name, impl.type] for name, impl in self.subs.items()]
+
+    def get_pub_sub_info(self) -> list[tuple[Any, ...]]:
+        """Return a description of each connection, see `TopicImpl.get_stats_info`."""
+        return [info for impl in [*self.pubs.values(), *self.subs.values()] for info in impl.get_stats_info()]
+
+    def get_pub_sub_stats(self) -> tuple[list[Any], list[Any]]:
+        """Return numbers of bytes and messages, see `get_stats` of both kinds."""
+        return [impl.get_stats() for impl in self.pubs.values()], [impl.get_stats() for impl in self.subs.values()]
+
+    def check_all(self) -> None:
+        """Do nothing: connections that have ended are noticed at once."""

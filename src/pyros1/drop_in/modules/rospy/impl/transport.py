@@ -1,0 +1,73 @@
+"""Base of connections."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.drop_in.missing import names as _names
+
+INBOUND, OUTBOUND, BIDIRECTIONAL = "i", "o", "b"
+_numbers = itertools.count(1)
+
+
+class Transport:
+    """A connection.
+
+    Args:
+        direction: "i", "o" or "b".
+        name: topic or service.
+
+    Attributes:
+        id: its number. endpoint_id: the other side. done: whether it has ended.
+        stat_bytes, stat_num_msg: bytes and messages received.
+    """
+
+    transport_type = "UNKNOWN"
+
+    def __init__(self, direction: str, name: str = "unnamed") -> None:
+        self.name = name
+        self.direction = direction
+        self.done = False
+        self.cleanup_cb: Callable[[Any], object] | None = None
+        self.endpoint_id = ""
+        self.stat_bytes = self.stat_num_msg = 0
+        self.id = next(_numbers)
+        self.md5sum: str | None = None
+        self.type: str | None = None
+
+    def fileno(self) -> int | None:
+        """Return the socket's number.
+
+        Raises:
+            NotImplementedError: in this base class.
+        """
+        raise NotImplementedError
+
+    def write_data(self, data: bytes) -> Any:
+        """Send bytes.
+
+        Raises:
+            NotImplementedError: in this base class.
+        """
+        raise NotImplementedError
+
+    def set_cleanup_callback(self, cleanup_callback: Callable[[Any], object]) -> None:
+        """Call a function with this object when it is closed."""
+        self.cleanup_cb = cleanup_callback
+
+    def get_transport_info(self) -> str:
+        """Return a description."""
+        return f"{self.transport_type} connection to [{self.endpoint_id}]"
+
+    def close(self) -> None:
+        """Close the connection."""
+        self.done = True
+        callback, self.cleanup_cb = self.cleanup_cb, None
+        if callback is not None:
+            callback(self)
+
+
+_own = "pyros1's nodes have their own links; see Publisher.impl.connections"
+__getattr__, __dir__ = _names(__name__, why=dict.fromkeys(("DeadTransport", "ProtocolHandler"), _own))

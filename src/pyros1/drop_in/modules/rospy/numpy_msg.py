@@ -1,0 +1,41 @@
+"""Messages whose numeric arrays are numpy arrays (https://wiki.ros.org/rospy_tutorials/Tutorials/numpy)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy
+
+from pyros1.msgs.array_views import numpy_view
+from pyros1.msgs.base import MessageType
+
+__all__ = ["numpy_msg"]
+
+_view = numpy_view(numpy)
+
+
+@lru_cache(maxsize=1000)
+def numpy_msg(msg_type: Any) -> Any:
+    """Return a class of the same type whose messages have numpy arrays when they are received.
+
+    Arrays have one dimension, shape (n,), and the field's number type; they are read-only, since they refer to the
+    bytes received. Such a class can be given to Publisher, too: fields take numpy arrays with any class.
+    """
+
+    def decode(buffer: bytes, start: int, end: int) -> Any:
+        message: Any = made.__new__(made)
+        decoded: Any = msg_type._decode_arrays(buffer, start, end, _view)
+        for name in msg_type.__slots__:
+            setattr(message, name, getattr(decoded, name))
+        return message
+
+    def deserialize(self: Any, data: bytes) -> Any:
+        decoded: Any = msg_type._decode_arrays(bytes(data), 0, len(data), _view)
+        for name in msg_type.__slots__:
+            setattr(self, name, getattr(decoded, name))
+        return self
+
+    members = {"__slots__": (), "_decode": staticmethod(decode), "deserialize": deserialize}
+    made: Any = MessageType(f"Numpy_{msg_type._type.replace('/', '__')}", (msg_type,), members)
+    return made

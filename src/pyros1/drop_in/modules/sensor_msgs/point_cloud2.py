@@ -1,0 +1,169 @@
+"""Points of sensor_msgs/PointCloud2 messages, as tuples (https://wiki.ros.org/pcl/Overview)."""
+
+from __future__ import annotations
+
+import struct
+from collections import namedtuple
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import compress
+from typing import Any
+
+import numpy as np
+
+from pyros1.drop_in.missing import missing
+from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
+
+_DATATYPES = {
+    PointField.INT8: ("b", 1),
+    PointField.UINT8: ("B", 1),
+    PointField.INT16: ("h", 2),
+    PointField.UINT16: ("H", 2),
+    PointField.INT32: ("i", 4),
+    PointField.UINT32: ("I", 4),
+    PointField.FLOAT32: ("f", 4),
+    PointField.FLOAT64: ("d", 8),
+}
+
+__getattr__ = missing(__name__)
+
+
+def read_points(
+    cloud: Any, field_names: Sequence[str] | None = None, skip_nans: bool = False, uvs: Iterable[Any] = ()
+) -> Iterator[tuple[Any, ...]]:
+    """Yield the points of a cloud.
+
+    Args:
+        cloud: the message.
+        field_names: fields to read; None: all. The values come in the order of the fields in memory.
+        skip_nans: leave out points with a NaN in one of these fields.
+        uvs: (column, row) of the points to read; empty: all.
+
+    Raises:
+        AssertionError: ``cloud`` is no such message.
+        struct.error: there are fewer data than the cloud's size needs.
+    """
+    assert getattr(cloud, "_type", "") == "sensor_msgs/PointCloud2", "cloud is not a sensor_msgs.msg.PointCloud2"
+    layout = struct.Struct(_get_struct_fmt(cloud.is_bigendian, cloud.fields, field_names))
+    data = bytes(cloud.data) if isinstance(cloud.data, (list, tuple)) else cloud.data
+    places = list(uvs)
+    if (
+        places
+        or layout.size > cloud.point_step
+        or len(data) < cloud.row_step * (cloud.height - 1) + (cloud.point_step * cloud.width)
+    ):
+        yield from _read_one_by_one(cloud, data, layout, places, skip_nans)
+        return
+    points = struct.Struct(f"{layout.format}{cloud.point_step - layout.size}x")
+    for row in range(cloud.height) if cloud.width and cloud.point_step else ():
+        start = row * cloud.row_step
+        part = memoryview(data)[start : start + cloud.point_step * cloud.width]
+        if skip_nans:
+            whole = _without_nans(part, cloud, field_names)
+            yield from compress(points.iter_unpack(part), whole)
+        else:
+            yield from points.iter_unpack(part)
+
+
+def _read_one_by_one(
+    cloud: Any, data: Any, layout: struct.Struct, places: list[Any], skip_nans: bool
+) -> Iterator[tuple[Any, ...]]:
+    if not places:
+        places = [(u, v) for v in range(cloud.height) for u in range(cloud.width)]
+    for u, v in places:
+        point = layout.unpack_from(data, cloud.row_step * v + cloud.point_step * u)
+        if not (skip_nans and any(value != value for value in point)):  # noqa: PLR0124  only NaN is not itself
+            yield point
+
+
+def _without_nans(row: memoryview, cloud: Any, field_names: Sequence[str] | None) -> list[bool]:
+    """Return for each point of a row whether it has no NaN in the fields."""
+    whole = np.ones(cloud.width, bool)
+    order = ">" if cloud.is_bigendian else "<"
+    for field in cloud.fields:
+        kind = _DATATYPES[field.datatype][0]
+        if kind in "fd" and (field_names is None or field.name in field_names):
+            shape, strides = (cloud.width, field.count), (cloud.point_step, struct.calcsize(kind))
+            values = np.ndarray(shape, order + kind.replace("f", "f4").replace("d", "f8"), row, field.offset, strides)
+            whole &= ~np.isnan(values).any(axis=1)
+    return whole.tolist()
+
+
+def read_points_list(
+    cloud: Any, field_names: Sequence[str] | None = None, skip_nans: bool = False, uvs: Iterable[Any] = ()
+) -> list[Any]:
+    """Return the points of a cloud as named tuples; arguments and errors as for :func:`read_points`."""
+    assert getattr(cloud, "_type", "") == "sensor_msgs/PointCloud2", "cloud is not a sensor_msgs.msg.PointCloud2"
+    names = [field.name for field in cloud.fields] if field_names is None else field_names
+    kind = namedtuple("Point", names)  # type: ignore[misc]
+    return [kind._make(point) for point in read_points(cloud, field_names, skip_nans, uvs)]
+
+
+def create_cloud(header: Any, fields: Sequence[Any], points: Any) -> Any:
+    """Return a cloud of one row.
+
+    Args:
+        header: its header.
+        fields: its fields (sensor_msgs/PointField).
+        points: the points, each a sequence with one value for each element of each field, in the order of the fields
+            in memory; or an array of shape (points, values).
+
+    Raises:
+        struct.error: a point has another number of values, or a value does not fit its field.
+    """
+    layout = struct.Struct(_get_struct_fmt(False, fields))
+    data = _packed_array(layout, fields, points)
+    if data is None:
+        data = bytearray(layout.size * len(points))
+        for start, point in zip(range(0, len(data) or 1, layout.size or 1), points, strict=False):
+            layout.pack_into(data, start, *point)
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(points),
+        is_dense=False,
+        is_bigendian=False,
+        fields=fields,
+        point_step=layout.size,
+        row_step=layout.size * len(points),
+        data=bytes(data),
+    )
+
+
+def _packed_array(layout: struct.Struct, fields: Sequence[Any], points: Any) -> bytearray | None:
+    """Return the data of an array of points if all fields are floats; None: they must be packed one by one."""
+    if not isinstance(points, np.ndarray) or points.ndim != 2 or points.dtype.kind not in "fiu":
+        return None
+    kinds = [_DATATYPES[field.datatype][0] for field in fields]
+    if any(kind not in "fd" for kind in kinds) or sum(field.count for field in fields) != points.shape[1]:
+        return None
+    data, first = bytearray(layout.size * len(points)), 0
+    for field in sorted(fields, key=lambda each: each.offset):
+        kind, size = _DATATYPES[field.datatype]
+        shape, strides = (len(points), field.count), (layout.size, size)
+        target: Any = np.ndarray(shape, "<f4" if kind == "f" else "<f8", data, field.offset, strides)
+        target[:] = points[:, first : first + field.count]
+        first += field.count
+    return data
+
+
+def create_cloud_xyz32(header: Any, points: Any) -> Any:
+    """Return a cloud with the fields x, y and z of 32 bits; arguments and errors as for :func:`create_cloud`."""
+    fields = [PointField(name, offset, PointField.FLOAT32, 1) for name, offset in (("x", 0), ("y", 4), ("z", 8))]
+    return create_cloud(header, fields, points)
+
+
+def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequence[str] | None = None) -> str:
+    """Return the format of a point for `struct`, which programs use to write points themselves."""
+    parts, end = [">" if is_bigendian else "<"], 0
+    for field in sorted(fields, key=lambda each: each.offset):
+        if field_names is not None and field.name not in field_names:
+            continue
+        if field.datatype not in _DATATYPES:
+            raise ValueError(f"field [{field.name}] has the unknown type {field.datatype}")
+        if field.offset > end:
+            parts.append("x" * (field.offset - end))
+            end = field.offset
+        kind, size = _DATATYPES[field.datatype]
+        parts.append(kind * field.count)
+        end += size * field.count
+    return "".join(parts)

@@ -1,0 +1,48 @@
+"""Where ROS packages keep their own Python modules: catkin installs them, and pyros1 imports them from the sources.
+
+A package's setup.py names them (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``). It is only
+searched for ``package_dir``, never run; then the usual places count: ``src`` and ``python``.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+
+from pyros1.finding.packages import manifest_text
+
+_PACKAGE_DIR = re.compile(r"""package_dir\W{1,20}\{([^{}]*)\}""")
+_PAIR = re.compile(r"""["']([\w.]*)["']\s*:\s*["']([^"'\n]*)["']""")
+_USUAL = ("src", "python")
+
+
+def folder_of(package: str, module: str) -> str | None:
+    """Return the folder that a package puts on Python's path for a module.
+
+    Args:
+        package: the package's folder.
+        module: name of the module, without dots.
+
+    Returns:
+        The folder that holds the module, or None if the package has no such module.
+    """
+    for folder in (*_named(package, module), *(os.path.join(package, usual) for usual in _USUAL)):
+        path = os.path.join(folder, module)
+        if os.path.isfile(os.path.join(path, "__init__.py")) or os.path.isfile(path + ".py"):
+            return folder
+    return None
+
+
+def _named(package: str, module: str) -> Iterator[str]:
+    """Yield the folders of a module by the package's setup.py."""
+    try:
+        match = _PACKAGE_DIR.search(manifest_text(os.path.join(package, "setup.py")))
+    except (OSError, ValueError):
+        return
+    for name, place in _PAIR.findall(match[1]) if match else ():
+        folder = os.path.normpath(os.path.join(package, place))
+        if not name:
+            yield folder
+        elif name == module and os.path.basename(folder) == module:
+            yield os.path.dirname(folder)

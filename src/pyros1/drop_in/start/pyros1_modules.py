@@ -1,0 +1,171 @@
+# Offers the modules of stock ROS 1 by pyros1 to a program, without costing it anything before it imports one.
+#
+# `pyros1 run`, `launch`, `test` and `setup` put this folder on PYTHONPATH, where sitecustomize.py imports this module;
+# `pyros1 rospy enable` writes a .pth file that does. It must work, and do no harm, in any Python: also in one without
+# pyros1, and in Python 2.
+import os
+import sys
+
+try:
+    import _imp
+    from _thread import get_ident
+    from importlib.machinery import PathFinder
+except ImportError:  # Python 2
+    PathFinder = None
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+MODULES = os.path.join(os.path.dirname(HERE), "modules")
+
+
+class Waiting(object):
+    """Stands at the end of sys.meta_path until something is imported that is nowhere else."""
+
+    busy = None  # the thread that imports the real finder
+
+    def find_spec(self, name, path=None, target=None):
+        if path is not None or name in getattr(sys, "stdlib_module_names", ()) or name.startswith("pyros1"):
+            return None
+        # Python holds the import lock now, for which other threads may wait in the middle of an import of what we import.
+        try:
+            _imp.release_lock()
+        except RuntimeError:  # a program asks, not the import system
+            real = self.real()
+        else:
+            try:
+                real = self.real()
+            finally:
+                _imp.acquire_lock()
+        if real is not None:
+            return real.find_spec(name, path, target)
+        hint_at_missing(name)
+        return None
+
+    def find_module(self, name, path=None):  # Python 2 asks this one
+        if path is None:
+            hint_at_missing(name)
+
+    def real(self):
+        """Put the real finder in this one's place; return None if this Python has no pyros1."""
+        if self.busy == get_ident():
+            return None  # the import below asks for a module that is nowhere
+        self.busy = get_ident()
+        try:
+            from pyros1.drop_in.finder import install
+        except (ImportError, SyntaxError):  # it has none, or is too old to read it
+            return None
+        finally:
+            self.busy = None
+        if self in sys.meta_path:
+            sys.meta_path.remove(self)
+        return install()
+
+
+class Folders(object):
+    """Stands before Python's own finder, which takes any folder for a package if there is no other of its name.
+
+    In the source folder of a workspace lie folders like std_msgs, whose messages would then not be found. The lowest
+    modules must be ours, too, if there is a real genpy, but no rospy.
+    """
+
+    def find_spec(self, name, path=None, target=None):
+        if path is not None and name.rpartition(".")[2] not in ("msg", "srv"):
+            return None
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is None:
+            return None
+        lowest = name in ("genpy", "genmsg", "roslib", "rosgraph") and not is_module(PathFinder.find_spec("rospy"))
+        if not lowest and is_module(spec):
+            return spec
+        ours = [each for each in sys.meta_path if type(each).__name__ in ("Waiting", "Finder")]
+        return ours[-1].find_spec(name, path, target) or spec if ours else spec
+
+
+def is_module(spec):
+    """Tell whether what Python has found is more than a folder."""
+    return spec is not None and spec.has_location
+
+
+def hint_at_missing(name):
+    """Say what to do if a program imports one of the modules on a Python that has no pyros1."""
+    if name in ("rospy", "roslib") and os.path.isdir(os.path.join(MODULES, name)):
+        ours = os.environ.get("PYROS1_PYTHON", "")
+        what = "Python 2" if sys.version_info[0] == 2 else sys.executable
+        text = "pyros1: this program runs on %s, which has neither ROS nor pyros1, and imports %s.\n" % (what, name)
+        if ours:
+            text += (
+                "    Activate pyros1's environment first (source %s), or write #!%s as the program's first line.\n"
+                % (
+                    os.path.join(os.path.dirname(ours), "activate"),
+                    ours,
+                )
+            )
+        else:
+            text += "    Start it with the Python of pyros1's environment, or install pyros1 for this Python.\n"
+        sys.stderr.write(text)
+
+
+PYTHON2_MODULES = (
+    "Queue",
+    "ConfigParser",
+    "StringIO",
+    "cStringIO",
+    "cPickle",
+    "urllib2",
+    "urlparse",
+    "httplib",
+    "thread",
+)
+PYTHON2_MODULES += ("Tkinter", "tkMessageBox", "commands", "exceptions", "SocketServer", "xmlrpclib", "__builtin__")
+PYTHON2_NAMES = ("xrange", "unicode", "raw_input", "basestring", "long", "reduce", "unichr", "file", "cmp", "execfile")
+PYTHON2_METHODS = ("has_key", "iteritems", "itervalues", "iterkeys")
+PYTHON2_SYNTAX = (
+    "Missing parentheses in call to",
+    "multiple exception types must be parenthesized",
+    "inconsistent use of tabs",
+)
+PYTHON2_SYNTAX += ("invalid decimal literal", "leading zeros in decimal")
+
+
+def is_python2(error):
+    """Tell whether an error is one that programs written for Python 2 meet."""
+    text = str(error)
+    if isinstance(error, SyntaxError):
+        return text.startswith(PYTHON2_SYNTAX)
+    if isinstance(error, ImportError):
+        return getattr(error, "name", None) in PYTHON2_MODULES
+    if isinstance(error, NameError):
+        return any(("name '%s' is not defined" % name) in text for name in PYTHON2_NAMES)
+    if isinstance(error, AttributeError):
+        return text.startswith("'dict'") and any(("'%s'" % name) in text for name in PYTHON2_METHODS)
+    return False
+
+
+def install():
+    """Offer the modules in this process, unless the environment says stock's."""
+    wanted = os.environ.get("PYROS1_ROSPY", "")
+    if wanted == "stock" or any(type(each).__name__ in ("Waiting", "Finder") for each in sys.meta_path):
+        return
+    if PathFinder in sys.meta_path:
+        sys.meta_path.insert(sys.meta_path.index(PathFinder), Folders())
+    if wanted == "pyros1":
+        try:
+            from pyros1.drop_in.finder import install
+
+            install()
+        except (ImportError, SyntaxError):
+            sys.meta_path.append(Waiting())
+    else:
+        sys.meta_path.append(Waiting())
+    if sys.version_info[0] == 2:
+        return
+    show = sys.excepthook
+
+    def excepthook(kind, error, traceback):
+        show(kind, error, traceback)
+        if is_python2(error):
+            sys.stderr.write(
+                "pyros1: this looks like a program for Python 2, which ended in 2020. It runs here once it is converted: "
+                "pip install fissix && fissix -w FILE does most of it.\n"
+            )
+
+    sys.excepthook = excepthook

@@ -1,0 +1,150 @@
+"""Filters in a chain: each takes messages from others, and passes on what it makes of them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from pyros1.filters.synchronizers import Recent, matcher, stamp_of
+from pyros1.ground.timing import Time
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+
+class Filter:
+    """Base of all filters: calls functions with what it puts out.
+
+    Attributes:
+        node: the node whose time counts.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self._callbacks: list[Callable[..., object]] = []
+
+    def connect(self, callback: Callable[..., object]) -> None:
+        """Call a function with all that the filter puts out from now on."""
+        self._callbacks.append(callback)
+
+    def emit(self, *messages: Any) -> None:
+        """Put out messages: all functions get them, one argument for each."""
+        for callback in self._callbacks:
+            callback(*messages)
+
+
+class Subscriber(Filter):
+    """Puts out the messages of a topic.
+
+    Args:
+        node: the node that subscribes.
+        topic: name of the topic.
+        type: message class, or a type's name.
+        options: further ones of :meth:`pyros1.Node.subscribe`, such as ``queue_size``.
+    """
+
+    def __init__(self, node: Node, topic: str, type: Any, **options: Any) -> None:
+        super().__init__(node)
+        self._handle = node.subscribe(topic, type, self.emit, **options)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._handle.unregister()
+
+
+class Synchronizer(Filter):
+    """Puts out messages of several filters that have equal, or nearly equal, time stamps: one of each.
+
+    When time jumps back, the messages that wait are forgotten.
+
+    Args:
+        inputs: the filters, with stamped messages.
+        queue_size: messages of each filter that wait for the others; those with the oldest stamps are dropped.
+        slop: seconds: the stamps of a set are less than this apart. None: they are equal.
+        headerless: whether messages without a header have the time of their arrival as a stamp; else they are an
+            error, which the node logs.
+    """
+
+    def __init__(
+        self, inputs: Sequence[Filter], queue_size: int = 10, slop: float | None = None, headerless: bool = False
+    ) -> None:
+        if not inputs:
+            raise ValueError("a synchronizer needs at least one filter")
+        super().__init__(inputs[0].node)
+        self._matcher = matcher(len(inputs), queue_size, slop)
+        self._headerless = headerless
+        self._last = Time()
+        self._lock = threading.RLock()  # a callback may put messages in
+        for index, each in enumerate(inputs):
+            each.connect(lambda message, index=index: self.add(index, message))
+
+    def add(self, index: int, message: Any) -> None:
+        """Take a message of the filter with this index.
+
+        Raises:
+            TypeError: it has no header.
+        """
+        now = self.node.now()
+        stamp = stamp_of(message, now if self._headerless else None)
+        with self._lock:  # also while callbacks run: sets come in order
+            if now < self._last:
+                self._matcher.clear()
+            self._last = now
+            for messages in self._matcher.add(index, stamp, message):
+                self.emit(*messages)
+
+
+class Cache(Filter):
+    """Keeps the newest messages of a filter, and passes them on.
+
+    Args:
+        source: the filter, with stamped messages.
+        size: most messages.
+        headerless: as for `Synchronizer`.
+    """
+
+    def __init__(self, source: Filter, size: int, headerless: bool = False) -> None:
+        super().__init__(source.node)
+        self._recent = Recent(size)
+        self._headerless = headerless
+        self._lock = threading.Lock()
+        source.connect(self.add)
+
+    def add(self, message: Any) -> None:
+        """Take a message.
+
+        Raises:
+            TypeError: it has no header.
+        """
+        stamp = stamp_of(message, self.node.now() if self._headerless else None)
+        with self._lock:
+            self._recent.add(stamp, message)
+        self.emit(message)
+
+    def between(self, first: Time, last: Time) -> list[Any]:
+        """Return the messages with a stamp from ``first`` to ``last``, both included, the oldest first."""
+        with self._lock:
+            return self._recent.between(first, last)
+
+    def after(self, stamp: Time) -> Any:
+        """Return the oldest message that is not older than a stamp; None if there is none."""
+        with self._lock:
+            return self._recent.after(stamp)
+
+    def before(self, stamp: Time) -> Any:
+        """Return the newest message that is not newer than a stamp; None if there is none."""
+        with self._lock:
+            return self._recent.before(stamp)
+
+    @property
+    def oldest(self) -> Time | None:
+        """Stamp of the oldest message; None without one."""
+        with self._lock:
+            return self._recent.oldest
+
+    @property
+    def newest(self) -> Time | None:
+        """Stamp of the newest message; None without one."""
+        with self._lock:
+            return self._recent.newest

@@ -1,0 +1,70 @@
+"""Synchronized messages for asyncio programs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping
+from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING, Any
+
+from pyros1.filters.synchronizers import matcher, stamp_of
+from pyros1.ground.timing import Time
+
+if TYPE_CHECKING:
+    from pyros1.aio import Node
+
+
+async def synchronized(
+    node: Node,
+    topics: Mapping[str, Any],
+    *,
+    queue_size: int = 10,
+    slop: float | None = None,
+    headerless: bool = False,
+) -> AsyncIterator[tuple[Any, ...]]:
+    """Iterate over sets of messages that have equal, or nearly equal, time stamps, until the node ends.
+
+    A slow iteration holds the publishers back, as that of one topic does. When time jumps back, the messages that wait
+    are forgotten.
+
+    Args:
+        node: a node for asyncio.
+        topics: topic -> message class or type's name; the sets have this order.
+        queue_size, slop, headerless: as for `pyros1.filters.Synchronizer`.
+
+    Raises:
+        TypeError: a message has no header.
+    """
+    match = matcher(len(topics), queue_size, slop)
+    ready: asyncio.Queue[tuple[Any, ...]] = asyncio.Queue(1)
+    last = Time()
+
+    async def read(index: int, stream: Any) -> None:
+        nonlocal last
+        async for message in stream:
+            now = node.now()
+            if now < last:
+                match.clear()
+            last = now
+            for messages in match.add(index, stamp_of(message, now if headerless else None), message):
+                await ready.put(messages)
+
+    async with AsyncExitStack() as stack:
+        streams = [await stack.enter_async_context(await node.subscribe(*topic)) for topic in topics.items()]
+        readers = asyncio.gather(*(read(*each) for each in enumerate(streams)))
+        try:
+            while True:
+                get = asyncio.ensure_future(ready.get())
+                either: set[asyncio.Future[Any]] = {get, readers}
+                try:
+                    await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
+                    if not get.done() and ready.empty():
+                        break
+                    messages = await get
+                finally:
+                    get.cancel()
+                yield messages
+            await readers  # raises what one of them has raised
+        finally:
+            readers.cancel()
+            await asyncio.gather(readers, return_exceptions=True)

@@ -1,0 +1,134 @@
+"""Client: sees and changes parameters of other nodes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import NodeShutdownError, WaitTimeoutError
+from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMessage
+from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription
+from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
+from pyros1.msgs.fill import fill_message
+from pyros1.net.bell import STEP, Bell
+from pyros1.reconfigure.config import Config
+from pyros1.reconfigure.encoding import Make, decode, decode_description, parameters_of, with_groups
+from pyros1.reconfigure.values import request
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+
+class Client:
+    """A node's parameters as another node sees them: see https://wiki.ros.org/dynamic_reconfigure.
+
+    Args:
+        node: this node.
+        name: the other node's name, or the namespace of its parameters.
+        timeout: seconds to wait for it; None: no limit.
+        on_config: called with each new configuration.
+        on_description: called with the list of parameters, see `description`.
+        make: makes dictionaries.
+
+    Raises:
+        WaitTimeoutError: it does not answer in time.
+        NodeShutdownError: this node is shutting down.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        timeout: float | None = None,
+        on_config: Callable[[Any], object] | None = None,
+        on_description: Callable[[Any], object] | None = None,
+        make: Make = Config,
+    ) -> None:
+        self.name = node.resolve(name)
+        self.on_config, self.on_description = on_config, on_description
+        self._node, self._make = node, make
+        self._bell = Bell()
+        self._config: Any = None
+        self._description: Any = None  # as a message
+        self._tree: Any = None
+        node.wait_for_service(f"{self.name}/set_parameters", timeout)
+        self._service = node.service(f"{self.name}/set_parameters", Reconfigure)
+        self._subscribers: list[Any] = [
+            node.subscribe(f"{self.name}/parameter_descriptions", ConfigDescription, self._described),
+            node.subscribe(f"{self.name}/parameter_updates", ConfigMessage, self._updated),
+        ]
+
+    def config(self, timeout: float | None = None) -> Any:
+        """Return the configuration that the other node has published last: a `Config`, with its groups.
+
+        Args:
+            timeout: seconds to wait for the first; None: no limit.
+
+        Raises:
+            WaitTimeoutError: none came in time.
+            NodeShutdownError: this node is shutting down.
+        """
+        self._await(lambda: self._config is not None, "the configuration", timeout)
+        return self._with_groups(self._config)
+
+    def groups(self, timeout: float | None = None) -> Any:
+        """Return the tree of groups, whose ``parameters`` are lists of dictionaries; raises as `config` does."""
+        self._await(lambda: self._description is not None, "the description of the parameters", timeout)
+        return self._tree
+
+    def description(self, timeout: float | None = None) -> list[dict[str, Any]]:
+        """Return all parameters as dictionaries, see `pyros1.reconfigure.encoding`; raises as `config` does."""
+        tree = self.groups(timeout)
+        return parameters_of(tree) if tree is not None else []
+
+    def update(self, changes: Mapping[str, Any], timeout: float | None = None) -> Any:
+        """Change parameters; return the other node's new configuration.
+
+        Args:
+            changes: parameter -> value, in its type, as text, or a choice's name; ``groups`` -> name -> whether on.
+            timeout: seconds to wait for the description, and for the answer.
+
+        Raises:
+            ParameterError: there is no such parameter, or it cannot have the value.
+            ServiceError: the other node refuses, or has gone.
+            WaitTimeoutError, NodeShutdownError: as for `config`.
+        """
+        self.groups(timeout)
+        states = self._config if self._config is not None else ConfigMessage()
+        message = Reconfigure._request_class()
+        fill_message(message, {"config": request(changes, self._description, states)})
+        return self._with_groups(self._service.call(message, timeout).config)
+
+    def close(self) -> None:
+        """Stop watching."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+
+    def _with_groups(self, message: Any) -> Any:
+        values = decode(message, self._make)
+        if self._description is None:
+            return values
+        names = {group.id: [each.name for each in group.parameters] for group in self._description.groups}
+        return with_groups(values, message.groups, names, self._make)
+
+    def _described(self, message: Any) -> None:
+        self._tree = decode_description(message, self._make)
+        self._description = message
+        self._bell.ring()
+        if self.on_description is not None:
+            self.on_description(self.description())
+
+    def _updated(self, message: Any) -> None:
+        self._config = message
+        self._bell.ring()
+        if self.on_config is not None:
+            self.on_config(self._with_groups(message))
+
+    def _await(self, ready: Callable[[], bool], what: str, timeout: float | None) -> None:
+        until = None if timeout is None else time.monotonic() + timeout
+        while not self._bell.wait(ready, STEP):
+            if not self._node.ok():
+                raise NodeShutdownError(f"{self._node.name} is shutting down")
+            if until is not None and time.monotonic() >= until:
+                raise WaitTimeoutError(f"timeout exceeded while waiting for {what} of {self.name}")

@@ -1,0 +1,165 @@
+"""What can be configured: parameters in groups, described in Python. Pure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pyros1.reconfigure.values import INT_RANGE
+
+_INFINITY = float("inf")
+_USUAL: dict[str, tuple[type, Any, Any, Any]] = {
+    "int": (int, 0, INT_RANGE[0], INT_RANGE[-1]),
+    "double": (float, 0.0, -_INFINITY, _INFINITY),
+    "str": (str, "", "", ""),
+    "bool": (bool, False, False, True),
+}
+"""Type name -> Python's type, and the default, minimum and maximum that are not given."""
+_KINDS = {bool: "bool", int: "int", float: "double", str: "str"}
+
+
+class Group:
+    """Parameters that belong together, and further groups; `Parameters.group` makes it.
+
+    Attributes:
+        name, type, state, id: as in `pyros1.reconfigure.encoding`. parent: the group above; None for the outermost.
+        parameters: dictionaries. groups: those directly below.
+    """
+
+    def __init__(self, name: str, type: str = "", state: bool = True, parent: Group | None = None, id: int = 0) -> None:
+        self.name, self.type, self.state, self.id, self.parent = name, type, state, id, parent
+        self.parameters: list[dict[str, Any]] = []
+        self.groups: list[Group] = []
+
+    def add(
+        self,
+        name: str,
+        default: Any = None,
+        description: str = "",
+        *,
+        type: str | None = None,
+        minimum: Any = None,
+        maximum: Any = None,
+        level: int = 0,
+        choices: Mapping[str, Any] | None = None,
+        edit_method: str = "",
+    ) -> dict[str, Any]:
+        """Add a parameter; return its dictionary.
+
+        Args:
+            name: letters, digits and ``_``.
+            default: its value at first.
+            description: for people.
+            type: "bool", "int", "double" or "str"; None: that of the default.
+            minimum, maximum: limits of numbers.
+            level: bits that the callback gets when the parameter changes: what has to be done then.
+            choices: name -> value, for lists in tools.
+            edit_method: what tools get instead of ``choices``.
+
+        Raises:
+            ValueError: the name is not legal.
+            TypeError: a value has another type than the parameter.
+        """
+        if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
+            raise ValueError(
+                f"The name of field '{name}' does not follow the ROS naming conventions, "
+                "see http://wiki.ros.org/ROS/Patterns/Conventions"
+            )
+        if not isinstance(description, str):
+            raise TypeError(f"'{name}': the description must be a string, not {description!r}")
+        kind = type if type is not None else _KINDS.get(default.__class__, "")
+        if kind not in _USUAL:
+            raise TypeError(f"'{name}' must have a default, or a type, of bool, int, double (float) or str")
+        _, usual, low, high = _USUAL[kind]
+        if choices:
+            entries = [{"name": key, "type": kind, "value": value, "description": ""} for key, value in choices.items()]
+            edit_method = repr({"enum": entries, "enum_description": description})
+        parameter = {
+            "name": name,
+            "type": kind,
+            "default": checked(name, kind, "default", usual if default is None else default),
+            "level": level,
+            "description": description,
+            "min": checked(name, kind, "min", low if minimum is None else minimum),
+            "max": checked(name, kind, "max", high if maximum is None else maximum),
+            "edit_method": edit_method,
+        }
+        self.parameters.append(parameter)
+        return parameter
+
+    def all_groups(self) -> Iterator[Group]:
+        """Yield this group, and all below it."""
+        yield self
+        for group in self.groups:
+            yield from group.all_groups()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the group as a description of `pyros1.reconfigure.encoding`."""
+        return {
+            "name": self.name,
+            "type": self.type,
+            "state": self.state,
+            "id": self.id,
+            "parent": self.parent.id if self.parent is not None else 0,
+            "parameters": self.parameters,
+            "groups": [group.as_dict() for group in self.groups],
+        }
+
+
+class Parameters(Group):
+    """The parameters that a node lets others change while it runs.
+
+    Its attributes are those of the modules that ``.cfg`` files of ROS packages become: ``config_description``, ``min``,
+    ``max``, ``defaults`` and ``level`` by parameter, and ``all_level``.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("Default")
+        self._last = 0
+
+    def group(self, name: str, type: str = "", state: bool = True, parent: Group | None = None) -> Group:
+        """Add a group of parameters, and return it.
+
+        Args:
+            name: for people.
+            type: how tools show it: "", "collapse", "tab", "hide" or "apply".
+            state: whether it is on at first.
+            parent: the group above; None: the outermost.
+        """
+        above = self if parent is None else parent
+        self._last += 1
+        above.groups.append(Group(name, type, state, above, self._last))
+        return above.groups[-1]
+
+    @property
+    def config_description(self) -> dict[str, Any]:
+        """All groups and parameters, as in `pyros1.reconfigure.encoding`."""
+        return self.as_dict()
+
+    def _by_name(self, field: str) -> dict[str, Any]:
+        return {each["name"]: each[field] for group in self.all_groups() for each in group.parameters}
+
+    def __getattr__(self, name: str) -> Any:
+        fields = {"min": "min", "max": "max", "defaults": "default", "level": "level"}
+        if name in fields:
+            return self._by_name(fields[name])
+        if name == "all_level":
+            bits = 0
+            for level in self.level.values():
+                bits |= level
+            return bits
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+def checked(name: str, kind: str, field: str, value: Any) -> Any:
+    """Return a value of a parameter or constant; integers of a double become floats.
+
+    Raises:
+        TypeError: it has another type.
+    """
+    wanted = _USUAL[kind][0]
+    fits = isinstance(value, (int, float) if wanted is float else wanted)
+    if not fits or (wanted is not bool and isinstance(value, bool)):
+        raise TypeError(f"'{name}' has type {kind}, but {field} is {value!r}")
+    return wanted(value)

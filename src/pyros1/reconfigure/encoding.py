@@ -1,0 +1,214 @@
+"""Descriptions and configurations of dynamic_reconfigure, as messages and as plain dictionaries.
+
+A description is a group: a dictionary with ``name``, ``type``, ``state`` (whether it is on), ``id``, ``parent`` (an
+id), ``parameters`` and ``groups`` (both lists); a parameter one with ``name``, ``type``, ``default``, ``min``, ``max``,
+``level``, ``description`` and ``edit_method``. Out of messages, ``groups`` is a dictionary by name.
+
+Pure. Trees are walked without recursion: others send them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+from pyros1.msgs.dynamic_reconfigure.msg import (
+    BoolParameter,
+    ConfigDescription,
+    DoubleParameter,
+    Group,
+    GroupState,
+    IntParameter,
+    ParamDescription,
+    StrParameter,
+)
+from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMessage
+from pyros1.reconfigure.config import Config
+from pyros1.reconfigure.values import FIELDS, INT_RANGE, KINDS
+
+_CLASSES = {"bool": BoolParameter, "int": IntParameter, "str": StrParameter, "double": DoubleParameter}
+_KINDS = ((bool, "bool"), (int, "int"), (str, "str"), (float, "double"))
+
+Make = Callable[..., Any]
+"""Makes a dictionary."""
+
+
+def groups_of(root: Mapping[str, Any]) -> Iterator[Any]:
+    """Yield a group and all groups below it, each before those below it."""
+    waiting = [root]
+    while waiting:
+        group = waiting.pop()
+        yield group
+        below = group["groups"]
+        waiting.extend(reversed(list(below.values() if isinstance(below, Mapping) else below)))
+
+
+def parameters_of(root: Mapping[str, Any]) -> list[Any]:
+    """Return the parameters of a group and of all groups below it."""
+    return [parameter for group in groups_of(root) for parameter in group["parameters"]]
+
+
+# Into messages --------------------------------------------------------------------------------------------------------
+
+
+def describe(
+    root: Mapping[str, Any], maximum: Mapping[str, Any], minimum: Mapping[str, Any], defaults: Mapping[str, Any]
+) -> Any:
+    """Return a description as a dynamic_reconfigure/ConfigDescription.
+
+    Args:
+        root: the description.
+        maximum, minimum, defaults: parameter -> value.
+    """
+    types = {each["name"]: each["type"] for each in parameters_of(root)}
+    return ConfigDescription(
+        groups=[group_message(each) for each in groups_of(root)],
+        max=encode(maximum, types),
+        min=encode(minimum, types),
+        dflt=encode(defaults, types),
+    )
+
+
+def group_message(group: Mapping[str, Any]) -> Any:
+    """Return one group of a description as a dynamic_reconfigure/Group."""
+    fields = ("name", "type", "level", "description", "edit_method")
+    parameters = [ParamDescription(*(each[field] for field in fields)) for each in group["parameters"]]
+    return Group(group["name"], group["type"], parameters, group["parent"], group["id"])
+
+
+def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) -> Any:
+    """Return a configuration as a dynamic_reconfigure/Config; values of other kinds are left out.
+
+    Args:
+        config: parameter -> value, and under ``groups`` a tree of groups.
+        types: parameter -> "bool", "int", "str" or "double"; without them the values' own types count.
+
+    Raises:
+        ValueError: an integer has more than 32 bits.
+    """
+    message = ConfigMessage()
+    for name, value in config.items():
+        if name == "groups":
+            message.groups = [
+                GroupState(each["name"], each["state"], each["id"], each["parent"]) for each in groups_of(value)
+            ]
+            continue
+        kind = (types or {}).get(name) or next((kind for cls, kind in _KINDS if isinstance(value, cls)), None)
+        if kind is not None:
+            value = KINDS[kind](value)  # noqa: PLW2901
+            if kind == "int" and value not in INT_RANGE:
+                raise ValueError(f"parameter '{name}': {value} does not fit into 32 bits")
+            getattr(message, FIELDS[kind]).append(_CLASSES[kind](name, value))
+    return message
+
+
+# Out of messages ------------------------------------------------------------------------------------------------------
+
+
+def decode(message: Any, make: Make = Config) -> Any:
+    """Return the values in a dynamic_reconfigure/Config, without its groups."""
+    found = make()
+    for field in FIELDS.values():
+        for each in getattr(message, field):
+            found[each.name] = each.value
+    return found
+
+
+def tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[[Any], Any] | None = None) -> Any:
+    """Return the tree of groups that messages describe; None without a group 0.
+
+    Args:
+        groups: messages: dynamic_reconfigure/Group or GroupState.
+        make: makes a dictionary.
+        parameters: returns what to put into a group as its parameters.
+    """
+    nodes: dict[int, Any] = {}
+    for each in groups:
+        nodes[each.id] = node = make()
+        node.update(
+            id=each.id,
+            parent=each.parent,
+            name=each.name,
+            type=getattr(each, "type", ""),
+            state=getattr(each, "state", True),
+            groups=make(),
+            parameters=make() if parameters is None else parameters(each),
+        )
+    for node in nodes.values():
+        if node["id"] != 0 and node["parent"] in nodes:
+            nodes[node["parent"]]["groups"][node["name"]] = node
+    return nodes.get(0)
+
+
+def decode_description(message: Any, make: Make = Config) -> Any:
+    """Return a dynamic_reconfigure/ConfigDescription as a tree of groups, whose parameters are a list of dictionaries.
+
+    None without a group 0.
+    """
+    limits = {key: decode(getattr(message, key), dict) for key in ("min", "max", "dflt")}
+
+    def parameters(group: Any) -> list[dict[str, Any]]:
+        return [
+            {
+                "name": each.name,
+                "min": limits["min"].get(each.name),
+                "max": limits["max"].get(each.name),
+                "default": limits["dflt"].get(each.name),
+                "type": each.type,
+                "level": each.level,
+                "description": each.description,
+                "edit_method": each.edit_method,
+            }
+            for each in group.parameters
+        ]
+
+    return tree(message.groups, make, parameters)
+
+
+def with_groups(values: Any, states: Iterable[Any], names: Mapping[int, Iterable[str]], make: Make = Config) -> Any:
+    """Return a configuration with the tree of its groups under ``groups``; each holds its parameters' values, too.
+
+    Args:
+        values: parameter -> value.
+        states: messages: dynamic_reconfigure/GroupState. Without a group 0, there is no tree.
+        names: id of a group -> its parameters.
+        make: makes a dictionary.
+    """
+    root = tree(states, make)
+    if root is None:
+        return values
+    for group in groups_of(root):
+        group.update({name: values[name] for name in names.get(group["id"], ()) if name in values})
+    values["groups"] = root
+    return values
+
+
+def configuration(config: Any, description: Any) -> Any:
+    """Return the values of all parameters, and the tree of their groups under ``groups``.
+
+    Args:
+        config: a dynamic_reconfigure/Config.
+        description: the dynamic_reconfigure/ConfigDescription of the same node.
+    """
+    names = {group.id: [each.name for each in group.parameters] for group in description.groups}
+    return with_groups(decode(config, dict), config.groups, names, dict)
+
+
+def initial(values: Any, root: Mapping[str, Any], make: Make = Config) -> Any:
+    """Return a configuration with the tree of groups, in the states of a description, under ``groups``.
+
+    Args:
+        values: parameter -> value.
+        root: the description.
+        make: makes a dictionary.
+    """
+    nodes: dict[int, Any] = {}
+    for group in groups_of(root):
+        nodes[group["id"]] = node = make()
+        names = [each["name"] for each in group["parameters"]]
+        node.update({key: group[key] for key in ("id", "parent", "name")}, type="", state=group["state"])
+        node.update(groups=make(), parameters=make({name: values[name] for name in names if name in values}))
+        if group["id"] != 0:
+            nodes[group["parent"]]["groups"][group["name"]] = node
+    values["groups"] = nodes[0]
+    return values

@@ -1,0 +1,149 @@
+"""Server: lets other nodes change parameters of this one while it runs."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import Error
+from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMessage
+from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription
+from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
+from pyros1.reconfigure.config import Config
+from pyros1.reconfigure.encoding import Make, decode, describe, encode, groups_of, initial, parameters_of
+from pyros1.reconfigure.values import KINDS
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+
+class CallbackError(Error):
+    """A callback has not returned a configuration."""
+
+
+class Server:
+    """Offers parameters to tools and other nodes: see https://wiki.ros.org/dynamic_reconfigure.
+
+    The values at first are those on the parameter server, and the defaults; changes are written there, too.
+
+    Args:
+        node: the node.
+        description: `Parameters`, or a module that a ``.cfg`` file has become.
+        callback: called at first and with each change, as ``callback(config, level)``: the new values in a `Config`,
+            and the level bits of all parameters that change; at first -1, which has all bits. It returns the
+            configuration, which it may alter. Under ``groups`` is the tree of groups with their states.
+        namespace: of the parameters, topics and service: within the node's private one, unless it begins with ``/``.
+        make: makes the configuration's dictionaries.
+
+    Attributes:
+        config: the current configuration. namespace: with a ``/`` at its end. message: the description as a message.
+        descriptions, updates: publishers. service: what others call.
+
+    Raises:
+        CallbackError: the callback has not returned a configuration.
+        NodeError: the node has a server in this namespace already.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        description: Any,
+        callback: Callable[[Any, int], Any],
+        namespace: str = "",
+        make: Make = Config,
+    ) -> None:
+        private = namespace if namespace.startswith(("~", "/")) else f"~{namespace}"
+        self.namespace = private if private.endswith(("~", "/")) else f"{private}/"
+        self.description = description
+        self.callback = callback
+        self._node = node
+        self._types = {each["name"]: each["type"] for each in parameters_of(description.config_description)}
+        self._lock = threading.RLock()  # a callback may ask for a change
+        self._written: dict[str, Any] = {}
+        values = make({name: node.params.get(self.namespace + name, value) for name, value in self._defaults()})
+        self.config = initial(self._fitting(values), description.config_description, make)
+        self.message = describe(
+            description.config_description, description.max, description.min, dict(description.defaults)
+        )
+        self.descriptions = node.advertise(f"{self.namespace}parameter_descriptions", ConfigDescription, latch=True)
+        self.updates = node.advertise(f"{self.namespace}parameter_updates", ConfigMessage, latch=True)
+        self.descriptions.publish(self.message)
+        with self._lock:
+            self._change(self.config, -1)
+        self.service = node.advertise_service(f"{self.namespace}set_parameters", Reconfigure, self._asked)
+
+    def _defaults(self) -> list[tuple[str, Any]]:
+        return list(self.description.defaults.items())
+
+    def update(self, changes: Mapping[str, Any]) -> Any:
+        """Change parameters from within the node; return the new configuration.
+
+        Args:
+            changes: parameter -> value; values beyond the limits become the limits.
+
+        Raises:
+            CallbackError: the callback has not returned a configuration; all stays as it was.
+            ValueError, TypeError: a value does not fit its parameter's type.
+        """
+        with self._lock:
+            config = self.config.copy()
+            config.update({name: changes[name] for name in changes if name in self._types or name == "groups"})
+            for name in changes.keys() - config.keys():
+                self._node.log.warn("reconfigure: there is no parameter %s", name, throttle=60)
+            self._fitting(config)
+            level = 0
+            for name, bits in self.description.level.items():
+                if config[name] != self.config[name]:
+                    level |= bits
+            return self._change(config, level)
+
+    def _fitting(self, config: Any) -> Any:
+        """Give all values their types, and put them within the limits."""
+        for name, kind in self._types.items():
+            value, low, high = KINDS[kind](config[name]), self.description.min[name], self.description.max[name]
+            if kind in ("int", "double"):
+                value = low if value < low else high if value > high else value
+            config[name] = value
+        return config
+
+    def _change(self, config: Any, level: int) -> Any:
+        config = self.callback(config, level)
+        if config is None:
+            text = "Reconfigure callback should return a possibly updated configuration."
+            self._node.log.error(text)
+            raise CallbackError(text)
+        for name in self._types:
+            if self._written.get(name, self) != config[name]:
+                self._node.params[self.namespace + name] = self._written[name] = config[name]
+        self.config = config
+        self.updates.publish(encode(config, self._types))
+        return config
+
+    def _asked(self, request: Any) -> Any:
+        """Answer the service."""
+        with self._lock:
+            changes = decode(request.config, dict)
+            states = {each.id: each.state for each in request.config.groups}
+            config: Any = None
+            if states and "groups" in self.config:
+                before = {each["id"]: each["state"] for each in groups_of(self.config["groups"])}
+                self._set_states(states)
+                try:
+                    config = self.update(changes)
+                except BaseException:
+                    self._set_states(before)
+                    raise
+            else:
+                config = self.update(changes)
+            return encode(config, self._types)
+
+    def _set_states(self, states: Mapping[int, bool]) -> None:
+        for group in groups_of(self.config["groups"]):
+            group["state"] = states.get(group["id"], group["state"])
+
+    def close(self) -> None:
+        """Offer the parameters no longer."""
+        self.service.shutdown()
+        self.updates.unregister()
+        self.descriptions.unregister()

@@ -1,0 +1,93 @@
+"""actionlib by pyros1, in programs as users write them."""
+
+from __future__ import annotations
+
+from programs import run, start
+
+SERVER = """
+import rospy
+import actionlib
+import actionlib_tutorials.msg
+
+class FibonacciAction(object):
+    _feedback = actionlib_tutorials.msg.FibonacciFeedback()
+    _result = actionlib_tutorials.msg.FibonacciResult()
+
+    def __init__(self, name):
+        self._action_name = name
+        self._as = actionlib.SimpleActionServer(self._action_name, actionlib_tutorials.msg.FibonacciAction,
+                                                execute_cb=self.execute_cb, auto_start=False)
+        self._as.start()
+
+    def execute_cb(self, goal):
+        rate = rospy.Rate(100)
+        success = True
+        self._feedback.sequence = [0, 1]
+        for i in range(1, goal.order):
+            if self._as.is_preempt_requested():
+                rospy.loginfo("%s: Preempted", self._action_name)
+                self._as.set_preempted()
+                success = False
+                break
+            self._feedback.sequence.append(self._feedback.sequence[i] + self._feedback.sequence[i - 1])
+            self._as.publish_feedback(self._feedback)
+            rate.sleep()
+        if success:
+            self._result.sequence = self._feedback.sequence
+            rospy.loginfo("%s: Succeeded", self._action_name)
+            self._as.set_succeeded(self._result)
+
+rospy.init_node("fibonacci")
+server = FibonacciAction(rospy.get_name())
+rospy.spin()
+"""
+CLIENT = """
+import sys
+import rospy
+import actionlib
+import actionlib_tutorials.msg
+rospy.init_node("fibonacci_client")
+client = actionlib.SimpleActionClient("fibonacci", actionlib_tutorials.msg.FibonacciAction)
+assert client.wait_for_server(rospy.Duration(20))
+client.send_goal(actionlib_tutorials.msg.FibonacciGoal(order=int(sys.argv[1])))
+if len(sys.argv) > 2:
+    while client.get_state() != actionlib.GoalStatus.ACTIVE:
+        rospy.sleep(0.01)
+    client.cancel_goal()
+client.wait_for_result(rospy.Duration(20))
+print(actionlib.GoalStatus.to_string(client.get_state()), client.get_result().sequence)
+"""
+
+
+def test_fibonacci(environ: dict[str, str]) -> None:
+    server = start(SERVER, environ)
+    try:
+        assert run(CLIENT, environ, "5") == "SUCCEEDED (0, 1, 1, 2, 3, 5)\n"
+        assert run(CLIENT, environ, "2000", "cancel") == "PREEMPTED ()\n"
+    finally:
+        server.terminate()
+        out, _ = server.communicate(timeout=10)
+    assert "/fibonacci: Succeeded" in out
+    assert "/fibonacci: Preempted" in out
+    assert server.returncode == 0
+
+
+NO_ACTION = """
+import actionlib, actionlib.goal_id_generator, rospy
+from std_msgs.msg import String
+rospy.init_node("me")
+try:
+    actionlib.ActionClient("x", String)
+except actionlib.ActionException as error:
+    print(error)
+try:
+    actionlib.goal_id_generator.s_goalcount
+except AttributeError as error:
+    print(error)
+"""
+
+
+def test_what_is_no_action(environ: dict[str, str]) -> None:
+    out = run(NO_ACTION, environ)
+    assert "Type is not an action spec: <class 'pyros1.msgs.std_msgs.msg.String'>" in out
+    assert "pyros1 has no actionlib.goal_id_generator.s_goalcount" in out
