@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from pyros1.drop_in.missing import missing
 from roslaunch.config import load_config_default
 from roslaunch.core import RLException
 
@@ -43,7 +44,9 @@ def _load(files: Any) -> Any:
         sys.exit(1)
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("get_node_args", "print_node_args", "create_local_process_args"):
-        raise AttributeError(f"pyros1 has no roslaunch.node_args.{name}: see `pyros1 launch --args`")
-    raise AttributeError(f"module 'roslaunch.node_args' has no attribute {name!r}")
+__getattr__ = missing(
+    "roslaunch.node_args",
+    get_node_args="see `pyros1 launch --args`",
+    print_node_args="see `pyros1 launch --args`",
+    create_local_process_args="see `pyros1 launch --args`",
+)
