@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import signal
+from pathlib import Path
 
 import pytest
 from faces import FACES, run, same, start
@@ -533,3 +534,25 @@ def test_a_roscpp_server(launcher: Master, roscpp_peer: str) -> None:
     assert said[1] == said[0]
     server.signal(signal.SIGINT)
     server.wait()
+
+
+TOOLS = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import rospy
+from actionlib_tools.library import to_yaml, yaml_msg_str, yaml_msgs_str
+from actionlib_tools.dynamic_action import DynamicAction
+from actionlib.msg import TestRequestGoal
+from actionlib_msgs.msg import GoalStatus
+print(to_yaml(TestRequestGoal(the_result=4, result_text="x")))
+made = yaml_msg_str(TestRequestGoal, "{the_result: 7, pause_status: {secs: 1, nsecs: 2}}")
+print(made.the_result, made.pause_status.to_sec(), to_yaml(GoalStatus(text="t")))
+action = DynamicAction("actionlib/TestRequestAction")
+print([getattr(action, name).__name__ for name in ("action", "goal", "feedback", "result")])
+"""
+
+
+def test_the_library_of_actionlib_tools(launcher: Master, tmp_path: Path) -> None:
+    """Debian's actionlib_tools, unmodified, on our modules (its two programs need a window)."""
+    (tmp_path / "actionlib_tools").symlink_to("/usr/lib/python3/dist-packages/actionlib_tools")
+    assert "'TestRequestGoal'" in same(launcher, TOOLS, str(tmp_path))
