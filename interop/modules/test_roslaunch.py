@@ -142,6 +142,14 @@ roslaunch.param_dump.dump_params([path])
 roslaunch.node_args.print_node_list([path])
 roslaunch.node_args.print_node_filename("/m/n", [path])
 roslaunch.rlutil.print_file_list([path])
+write("<group ns='g'><env name='E' value='v'/><node pkg='scripted' type='run' name='one' args='a &quot;b c&quot;'>"
+      "<remap from='c' to='/d'/></node></group>")
+print(roslaunch.node_args.get_node_args("/g/one", [path]))
+roslaunch.node_args.print_node_args("g/one", [path])
+try:
+    roslaunch.node_args.get_node_args("/nobody", [path])
+except roslaunch.RLException as error:
+    print(error)
 """
 
 

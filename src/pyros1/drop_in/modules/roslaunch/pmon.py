@@ -25,6 +25,9 @@ __all__ = [
 ]
 
 
+_shutting_down = False  # programs set it to False to launch again after an end, which is always possible here
+
+
 class FatalProcessLaunch(RLException):
     """A process cannot be started, and the launch must end."""
 
@@ -239,7 +242,6 @@ def pmon_shutdown() -> None:
 
 __getattr__ = missing(
     "roslaunch.pmon",
-    _shutting_down="each launch handles its end itself",
     rl_signal="each launch handles its end itself",
     _init_signal_handlers="each launch handles its end itself",
 )
