@@ -50,7 +50,7 @@ def get_node_args(node_name: str, roslaunch_files: Any) -> list[str]:
     config = load_config_default(roslaunch_files, None, verbose=False, assign_machines=False)
     wanted = "/" + node_name.strip("/")
     for node in [*config.nodes, *config.tests]:
-        if node.namespace + node.name == wanted:
+        if f"{node.namespace}{node.name}" == wanted:
             plan, resources = plan_of_node(node), make_resources()
             executable = locate(plan.package, plan.type, resources.packages)
             return node_arg_words(plan, node_words(plan, executable), resources.environ)
