@@ -1,0 +1,244 @@
+"""Concurrences: all states at once (https://wiki.ros.org/smach/Tutorials/Concurrence%20container)."""
+
+from __future__ import annotations
+
+import threading
+import traceback
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from smach.container import Container
+from smach.exceptions import InvalidStateError, InvalidTransitionError, InvalidUserCodeError
+from smach.log import logerr, loginfo, logwarn
+from smach.state import State
+from smach.user_data import UserData
+from smach.util import is_shutdown
+
+Outcomes = dict[str, Any]
+
+
+class Concurrence(Container):
+    """A container that runs all its states at once, each in a thread, and ends when all have ended.
+
+    Its outcome is what ``outcome_cb`` returns; if that is None, the one in ``outcome_map`` whose states had the
+    outcomes given there (those that name all states come first); else the default.
+
+    Args:
+        outcomes: outcomes of the concurrence.
+        default_outcome: outcome if nothing else fits.
+        input_keys, output_keys: userdata that it takes from and gives to its parent.
+        outcome_map: outcome of the concurrence -> {label: outcome of that state}.
+        outcome_cb: called when all states have ended, with {label: outcome}.
+        child_termination_cb: called whenever a state ends, with {label: outcome, or None if it still runs}; true: all
+            states that still run are preempted. Without it they are not.
+    """
+
+    def __init__(
+        self,
+        outcomes: Iterable[str],
+        default_outcome: str,
+        input_keys: Iterable[str] = (),
+        output_keys: Iterable[str] = (),
+        outcome_map: Mapping[str, Mapping[str, str]] | None = None,
+        outcome_cb: Callable[[Outcomes], str | None] | None = None,
+        child_termination_cb: Callable[[Outcomes], bool] | None = None,
+    ) -> None:
+        super().__init__(outcomes, input_keys, output_keys)
+        self._default_outcome = default_outcome
+        self._outcome_map = dict(outcome_map or {})
+        self._outcome_cb = outcome_cb
+        self._child_termination_cb = child_termination_cb
+        for callback in (outcome_cb, child_termination_cb):
+            self._register_interface(callback)
+        self._states: dict[str, State] = {}
+        self._remappings: dict[str, Mapping[str, str]] = {}
+        self._child_outcomes: Outcomes = {}
+        self._error: Exception | None = None
+        self._is_running = False
+        self._changing = threading.RLock()
+
+    @staticmethod
+    def add(label: str, state: State, remapping: Mapping[str, str] | None = None) -> State:
+        """Add a state to the concurrence that is open.
+
+        Args:
+            label: name of the state in this container.
+            state: the state.
+            remapping: the state's name of a userdata key -> the container's name.
+
+        Raises:
+            InvalidStateError: the label is taken; or no concurrence is open.
+        """
+        self = Container._currently_opened_container()
+        if not isinstance(self, Concurrence):
+            raise InvalidStateError(f"The open container is no Concurrence, but a {type(self).__name__}.")
+        if label in self._states:
+            raise InvalidStateError(
+                f'Attempting to add state with label "{label}" to concurrence, but this label is already being used.'
+            )
+        self._states[label] = state
+        self._remappings[label] = remapping or {}
+        return state
+
+    def add_outcome_map(self, outcome_map: Mapping[str, Mapping[str, str]]) -> None:
+        """Add to the outcome map."""
+        self._outcome_map.update(outcome_map)
+
+    # Running ----------------------------------------------------------------------------------------------------------
+
+    def execute(self, parent_ud: Any = None) -> Any:
+        """Run all states, and return the outcome; None if the program ended before there was one.
+
+        Raises:
+            InvalidStateError: a state or ``child_termination_cb`` raised an exception, or returned what is not one of
+                its outcomes.
+            InvalidUserCodeError: ``outcome_cb`` raised an exception, or returned what is not an outcome.
+        """
+        if not self._is_consistent():
+            return None
+        self._copy_input_keys(parent_ud, self.userdata)
+        loginfo(f"Concurrence starting with userdata: \n\t{self.userdata.keys()}")
+        self._error = None
+        threads = [
+            threading.Thread(target=self._run, args=(label, state), name=f"concurrent_split:{label}", daemon=True)
+            for label, state in self._states.items()
+        ]
+        with self._changing:
+            self._child_outcomes = dict.fromkeys(self._states)
+            self._is_running = True
+            preempted = self.preempt_requested()
+        try:
+            self.call_start_cbs()
+            if preempted:
+                self._preempt_children()
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()  # each ends with its state, and those with the node
+        finally:
+            self._is_running = False
+        self._finish_preemption()
+        if self._error is not None:
+            raise InvalidStateError(f"A concurrent state failed: {self._error}") from self._error
+        if None in self._child_outcomes.values():
+            return None
+        outcome = self._outcome()
+        loginfo(f"Concurrent Outcomes: {self._child_outcomes}")
+        self._copy_output_keys(self.userdata, parent_ud)
+        self.call_termination_cbs(list(self._states), outcome)
+        return outcome
+
+    def _run(self, label: str, state: State) -> None:
+        """Run one of the states; this is a thread."""
+        try:
+            outcome = state.execute(self._view(state, self._remappings[label]))
+            if outcome is None and is_shutdown():
+                return  # the state is a container that has ended with the program
+            if outcome not in state.get_registered_outcomes():
+                raise InvalidTransitionError(
+                    f"Attempted to return outcome '{outcome}' from concurrent state '{label}' which only has "
+                    f"registered outcomes: {list(state.get_registered_outcomes())}"
+                )
+            with self._changing:
+                self._child_outcomes[label] = outcome
+                ends = self._child_termination_cb is not None and self._child_termination_cb(dict(self._child_outcomes))
+        except Exception as error:  # noqa: BLE001  the thread that waits raises it
+            logerr(f"Concurrent state '{label}' failed: {traceback.format_exc()}")
+            with self._changing:
+                self._error = self._error or error
+            self._preempt_children()
+            return
+        if ends:
+            self._preempt_children()
+        self.call_transition_cbs()
+
+    def _preempt_children(self) -> None:
+        with self._changing:
+            for label in self.get_active_states():
+                self._states[label].request_preempt()
+
+    def _finish_preemption(self) -> None:
+        """Take back what states have not serviced; it is serviced if all states have."""
+        with self._changing:
+            unserviced = [state for state in self._states.values() if state.preempt_requested()]
+            for state in unserviced:
+                state.recall_preempt()
+            if not unserviced:
+                self.service_preempt()
+
+    def _outcome(self) -> str:
+        children = self._child_outcomes
+        if self._outcome_cb is not None:
+            try:
+                chosen = self._outcome_cb(dict(children))
+            except Exception as error:
+                raise InvalidUserCodeError(f"Could not execute outcome callback: {traceback.format_exc()}") from error
+            if chosen is not None:
+                if chosen not in self._outcomes:
+                    raise InvalidUserCodeError(
+                        f"The outcome callback returned '{chosen}', but the outcomes of the concurrence are: "
+                        f"{list(self._outcomes)}"
+                    )
+                return chosen
+        complete_first = sorted(self._outcome_map.items(), key=lambda item: len(item[1]) < len(children))
+        for outcome, wanted in complete_first:
+            if all(children.get(label) == each for label, each in wanted.items()):
+                return outcome
+        return self._default_outcome
+
+    def is_running(self) -> bool:
+        """Return whether the concurrence runs."""
+        return self._is_running
+
+    def request_preempt(self) -> None:
+        """Ask all states that run to end early."""
+        with self._changing:
+            super().request_preempt()
+            if self._is_running:
+                self._preempt_children()
+
+    # Introspection ----------------------------------------------------------------------------------------------------
+
+    def check_consistency(self) -> None:
+        """Raise InvalidStateError or InvalidTransitionError if the outcome map names what is not there."""
+        if not self._states:
+            raise InvalidStateError("The concurrence has no states.")
+        for outcome in (*self._outcome_map, self._default_outcome):
+            if outcome not in self._outcomes:
+                raise InvalidTransitionError(
+                    f"'{outcome}' is not an outcome of the concurrence: {list(self._outcomes)}"
+                )
+        for outcome, wanted in self._outcome_map.items():
+            for label, each in wanted.items():
+                if label not in self._states:
+                    raise InvalidStateError(f"The outcome map of '{outcome}' names '{label}', which is not there.")
+                if each not in self._states[label].get_registered_outcomes():
+                    raise InvalidTransitionError(f"The outcome map of '{outcome}' wants '{each}' of state '{label}'.")
+
+    def get_children(self) -> dict[str, State]:
+        """Return the states by their labels."""
+        return self._states
+
+    def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
+        """Add to the userdata; the first states are always all."""
+        if {*initial_states} != {*self._states}:
+            logwarn("The initial states of a concurrence cannot be changed: they are all its states.")
+        if userdata is not None:
+            self.set_userdata(userdata)
+
+    def get_initial_states(self) -> list[str]:
+        """Return the labels of all states."""
+        return list(self._states)
+
+    def get_active_states(self) -> list[str]:
+        """Return the labels of the states that have not ended."""
+        return [label for label, outcome in self._child_outcomes.items() if outcome is None]
+
+    def get_internal_edges(self) -> list[tuple[str, str, str]]:
+        """Return (outcome, label of the state, outcome of the concurrence) for each entry of the outcome map."""
+        return [
+            (each, label, outcome) for outcome, wanted in self._outcome_map.items() for label, each in wanted.items()
+        ]
+
+
+__all__ = ["Concurrence"]

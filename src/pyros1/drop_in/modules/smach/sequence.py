@@ -1,0 +1,46 @@
+"""Sequences: states in the order in which they are added (https://wiki.ros.org/smach/Tutorials/Sequence%20container)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from smach.state import State
+from smach.state_machine import StateMachine, Transitions
+
+
+class Sequence(StateMachine):
+    """A state machine in which one outcome of each state leads to the state that was added after it.
+
+    Args:
+        outcomes: outcomes of the sequence.
+        connector_outcome: the outcome that leads on.
+        input_keys, output_keys: userdata that it takes from and gives to its parent.
+    """
+
+    def __init__(
+        self,
+        outcomes: Iterable[str],
+        connector_outcome: str,
+        input_keys: Iterable[str] = (),
+        output_keys: Iterable[str] = (),
+    ) -> None:
+        super().__init__(outcomes, input_keys, output_keys)
+        self._connector_outcome = connector_outcome
+
+    @staticmethod
+    def add(label: str, state: State, transitions: Transitions | None = None, remapping: Any = None) -> State:
+        """Add a state to the sequence that is open; a transition of the connector outcome replaces the one to the next.
+
+        Args and errors: as `StateMachine.add`.
+        """
+        return StateMachine.add(label, state, transitions, remapping)
+
+    def _add(self, label: str, state: State, transitions: Transitions, remapping: Any, connectors: Any) -> State:
+        on = self._connector_outcome
+        if on not in connectors and on not in transitions and on in state.get_registered_outcomes():
+            connectors = (*connectors, on)
+        return super()._add(label, state, transitions, remapping, connectors)
+
+
+__all__ = ["Sequence"]

@@ -1,0 +1,270 @@
+"""State machines: one state after the other (https://wiki.ros.org/smach/Tutorials/StateMachine%20container)."""
+
+from __future__ import annotations
+
+import threading
+import traceback
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from smach.container import Container
+from smach.exceptions import InvalidStateError, InvalidTransitionError, InvalidUserCodeError
+from smach.log import logerr, loginfo, logwarn
+from smach.state import State
+from smach.user_data import UserData
+from smach.util import is_shutdown
+
+Transitions = Mapping[str, "str | None"]
+
+
+class StateMachine(Container):
+    """A container that runs one state after the other; the first one added begins.
+
+    A state's outcome leads to the label in its transitions, or to an outcome of the machine. Without a transition, or
+    with None, it leads to the machine's outcome of the same name.
+
+    Args:
+        outcomes: outcomes of the machine.
+        input_keys: userdata that it takes from its parent when it starts.
+        output_keys: userdata that it gives to its parent when it ends.
+    """
+
+    def __init__(
+        self, outcomes: Iterable[str], input_keys: Iterable[str] = (), output_keys: Iterable[str] = ()
+    ) -> None:
+        super().__init__(outcomes, input_keys, output_keys)
+        self._states: dict[str, State] = {}
+        self._transitions: dict[str, dict[str, str | None]] = {}
+        self._remappings: dict[str, Mapping[str, str]] = {}
+        self._connectors: tuple[str, ...] = ()  # outcomes of the last state that lead to the next one
+        self._last_label = ""
+        self._initial_state_label: str | None = None
+        self._current_label: str | None = None
+        self._is_running = False
+        self._changing = threading.Lock()
+
+    # Construction -----------------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def add(label: str, state: State, transitions: Transitions | None = None, remapping: Any = None) -> State:
+        """Add a state to the machine that is open.
+
+        Args:
+            label: name of the state in this machine.
+            state: the state.
+            transitions: outcome of the state -> label, outcome of the machine, or None.
+            remapping: the state's name of a userdata key -> the machine's name.
+
+        Raises:
+            InvalidStateError: the label is taken; or no machine is open.
+            InvalidTransitionError: a transition is for what is not an outcome of the state.
+        """
+        return _opened()._add(label, state, transitions or {}, remapping or {}, ())
+
+    @staticmethod
+    def add_auto(
+        label: str,
+        state: State,
+        connector_outcomes: Iterable[str],
+        transitions: Transitions | None = None,
+        remapping: Any = None,
+    ) -> State:
+        """Add a state, of which some outcomes lead to the state that is added next; the rest as `add`."""
+        return _opened()._add(label, state, transitions or {}, remapping or {}, tuple(connector_outcomes))
+
+    def _add(
+        self,
+        label: str,
+        state: State,
+        transitions: Transitions,
+        remapping: Mapping[str, str],
+        connectors: tuple[str, ...],
+    ) -> State:
+        if label in self._states:
+            raise InvalidStateError(
+                f'Attempting to add state with label "{label}" to state machine, but this label is already being used.'
+            )
+        self.check_state_spec(label, state, {**transitions, **dict.fromkeys(connectors)})
+        for outcome in self._connectors:
+            self._transitions[self._last_label][outcome] = label
+        self._connectors, self._last_label = connectors, label
+        self._states[label] = state
+        self._transitions[label] = {**dict.fromkeys(state.get_registered_outcomes()), **transitions}
+        self._remappings[label] = remapping
+        if self._initial_state_label is None:
+            self._initial_state_label = label
+        return state
+
+    def check_state_spec(self, label: str, state: State, transitions: Transitions) -> None:
+        """Raise InvalidTransitionError if a transition is for what is not an outcome of the state."""
+        unknown = [outcome for outcome in transitions if outcome not in state.get_registered_outcomes()]
+        if unknown:
+            raise InvalidTransitionError(
+                f"State '{label}' has transitions for outcomes that it does not have: {unknown}. "
+                f"Its outcomes: {list(state.get_registered_outcomes())}."
+            )
+
+    def check_consistency(self) -> None:
+        """Raise InvalidStateError or InvalidTransitionError if the machine cannot run."""
+        if self._initial_state_label is None:
+            raise InvalidStateError("State machine has no initial state: it has no states.")
+        if self._initial_state_label not in self._states:
+            raise InvalidStateError(f"The initial state '{self._initial_state_label}' is not in the state machine.")
+        known = {*self._states, *self._outcomes, None}
+        lost = [
+            f"\n\t'{label}':'{outcome}'-->'{target}'"
+            for label, transitions in self._transitions.items()
+            for outcome, target in transitions.items()
+            if target not in known
+        ]
+        if lost:
+            raise InvalidTransitionError(
+                f"State machine failed consistency check: these transitions lead to no state and no outcome:"
+                f"{''.join(lost)}\n\tStates: {list(self._states)}\n\tOutcomes: {list(self._outcomes)}"
+            )
+
+    # Running ----------------------------------------------------------------------------------------------------------
+
+    def execute(self, parent_ud: Any = None) -> Any:
+        """Run the machine.
+
+        Args:
+            parent_ud: userdata of the parent.
+
+        Returns:
+            The machine's outcome. None if the program ended before there was one, or if the machine is inconsistent,
+            which is logged as an error.
+
+        Raises:
+            InvalidUserCodeError: a state raised an exception.
+            InvalidTransitionError: a state returned what is not one of its outcomes, or an outcome that leads nowhere.
+        """
+        if not self._is_consistent():
+            return None
+        self._is_running = True
+        outcome = None
+        try:
+            self._copy_input_keys(parent_ud, self.userdata)
+            with self._changing:
+                self._current_label = label = self._initial_state_label or ""
+            keys = self.userdata.keys()
+            loginfo(f"State machine starting in initial state '{label}' with userdata: \n\t{keys}")
+            self.call_start_cbs()
+            if self.preempt_requested():
+                self._states[label].request_preempt()
+            while outcome is None and self._is_running and not is_shutdown():
+                label = self._current_label or ""
+                outcome = self._step(label)
+            if outcome is not None:
+                self._copy_output_keys(self.userdata, parent_ud)
+                self.call_termination_cbs([label], outcome)
+        finally:
+            with self._changing:
+                self._is_running = False
+                self._current_label = None
+        return outcome
+
+    def _step(self, label: str) -> str | None:
+        """Run a state, and go to the next one; return the machine's outcome if there is none."""
+        state = self._states[label]
+        said = self._run(label, state)
+        if said is None and is_shutdown():
+            return None  # the state is a machine that has ended with the program
+        if said not in state.get_registered_outcomes():
+            raise InvalidTransitionError(
+                f"Attempted to return outcome '{said}' from state '{label}' of type '{type(state).__name__}' which "
+                f"only has registered outcomes: {list(state.get_registered_outcomes())}"
+            )
+        target = self._transitions[label].get(said)
+        if target is None:
+            target = said
+        if target in self._states:
+            self._go(label, target)
+            loginfo(f"State machine transitioning '{label}':'{said}'-->'{target}'")
+            self.call_transition_cbs()
+            return None
+        if target not in self._outcomes:
+            raise InvalidTransitionError(
+                f"Outcome '{said}' of state '{label}' leads to '{target}', which is neither a state nor an outcome of "
+                f"the state machine. States: {list(self._states)}, outcomes: {list(self._outcomes)}."
+            )
+        self._go(label, None)
+        loginfo(f"State machine terminating '{label}':'{said}':'{target}'")
+        return target
+
+    def _run(self, label: str, state: State) -> Any:
+        try:
+            return state.execute(self._view(state, self._remappings[label]))
+        except InvalidUserCodeError:
+            logerr(f"State '{label}' failed to execute.")
+            raise
+        except Exception as error:
+            raise InvalidUserCodeError(
+                f"Could not execute state '{label}' of type '{type(state).__name__}': {traceback.format_exc()}"
+            ) from error
+
+    def _go(self, label: str, target: str | None) -> None:
+        """Make another state the current one. A preemption that no state has serviced goes with it."""
+        with self._changing:
+            if self.preempt_requested():
+                if not self._states[label].preempt_requested():
+                    self.service_preempt()
+                else:
+                    self._states[label].recall_preempt()
+                    if target is not None:
+                        self._states[target].request_preempt()
+            self._current_label = target
+
+    def is_running(self) -> bool:
+        """Return whether the machine runs."""
+        return self._is_running
+
+    def request_preempt(self) -> None:
+        """Ask the current state to end early; if it does not service that, the next one is asked, and so on."""
+        with self._changing:
+            super().request_preempt()
+            if self._current_label is not None:
+                self._states[self._current_label].request_preempt()
+
+    # Introspection ----------------------------------------------------------------------------------------------------
+
+    def get_children(self) -> dict[str, State]:
+        """Return the states by their labels."""
+        return self._states
+
+    def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
+        """Choose the state that runs first (one), and add to the userdata."""
+        if not initial_states:
+            logwarn("Attempting to set initial state of a state machine to an empty list.")
+            return
+        if len(initial_states) > 1:
+            logwarn("A state machine can only have one initial state: taking the first one of several.")
+        self._initial_state_label = initial_states[0]
+        if userdata is not None:
+            self.set_userdata(userdata)
+
+    def get_initial_states(self) -> list[str]:
+        """Return the label of the state that runs first, in a list."""
+        return [str(self._initial_state_label)]
+
+    def get_active_states(self) -> list[str]:
+        """Return the label of the current state, in a list; ``["None"]`` if the machine does not run."""
+        return [str(self._current_label)]
+
+    def get_internal_edges(self) -> list[tuple[str, str, str]]:
+        """Return (outcome, label of the state, label or outcome to which it leads) for each transition."""
+        return [
+            (outcome, label, outcome if target is None else target)
+            for label, transitions in self._transitions.items()
+            for outcome, target in transitions.items()
+        ]
+
+
+def _opened() -> StateMachine:
+    container = Container._currently_opened_container()
+    if not isinstance(container, StateMachine):
+        raise InvalidStateError(f"The open container is no StateMachine, but a {type(container).__name__}.")
+    return container
+
+
+__all__ = ["StateMachine"]

@@ -1,0 +1,155 @@
+"""A state that calls an action (https://wiki.ros.org/smach/Tutorials/Calling%20Actions)."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import rospy
+
+from smach_ros.slots import Call, CallState
+
+PREEMPT_TIMEOUT = SERVER_WAIT_TIMEOUT = rospy.Duration(60.0)
+
+
+class SimpleActionState(CallState):
+    """A state that sends a goal to an action server; outcomes "succeeded", "aborted" and "preempted".
+
+    Args:
+        action_name: name of the action. action_spec: its class.
+        goal: the goal, if nothing else makes it; None: an empty one.
+        goal_key: userdata key of a whole goal. goal_slots: userdata keys that are fields of the goal.
+        goal_cb: called with the userdata and the goal, then ``goal_cb_args`` and ``goal_cb_kwargs``; it changes the
+            goal, or returns another one.
+        result_key, result_slots: likewise, for what is kept of the result.
+        result_cb: called with the userdata, the status (of actionlib_msgs/GoalStatus) and the result, then its own
+            arguments; it may return an outcome.
+        input_keys, output_keys, outcomes: further ones, which the callbacks use.
+        exec_timeout: rospy.Duration after which the goal is canceled, and the outcome is "aborted"; None: no limit.
+        preempt_timeout: rospy.Duration that the server has for ending a canceled goal.
+        server_wait_timeout: rospy.Duration to wait for the server.
+    """
+
+    # What the state does now.
+    WAITING_FOR_SERVER = 0
+    INACTIVE = 1
+    ACTIVE = 2
+    PREEMPTING = 3
+    COMPLETED = 4
+
+    def __init__(
+        self,
+        action_name: str,
+        action_spec: Any,
+        goal: Any = None,
+        goal_key: str | None = None,
+        goal_slots: Iterable[str] = (),
+        goal_cb: Callable[..., Any] | None = None,
+        goal_cb_args: Sequence[Any] = (),
+        goal_cb_kwargs: Mapping[str, Any] | None = None,
+        result_key: str | None = None,
+        result_slots: Iterable[str] = (),
+        result_cb: Callable[..., Any] | None = None,
+        result_cb_args: Sequence[Any] = (),
+        result_cb_kwargs: Mapping[str, Any] | None = None,
+        input_keys: Iterable[str] = (),
+        output_keys: Iterable[str] = (),
+        outcomes: Iterable[str] = (),
+        exec_timeout: rospy.Duration | None = None,
+        preempt_timeout: rospy.Duration = PREEMPT_TIMEOUT,
+        server_wait_timeout: rospy.Duration = SERVER_WAIT_TIMEOUT,
+    ) -> None:
+        from actionlib.simple_action_client import SimpleActionClient
+
+        super().__init__(
+            ("goal", "result"),
+            action_spec().action_goal.goal if goal is None else goal,
+            (goal_key, goal_slots, Call(goal_cb, goal_cb_args, goal_cb_kwargs)),
+            (result_key, result_slots, Call(result_cb, result_cb_args, result_cb_kwargs)),
+            (input_keys, output_keys, outcomes),
+        )
+        self._action_name = action_name
+        self._exec_timeout = exec_timeout
+        self._preempt_timeout = preempt_timeout
+        self._server_wait_timeout = server_wait_timeout
+        self._action_client = SimpleActionClient(action_name, action_spec)
+        self._status = self.WAITING_FOR_SERVER
+        self._done = threading.Event()
+
+    def execute(self, ud: Any) -> Any:
+        """Send the goal, wait for the result, and return the outcome."""
+        if not self._wait_for_server():
+            if self.preempt_requested() or rospy.is_shutdown():
+                return self._preempted()
+            rospy.logerr("Action server '%s' is not there.", self._action_name)
+            return "aborted"
+        self._status = self.INACTIVE
+        goal = self._message(ud)
+        if self.preempt_requested():
+            return self._preempted()
+        self._done.clear()
+        self._status = self.ACTIVE
+        self._action_client.send_goal(goal, done_cb=lambda state, result: self._done.set())
+        timed_out = not self._wait_for_result()
+        self._status = self.COMPLETED
+        if rospy.is_shutdown() and not self._done.is_set():
+            return self._preempted()
+        return self._outcome(ud, timed_out)
+
+    def _wait_for_server(self) -> bool:
+        self._status = self.WAITING_FOR_SERVER
+        end = rospy.Time.now() + self._server_wait_timeout
+        while not self.preempt_requested() and not rospy.is_shutdown():
+            if self._action_client.wait_for_server(rospy.Duration(1.0)):
+                return True
+            if rospy.Time.now() >= end:
+                return False
+            rospy.logwarn("Still waiting for action server '%s' to start... is it running?", self._action_name)
+        return False
+
+    def _wait_for_result(self) -> bool:
+        """Wait for the end of the goal; false if it took too long."""
+        begin = rospy.Time.now()
+        canceled: float | None = None
+        timed_out = False
+        while not self._done.wait(0.02) and not rospy.is_shutdown():
+            if canceled is None:
+                late = self._exec_timeout is not None and rospy.Time.now() - begin > self._exec_timeout
+                if late or self.preempt_requested():
+                    timed_out = late
+                    if late:
+                        rospy.logwarn("Action '%s' timed out: canceling its goal.", self._action_name)
+                    self._status = self.PREEMPTING
+                    self._action_client.cancel_goal()
+                    canceled = time.monotonic()
+            elif time.monotonic() - canceled > self._preempt_timeout.to_sec():
+                rospy.logerr("Action server '%s' did not end a canceled goal in time.", self._action_name)
+                self._action_client.stop_tracking_goal()
+                break
+        return not timed_out
+
+    def _outcome(self, ud: Any, timed_out: bool) -> Any:
+        from pyros1.msgs.actionlib_msgs.msg import GoalStatus
+
+        status, result = self._action_client.get_state(), self._action_client.get_result()
+        if self._done.is_set() and result is not None:
+            self._keep(ud, result)
+        said = self._back_call(ud, status, result) if self._done.is_set() else None
+        preempted = self.preempt_requested()
+        self.service_preempt()
+        if said is not None:
+            return said
+        if self._done.is_set() and status == GoalStatus.SUCCEEDED:
+            return "succeeded"
+        if timed_out:
+            return "aborted"
+        return "preempted" if preempted or status in (GoalStatus.PREEMPTED, GoalStatus.RECALLED) else "aborted"
+
+    def _preempted(self) -> str:
+        self.service_preempt()
+        return "preempted"
+
+
+__all__ = ["SimpleActionState"]

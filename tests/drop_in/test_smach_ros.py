@@ -1,0 +1,285 @@
+"""smach_ros by pyros1: states that use topics, services and actions, in programs as users write them."""
+
+from __future__ import annotations
+
+import queue
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from programs import environment, run, start
+from smach_modules import imported
+
+from pyros1.msgs.smach_msgs.msg import SmachContainerInitialStatusCmd, SmachContainerStatus, SmachContainerStructure
+from pyros1.node import Node
+
+TOPICS_AND_SERVICES = """
+import rospy, smach, smach_ros
+from std_msgs.msg import Int32
+from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
+rospy.init_node("states")
+
+@smach.cb_interface(output_keys=["heard"])
+def below_three(userdata, message):
+    userdata.heard = message.data
+    return message.data < 3
+
+@smach.cb_interface(outcomes=["maybe"])
+def judge(userdata, response):
+    return "maybe" if response.message == "perhaps" else None
+
+def answer(request):
+    if not request.data:
+        raise ValueError("no")
+    return SetBoolResponse(request.data, "perhaps")
+
+publisher = rospy.Publisher("numbers", Int32, queue_size=10)
+count = [0]
+def tick(event):
+    count[0] += 1
+    publisher.publish(count[0])
+rospy.Timer(rospy.Duration(0.02), tick)
+rospy.Service("judge", SetBool, answer)
+tries = []
+
+sm = smach.StateMachine(outcomes=["end"], output_keys=["message"])
+with sm:
+    add = smach.StateMachine.add
+    add("MONITOR", smach_ros.MonitorState("numbers", Int32, below_three), {"invalid": "VALID", "valid": "end",
+        "preempted": "end"})
+    add("VALID", smach_ros.MonitorState("numbers", Int32, lambda ud, message: True, 2), {"valid": "WAIT",
+        "invalid": "end", "preempted": "end"})
+    add("WAIT", smach_ros.ConditionState(lambda ud: tries.append(1) or len(tries) == 3, max_checks=5,
+        poll_rate=rospy.Duration(0.01)), {"true": "NEVER", "false": "end", "preempted": "end"})
+    add("NEVER", smach_ros.ConditionState(lambda ud: False, max_checks=2, poll_rate=rospy.Duration(0.01)),
+        {"false": "CALL", "true": "end", "preempted": "end"})
+    add("CALL", smach_ros.ServiceState("judge", SetBool, request_slots=["data"], response_slots=["message"],
+        response_cb=judge), {"maybe": "FAIL", "succeeded": "end", "aborted": "end", "preempted": "end"})
+    add("FAIL", smach_ros.ServiceState("judge", SetBool, request=SetBoolRequest(False)), {"succeeded": "CALLBACK",
+        "aborted": "CALLBACK", "preempted": "end"})
+    add("CALLBACK", smach_ros.ServiceState("judge", SetBool, request_cb=lambda ud, request: SetBoolRequest(True),
+        response_key="all"), {"succeeded": "end", "aborted": "end", "preempted": "end"})
+sm.userdata.data = True
+trace = []
+sm.register_transition_cb(lambda ud, active: trace.extend(active))
+print("outcome", sm.execute(), trace)
+print("userdata", sm.userdata.message, sm.userdata.heard >= 3, sm.userdata.all.success, len(tries))
+"""
+
+
+def test_topics_services_and_conditions(environ: dict[str, str]) -> None:
+    out = run(TOPICS_AND_SERVICES, environ)
+    assert "outcome end ['VALID', 'WAIT', 'NEVER', 'CALL', 'FAIL', 'CALLBACK']" in out
+    assert "userdata perhaps True True 3" in out
+    assert "State machine transitioning 'MONITOR':'invalid'-->'VALID'" in out  # rospy's log
+    assert "Exception when calling service 'judge'" in out
+
+
+ACTIONS = """
+import threading
+import rospy, smach, smach_ros, actionlib
+from actionlib_tutorials.msg import FibonacciAction, FibonacciGoal, FibonacciFeedback, FibonacciResult
+from actionlib_msgs.msg import GoalStatus
+rospy.init_node("actions")
+running = threading.Event()
+
+def execute(goal):
+    if goal.order < 0:
+        server.set_aborted(FibonacciResult([goal.order]))
+        return
+    running.set()
+    while goal.order == 99 and not server.is_preempt_requested():
+        rospy.sleep(0.01)
+    running.clear()
+    if goal.order == 99:
+        server.set_preempted()
+    else:
+        server.set_succeeded(FibonacciResult(list(range(goal.order))))
+
+server = actionlib.SimpleActionServer("fibonacci", FibonacciAction, execute, auto_start=False)
+server.start()
+
+def once(result_cb=None, userdata=(), preempt=False, **options):
+    machine = smach.StateMachine(outcomes=["succeeded", "aborted", "preempted", "long"])
+    for key, value in userdata:
+        machine.userdata[key] = value
+    with machine:
+        state = smach_ros.SimpleActionState("fibonacci", FibonacciAction, result_cb=result_cb, **options)
+        smach.StateMachine.add("ACTION", state)
+    if preempt:
+        threading.Thread(target=lambda: running.wait(20) and machine.request_preempt()).start()
+    outcome = machine.execute()
+    print(outcome, {key: machine.userdata[key] for key in sorted(machine.userdata.keys())})
+
+def goal_cb(userdata, goal, order):
+    goal.order = order
+
+@smach.cb_interface(outcomes=["long"], output_keys=["last"])
+def result_cb(userdata, status, result):
+    userdata.last = result.sequence[-1]
+    return "long" if status == GoalStatus.SUCCEEDED and len(result.sequence) > 3 else None
+
+once()
+once(goal=FibonacciGoal(order=2), result_key="result")
+once(goal_slots=["order"], userdata=[("order", 3)], result_slots=["sequence"])
+once(goal_key="g", userdata=[("g", FibonacciGoal(order=1))])
+once(goal_cb=goal_cb, goal_cb_args=[5], result_cb=result_cb)
+once(goal_cb=lambda userdata, goal: FibonacciGoal(order=-1))
+once(goal=FibonacciGoal(order=99), exec_timeout=rospy.Duration(0.2))
+once(goal=FibonacciGoal(order=99), preempt=True)
+
+@smach.cb_interface(input_keys=["order"], output_keys=["sequence"], outcomes=["done", "refused"])
+def count(userdata):
+    userdata.sequence = [userdata.order] * 2
+    return "done" if userdata.order > 0 else "refused"
+
+class Stay(smach.State):
+    def __init__(self):
+        smach.State.__init__(self, ["stopped", "go"], input_keys=["action_goal"])
+    def execute(self, userdata):
+        if userdata.action_goal.order < 50:
+            return "go"
+        staying.set()
+        while not self.preempt_requested():
+            rospy.sleep(0.01)
+        self.service_preempt()
+        return "stopped"
+
+staying = threading.Event()
+sm = smach.StateMachine(outcomes=["done", "refused", "stopped"])
+with sm:
+    smach.StateMachine.add("STAY", Stay(), {"go": "COUNT"})
+    smach.StateMachine.add("COUNT", smach.CBState(count))
+wrapper = smach_ros.ActionServerWrapper("machine", FibonacciAction, wrapped_container=sm, succeeded_outcomes=["done"],
+    aborted_outcomes=["refused"], preempted_outcomes=["stopped"], expand_goal_slots=True, pack_result_slots=True)
+wrapper.run_server()
+client = actionlib.SimpleActionClient("machine", FibonacciAction)
+print("server", client.wait_for_server(rospy.Duration(20)))
+for order in (4, -4, 50):
+    client.send_goal(FibonacciGoal(order=order))
+    if order == 50:
+        staying.wait(20)
+        client.cancel_goal()
+    print("wrapped", client.wait_for_result(rospy.Duration(20)), client.get_state(), client.get_result().sequence)
+try:
+    smach_ros.ActionServerWrapper("other", FibonacciAction, sm, ["done"], ["done"])
+except smach.InvalidStateError as error:
+    print(error)
+rospy.signal_shutdown("done")
+"""
+
+
+def test_actions(environ: dict[str, str]) -> None:
+    out = [line for line in run(ACTIONS, environ, timeout=60).splitlines() if not line.startswith(("[", "\t"))]
+    assert out[0] == "succeeded {}"
+    assert out[1].startswith("succeeded {'result': ") and "[0, 1]" in "".join(out[1:3])
+    said = [line for line in out if line.startswith(("succeeded", "aborted", "preempted", "long", "server", "wrapped"))]
+    assert said[2:] == [
+        "succeeded {'order': 3, 'sequence': (0, 1, 2)}",
+        said[3],
+        "long {'last': 4}",
+        "aborted {}",
+        "aborted {}",
+        "preempted {}",
+        "server True",
+        "wrapped True 3 (4, 4)",
+        "wrapped True 4 (-4, -4)",
+        f"wrapped True 2 {said[-1].partition(' 2 ')[2]}",
+    ]
+    assert "In several: ['done']; in none: ['refused', 'stopped']" in out[-1]
+
+
+WATCHED = """
+import threading
+import rospy, smach, smach_ros
+from std_msgs.msg import Empty
+rospy.init_node("watched")
+go = threading.Event()
+rospy.Subscriber("go", Empty, lambda message: go.set())
+
+class Wait(smach.State):
+    def __init__(self):
+        smach.State.__init__(self, ["done", "preempted"], output_keys=["lock"])
+    def execute(self, userdata):
+        userdata.lock = go  # which cannot be sent
+        while not go.wait(0.01):
+            if self.preempt_requested():
+                self.service_preempt()
+                return "preempted"
+        go.clear()
+        return "done"
+
+top = smach.StateMachine(["succeeded", "preempted"])
+top.userdata.number = 5
+with top:
+    inner = smach.StateMachine(["done", "preempted"])
+    with inner:
+        smach.StateMachine.add("ONE", Wait(), {"done": "TWO"})
+        smach.StateMachine.add("TWO", Wait())
+    smach.StateMachine.add("INNER", inner, {"done": "succeeded"})
+server = smach_ros.IntrospectionServer("watch", top, "/SM_ROOT")
+server.start()
+smach_ros.set_preempt_handler(top)
+rospy.Subscriber("begin", Empty, lambda message: begin.set())
+begin = threading.Event()
+rospy.loginfo("ready")
+thread = threading.Thread(target=lambda: begin.wait(30) and print("outcome", top.execute(), flush=True))
+thread.start()
+rospy.spin()
+thread.join()
+server.stop()
+print("stopped", flush=True)
+"""
+
+
+def test_introspection_and_ctrl_c(make_node: Callable[..., Node], environ: dict[str, str]) -> None:
+    from pyros1.msgs.std_msgs.msg import Empty
+
+    program = start(WATCHED, environ)
+    try:
+        node = make_node("watcher")
+        heard: queue.Queue[Any] = queue.Queue()
+        node.subscribe("/watch/smach/container_status", SmachContainerStatus, heard.put)
+
+        def status(**wanted: Any) -> Any:
+            while True:
+                message = heard.get(timeout=15)
+                if all(getattr(message, key) == value for key, value in wanted.items()):
+                    return message
+
+        structure = node.wait_for_message("/watch/smach/container_structure", SmachContainerStructure, 15)
+        assert structure.path in ("/SM_ROOT", "/SM_ROOT/INNER")
+        found = status(path="/SM_ROOT/INNER", info="HEARTBEAT")
+        assert (found.initial_states, found.active_states) == (["ONE"], ["None"])
+        command = SmachContainerInitialStatusCmd(path="/SM_ROOT/INNER", initial_states=["TWO"])
+        node.advertise("/watch/smach/container_init", SmachContainerInitialStatusCmd, latch=True).publish(command)
+        status(path="/SM_ROOT/INNER", info="INITIAL STATE", initial_states=["TWO"])
+        node.advertise("/begin", Empty, latch=True).publish(Empty())
+        found = status(path="/SM_ROOT/INNER", info="START")
+        assert found.active_states == ["TWO"]
+        echo = [sys.executable, "-m", "pyros1", "topic", "echo", "-n1", "/watch/smach/container_status"]
+        said = subprocess.run(echo, env=environment(environ), capture_output=True, text=True, timeout=30, check=True)
+        assert "path: " in said.stdout and "SM_ROOT" in said.stdout and "HEARTBEAT" in said.stdout
+        program.send_signal(signal.SIGINT)
+        out, _ = program.communicate(timeout=20)
+        assert "outcome preempted\n" in out and "stopped\n" in out and "Traceback" not in out
+    finally:
+        program.kill()
+        program.communicate(timeout=10)
+
+
+def test_userdata_of_messages() -> None:
+    import base64
+    import pickle
+
+    with imported("smach_ros.local_data") as module:
+        values = {"a": [1, {"b": (2.5, "c")}], "d": None}
+        assert module.decode(module.encode(values)) == values
+        assert module.decode(module.encode({"a": 1, "f": lambda: 0})) == {"a": 1}
+        assert module.decode("") == {}
+        for bad in (b"cos\nsystem\n(S'true'\ntR.", b"\x80\x02r\xff\xff\xff\x7f.", pickle.dumps([1]), b"\x80\x02"):
+            with pytest.raises(ValueError, match="cannot read userdata"):
+                module.decode(base64.b64encode(bad).decode())
