@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent / "peers"))
-pytest.register_assert_rewrite("harness", "cases")
+pytest.register_assert_rewrite("harness", "cases", "faces")
 
 from harness import SOURCE, Master, Peer, free_port, missing_stock  # noqa: E402  found through the path set above
 

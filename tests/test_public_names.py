@@ -6,8 +6,8 @@ import subprocess
 import sys
 
 CODE = """
-import pyros1, pyros1.bag, pyros1.tf, pyros1.msgs
-for module in (pyros1, pyros1.bag, pyros1.tf):
+import pyros1, pyros1.bag, pyros1.diagnostics, pyros1.filters, pyros1.reconfigure, pyros1.tf, pyros1.msgs
+for module in (pyros1, pyros1.bag, pyros1.diagnostics, pyros1.filters, pyros1.reconfigure, pyros1.tf):
     assert {*module.__all__} <= {*dir(module)}, module
     assert not {"Any", "TYPE_CHECKING", "annotations"} & {*dir(module)}, module
     for name in module.__all__:

@@ -49,6 +49,26 @@ for case in range(40):
         bounds["max"] = bounds["max"] + rng.choice((0, 0, 0, 1))
         clock[0] += 0.5
         show(topic)
+rate = FrequencyStatus(FrequencyStatusParam({"min": 1, "max": 1}), name="Rate")
+clock[0] += 1
+rate.tick()
+show(rate)
+rate.clear()
+clock[0] += 1
+show(rate)
+stamps = TimeStampStatus(TimeStampStatusParam(0, 1), "Stamps")
+stamps.tick(clock[0] - 0.5)
+show(stamps)
+show(DiagnosticTask("nothing"))
+print(rate.getName(), stamps.getName(), TimeStampStatus().getName(), OK, DiagnosticStatusWrapper.STALE)
+class Vector(DiagnosticTaskVector):
+    def addedTaskCallback(self, task):
+        print("added", task.name, type(task) is DiagnosticTaskVector.DiagnosticTaskInternal)
+vector = Vector()
+vector.add(Heartbeat())
+vector.add("Function", lambda status: status)
+status = DiagnosticStatusWrapper()
+print(vector.tasks[1].run(status) is status, status.name, [each.name for each in vector.tasks])
 for case in range(300):
     status = DiagnosticStatusWrapper()
     for step in range(4):

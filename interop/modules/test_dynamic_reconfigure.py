@@ -209,6 +209,25 @@ attempt(gen.const, "C", int_t, "x", "d")
 attempt(gen.enum, [gen.const("A", int_t, 0, "d"), gen.const("B", str_t, "b", "d")], "en")
 attempt(gen.enum, [], "en")
 print([(each["name"], each["default"], each["min"], each["max"]) for each in group.get_parameters()])
+print(gen.pytype("int"), gen.defval["double"], gen.maxval["int"], gen.minval["bool"], LINEDEBUG)
+parameter = {"name": "p", "type": "double", "value": 5, "min": None}
+for field in ("value", "min"):
+    attempt(gen.check_type_fill_default, parameter, field, 2.0)
+attempt(gen.check_type, parameter, "value")
+gen.fill_type(parameter)
+print(sorted(parameter.items()))
+parameter["value"] = "x"
+attempt(gen.check_type, parameter, "value")
+for name in ("good", "0bad", "b ad", ""):
+    try:
+        print(check_name(name))
+    except Exception as error:
+        print(error)
+for text in ("good", 'b"ad'):
+    try:
+        print(check_description(text))
+    except Exception as error:
+        print("refused")
 """
 
 
@@ -295,6 +314,12 @@ for number in (1, 5):
     while heard[-1] != ("config", number):
         rospy.sleep(0.01)
 other.config_callback = None
+other.description_callback = lambda d: print("described", len(d))
+other.set_config_callback(lambda c: print("configured", c.int_))
+print(other.get_config_callback() is other.config_callback)
+other.config_callback = None
+other.set_description_callback(None)
+other.set_description_callback(lambda d: None)
 print(other.config_callback, callable(other.get_description_callback()))
 other.close()
 print(dynamic_reconfigure.find_reconfigure_services())

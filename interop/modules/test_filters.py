@@ -114,3 +114,73 @@ except rospy.ROSInterruptException:
 
 def test_a_camera_and_its_info(master: Master) -> None:
     assert same(master, SYNCHRONIZED).count("(True, 'more')") == 3
+
+
+PARTS = """
+import rospy, message_filters
+from message_filters import ApproximateTimeSynchronizer, Cache, SimpleFilter, Subscriber, TimeSynchronizer
+from sensor_msgs.msg import Joy
+rospy.Time.now = staticmethod(lambda: rospy.Time(50))
+def joy(seconds):
+    message = Joy()
+    message.header.stamp = rospy.Time.from_sec(seconds)
+    return message
+def show(*what):
+    print([each.header.stamp.to_sec() if isinstance(each, Joy) else each for each in what])
+
+class Own(ApproximateTimeSynchronizer):
+    # as programs do that need another rule
+    def add(self, msg, my_queue, my_queue_index=None):
+        self.lock.acquire()
+        my_queue[msg.header.stamp] = msg
+        while len(my_queue) > self.queue_size:
+            del my_queue[min(my_queue)]
+        print(my_queue_index, [len(each) for each in self.queues], self.slop.to_sec(), self.queues[0] is my_queue)
+        if all(self.queues):
+            self.signalMessage(*[each[max(each)] for each in self.queues])
+        self.lock.release()
+
+inputs = [SimpleFilter(), SimpleFilter()]
+own = Own(inputs, 2, 0.5)
+print(own.registerCallback(show, "more"), own.registerCallback(show), sorted(own.callbacks))
+for number in range(4):
+    inputs[number % 2].signalMessage(joy(number))
+for cls, options in ((TimeSynchronizer, {}), (ApproximateTimeSynchronizer, {"slop": 0.1})):
+    sync = cls([], 10, **options)
+    sync.registerCallback(show)
+    sync.connectInput(inputs)
+    print(len(sync.queues), len(sync.input_connections), [each.to_sec() for each in sync.latest_stamps])
+    sync.add(joy(7), sync.queues[0])
+    sync.add(joy(8), sync.queues[0], 0)
+    sync.add(joy(7), sync.queues[1])
+    inputs[1].signalMessage(joy(8))
+    sync.queue_size = 1
+    sync.add(joy(9), sync.queues[0], 0)
+    sync.add(joy(10), sync.queues[0], 0)
+    sync.add(joy(9), sync.queues[1], 1)
+    print([sorted(each.to_sec() for each in queue) for queue in sync.queues])
+cache = Cache(inputs[0], cache_size=2)
+cache.registerCallback(show, "cached")
+cache.add(joy(3))
+cache.connectInput(inputs[1])
+for each in (inputs[1], inputs[0]):
+    each.signalMessage(joy(4))
+show(*cache.cache_msgs)
+print([each.to_sec() for each in cache.cache_times], cache.allow_headerless)
+try:
+    cache.getInterval(rospy.Time(5), rospy.Time(4))
+except AssertionError:
+    print("AssertionError")
+subscriber = Subscriber("/somewhere", Joy, queue_size=3)
+subscriber.registerCallback(show, 1)
+subscriber.callback(joy(5))
+print(subscriber.getTopic(), subscriber.name, subscriber.get_num_connections(), subscriber.data_class is Joy)
+try:
+    subscriber.nothing
+except AttributeError:
+    print("AttributeError")
+"""
+
+
+def test_parts_that_programs_use(master: Master) -> None:
+    assert "AttributeError" in same(master, PARTS)

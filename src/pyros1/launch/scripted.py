@@ -236,6 +236,14 @@ class ScriptRun:
         """Start another node."""
         return ProcessHandle(self.do(lambda: self._session.launch(node.plan)), self)
 
+    def processes(self) -> list[ProcessHandle]:
+        """Return the processes that run."""
+        return [ProcessHandle(process, self) for process in self._session.supervisor.active]
+
+    def is_over(self) -> bool:
+        """Return whether the launch has ended."""
+        return self._over.is_set()
+
     def stop_process(self, process: Process) -> None:
         """End a process, and wait until it has ended."""
         if not self._over.is_set():

@@ -15,6 +15,8 @@ _FEW = 50
 
 def make_init(cls: type[Message]) -> Callable[..., None]:
     """Generate ``__init__``."""
+    if not hasattr(cls, "_type"):
+        return _set_all  # a program's own class, without a definition
     source = Source(cls)
     me, args, kwds = "self", "args", "kwds"  # without a number, since these names show in the signature
     parts = parts_of(cls)
@@ -40,6 +42,13 @@ def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], None]:
     target = source.fresh("m")
     _fill_defaults(source, cls, target, fields)
     return source.function("part", [target])
+
+
+def _set_all(message: Any, *args: Any, **kwds: Any) -> None:
+    cls = type(message)
+    values = arrange(cls, args, kwds) if args or kwds else (None,) * len(cls.__slots__)
+    for name, value in zip(cls.__slots__, values, strict=True):
+        setattr(message, name, value)
 
 
 def _assign(message: Any, cls: type[Message], values: tuple[Any, ...]) -> None:

@@ -127,7 +127,8 @@ class Server:
 
         try:
             description = self._description()
-            return configuration(self._config(), description)
+            found: dict[str, Any] = configuration(self._config(), description)
+            return found
         except WaitTimeoutError:
             return None
 

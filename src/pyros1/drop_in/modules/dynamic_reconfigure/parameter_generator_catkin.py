@@ -18,7 +18,7 @@ bool_t = "bool"
 int_t = "int"
 double_t = "double"
 id = 0
-LINEDEBUG = "#line"
+LINEDEBUG = "//#line"
 
 _INFINITY = float("inf")
 _C_TYPES = {

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
+from contextlib import suppress
 from copy import deepcopy
 from threading import Lock
 from typing import Any
@@ -77,6 +77,12 @@ class InteractiveMarkerServer:
         rospy.Timer(rospy.Duration(_KEEP_ALIVE), self.keepAlive)
         self.publishInit()
 
+    def __del__(self) -> None:
+        """Remove the markers from the clients, if the node can still say so."""
+        with suppress(Exception):
+            self.clear()
+            self.applyChanges()
+
     def insert(self, marker: Any, feedback_cb: Any = -1, feedback_type: int = DEFAULT_FEEDBACK_CB) -> None:
         """Add a visualization_msgs/InteractiveMarker, or replace that of the same name.
 
@@ -102,17 +108,13 @@ class InteractiveMarkerServer:
             header: frame and time of the pose; without a frame: as before.
 
         Returns:
-            Whether there is such a marker.
+            Whether there is such a marker, and no change by `insert` that is not applied yet.
         """
         with self.mutex:
             context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
-            if context is None:
+            if context is None or (update is not None and update.update_type == UpdateContext.FULL_UPDATE):
                 return False
-            if header.frame_id:
-                return self.doSetPose(update, name, pose, header)
-            full = update is not None and update.update_type == UpdateContext.FULL_UPDATE
-            before = update.int_marker if full and update is not None else context.int_marker
-            return self.doSetPose(update, name, pose, before.header)
+            return self.doSetPose(update, name, pose, header if header.frame_id else context.int_marker.header)
 
     def erase(self, name: str) -> bool:
         """Remove a marker; return whether there is one."""
@@ -192,7 +194,7 @@ class InteractiveMarkerServer:
             if context is None:
                 return None
             marker = deepcopy(context.int_marker)
-            marker.pose, marker.header = deepcopy(update.int_marker.pose), deepcopy(update.int_marker.header)
+            marker.pose = deepcopy(update.int_marker.pose)
             return marker
 
     def processFeedback(self, feedback: Any) -> None:
@@ -206,9 +208,10 @@ class InteractiveMarkerServer:
                 return  # two users pull at it
             context.last_feedback, context.last_client_id = now, feedback.client_id
             if feedback.event_type == feedback.POSE_UPDATE:
-                # without a stamp the pose is in the marker's frame, at all times
-                timeless = feedback.header.stamp == rospy.Time()
-                header = context.int_marker.header if timeless else feedback.header
+                # a marker without a stamp stays in its frame as that moves
+                header = context.int_marker.header
+                if header.stamp != rospy.Time():
+                    header = feedback.header
                 update = self.pending_updates.get(feedback.marker_name)
                 self.doSetPose(update, feedback.marker_name, feedback.pose, header)
             callback = context.feedback_cbs.get(feedback.event_type) or context.default_feedback_cb

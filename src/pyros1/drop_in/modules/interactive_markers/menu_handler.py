@@ -55,15 +55,14 @@ class MenuHandler:
         Returns:
             Its handle; None if there is no such parent.
         """
+        handle = self.doInsert(title, command_type, command, callback)
         if parent is None:
-            siblings = self.top_level_handles_
+            self.top_level_handles_.append(handle)
         elif parent in self.entry_contexts_:
-            siblings = self.entry_contexts_[parent].sub_entries
+            self.entry_contexts_[parent].sub_entries.append(handle)
         else:
             rospy.logerr("Parent menu entry " + str(parent) + " not found.")
             return None
-        handle = self.doInsert(title, command_type, command, callback)
-        siblings.append(handle)
         return handle
 
     def setVisible(self, handle: int, visible: bool) -> bool:

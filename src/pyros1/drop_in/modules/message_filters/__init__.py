@@ -189,6 +189,7 @@ class TimeSynchronizer(SimpleFilter):
         with self.lock:
             now = rospy.Time.now()
             complete = self._in_order(now, queue, given)
+            self._match.queue_size = self.queue_size  # programs may change it
             self._match.keep(index, stamp, msg)
             self._look_at_time(now)
             if complete:

@@ -1,8 +1,12 @@
 """rosgraph, by pyros1: the master and the graph (https://wiki.ros.org/rosgraph)."""
 
+from __future__ import annotations
+
 import sys
 
+from pyros1.drop_in.missing import missing
 from rosgraph.masterapi import Master, MasterError, MasterException, MasterFailure
+from rosgraph.masterapi import is_online as is_master_online
 from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, ROS_MASTER_URI, ROS_NAMESPACE, get_master_uri
 
 __all__ = [
@@ -20,12 +24,9 @@ __all__ = [
     "myargv",
 ]
 
+__getattr__ = missing(__name__)
+
 
 def myargv(argv: list[str] | None = None) -> list[str]:
-    """Return the command line without remappings."""
+    """Return a command line without remappings; None: this program's."""
     return [word for word in (sys.argv if argv is None else argv) if ":=" not in word]
-
-
-def is_master_online(master_uri: str | None = None) -> bool:
-    """Return whether a master answers."""
-    return Master("rosgraph", master_uri).is_online()

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 from typing import Any
 
+from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import MasterError as _Refused
-from pyros1.ground.errors import TransportError
+from pyros1.ground.errors import MasterUnreachableError, TransportError
 from pyros1.net.master_client import MasterClient
 from rosgraph.names import make_caller_id
+from rosgraph.network import parse_http_host_and_port
 from rosgraph.rosenv import get_master_uri
+
+__getattr__ = missing(__name__)
 
 
 class MasterException(Exception):
@@ -32,22 +37,29 @@ class Master:
     Args:
         caller_id: name of the caller.
         master_uri: address; None: from the environment.
+
+    Raises:
+        ValueError: the address is wrong.
+        MasterFailure, MasterError: from all methods, the master refuses the call.
+        OSError: from all methods, it does not answer.
     """
 
     def __init__(self, caller_id: str, master_uri: str | None = None) -> None:
-        self.caller_id = make_caller_id(caller_id)
+        self.caller_id = make_caller_id(caller_id).rstrip("/")
         self.master_uri = master_uri or get_master_uri()
+        try:
+            parse_http_host_and_port(self.master_uri)
+        except ValueError:
+            raise ValueError(f"invalid master URI: {self.master_uri}") from None
         self._client = MasterClient(self.caller_id, self.master_uri)
 
     def _call(self, method: str, *args: Any) -> Any:
         try:
             return self._client.call(method, *args)
+        except (MasterUnreachableError, TransportError) as error:
+            raise _os_error(error) from None
         except _Refused as error:
             raise (MasterFailure if getattr(error, "code", -1) == 0 else MasterError)(str(error)) from None
-        except TransportError as error:
-            raise (
-                ConnectionRefusedError(str(error)) if not isinstance(error, TimeoutError) else TimeoutError(str(error))
-            ) from None
 
     def is_online(self) -> bool:
         """Return whether the master answers."""
@@ -140,6 +152,18 @@ class Master:
     def unregisterPublisher(self, topic: str, caller_api: str) -> Any:
         """Unregister a publisher."""
         return self._call("unregisterPublisher", topic, caller_api)
+
+
+def _os_error(error: Exception) -> OSError:
+    """Return what stock raises if the master does not answer: the system's error, with our text."""
+    cause: BaseException | None = error
+    while cause is not None and (not isinstance(cause, OSError) or cause.errno is None):
+        cause = cause.__cause__ or cause.__context__
+    if cause is not None:
+        return type(cause)(cause.errno, str(error))
+    if isinstance(error, TimeoutError):
+        return TimeoutError(str(error))
+    return ConnectionRefusedError(errno.ECONNREFUSED, str(error))
 
 
 def is_online(master_uri: str | None = None) -> bool:

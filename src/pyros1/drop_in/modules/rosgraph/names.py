@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import socket
 import sys
+from collections.abc import Mapping
+from typing import Any
 
+from pyros1.drop_in.missing import missing
 from pyros1.ground import names
-from pyros1.ground.names import canonicalize_name, is_global, is_legal_base_name, is_legal_name, is_private, ns_join
+from pyros1.ground.names import canonicalize_name, ns_join
 from rosgraph.rosenv import ROS_NAMESPACE
 
 SEP = GLOBALNS = "/"
@@ -16,48 +20,95 @@ PRIV_NAME = "~"
 REMAP = ":="
 ANYTYPE = "*"
 MSG_EXT, SRV_EXT = ".msg", ".srv"
+NAME_LEGAL_CHARS_P = re.compile(r"^[\~\/A-Za-z][\w\/]*$")
+BASE_NAME_LEGAL_CHARS_P = re.compile(r"^[A-Za-z][\w]*$")
+REMAP_PATTERN = re.compile(r"^([\~\/A-Za-z]|_|__)[\w\/]*" + REMAP + ".*")
 
-__all__ = [
-    "canonicalize_name",
-    "is_global",
-    "is_legal_base_name",
-    "is_legal_name",
-    "is_private",
-    "ns_join",
-]
+__getattr__ = missing(__name__)
 
 
-def namespace(name: str) -> str:
-    """Return the namespace of a name, with a slash at its end."""
+def isstring(s: object) -> bool:
+    """Return whether a value is text."""
+    return isinstance(s, str)
+
+
+def is_global(name: str) -> bool:
+    """Return whether a name is global: ``/a``; as stock's, it returns an empty name as it is."""
+    return name and name[0] == SEP  # type: ignore[return-value]
+
+
+def is_private(name: str) -> bool:
+    """Return whether a name is private: ``~a``; as stock's, it returns an empty name as it is."""
+    return name and name[0] == PRIV_NAME  # type: ignore[return-value]
+
+
+def is_legal_name(name: Any) -> bool:
+    """Return whether a name is legal in the graph; the empty name is."""
+    return name is not None and names.is_legal_name(name)
+
+
+def is_legal_base_name(name: Any) -> bool:
+    """Return whether a name without a namespace is legal."""
+    return name is not None and names.is_legal_base_name(name)
+
+
+def is_legal_remap(arg: Any) -> bool:
+    """Return whether a word of a command line is a remapping."""
+    return arg is not None and REMAP_PATTERN.match(arg) is not None
+
+
+def namespace(name: Any) -> str:
+    """Return the namespace of a name, with a slash at its end.
+
+    Raises:
+        ValueError: ``name`` is None.
+        TypeError: it is no text.
+    """
     if name is None:
         raise ValueError("name")
     if not isinstance(name, str):
         raise TypeError("name")
     if not name:
         return SEP
-    name = name[:-1] if name[-1] == SEP else name
+    name = name.removesuffix(SEP)
     return name[: name.rfind(SEP) + 1] or SEP
 
 
 def make_global_ns(name: str) -> str:
-    """Return a name as a full namespace."""
+    """Return a name as a full namespace, with a slash at its end; raises ValueError for private names."""
     if is_private(name):
         raise ValueError(f"cannot turn [{name}] into a global name")
-    return canonicalize_name(f"/{name}/").rstrip("/") + "/"
+    if not is_global(name):
+        name = SEP + name
+    return name if name[-1] == SEP else name + SEP
 
 
-def get_ros_namespace(env: dict[str, str] | None = None, argv: list[str] | None = None) -> str:
-    """Return the namespace of the command line or the environment."""
-    special = names.parse_arguments(list(sys.argv if argv is None else argv)).special
-    return make_global_ns(special.get("__ns") or (os.environ if env is None else env).get(ROS_NAMESPACE, "/"))
+def get_ros_namespace(env: Mapping[str, str] | None = None, argv: list[str] | None = None) -> str:
+    """Return the namespace of the command line or the environment, with a slash at its end."""
+    for word in sys.argv if argv is None else argv:
+        if word.startswith("__ns:="):
+            return make_global_ns(word.partition(":=")[2])
+    return make_global_ns((os.environ if env is None else env).get(ROS_NAMESPACE, GLOBALNS))
 
 
-def resolve_name(name: str, namespace_: str, remappings: dict[str, str] | None = None) -> str:
-    """Return the full name that a name stands for in a node."""
+def resolve_name(name: str, namespace_: str, remappings: Mapping[str, str] | None = None) -> str:
+    """Return the full name that a name stands for in a node.
+
+    Args:
+        name: the name.
+        namespace_: the node's name.
+        remappings: full name -> full name.
+    """
     if not name:
         return namespace(namespace_)
-    full = names.resolve_name(str(name), namespace_)
-    return (remappings or {}).get(full, full)
+    name = str(name)
+    if is_private(name):
+        full = canonicalize_name(namespace_ + SEP + name[1:])
+    elif is_global(name):
+        full = canonicalize_name(name)
+    else:
+        full = canonicalize_name(namespace(namespace_) + name)
+    return full if not remappings else remappings.get(full, full)
 
 
 def script_resolve_name(script_name: str, name: str) -> str:
@@ -72,17 +123,21 @@ def script_resolve_name(script_name: str, name: str) -> str:
 
 
 def make_caller_id(name: str) -> str:
-    """Return the full name of a script."""
-    return make_global_ns(ns_join(get_ros_namespace(), name))[:-1]
+    """Return the full name of a script, with a slash at its end."""
+    return make_global_ns(ns_join(get_ros_namespace(), name))
 
 
 def anonymous_name(id: str) -> str:
     """Return a name that nobody else has."""
-    return f"{id}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}".translate(
-        {ord(c): "_" for c in ".-:"}
-    )
+    name = f"{id}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}"
+    return name.translate({ord(char): "_" for char in ".-:"})
 
 
 def load_mappings(argv: list[str]) -> dict[str, str]:
-    """Return the name remappings of a command line."""
-    return dict(names.parse_arguments(argv).remappings)
+    """Return the remappings of a command line: names, and special keys such as ``__name``."""
+    found = {}
+    for word in argv:
+        key, separator, value = word.partition(REMAP)
+        if separator and key and value and REMAP not in value and (key[0] != "_" or key.startswith("__")):
+            found[key.strip()] = value.strip()
+    return found

@@ -1,13 +1,14 @@
 """roslib, by pyros1 (https://wiki.ros.org/roslib): most of it has moved to rospkg, rosgraph and genpy."""
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.missing import names as _names
 from roslib.launcher import load_manifest
 
 __all__ = ["is_interactive", "load_manifest", "set_interactive"]
 
 _is_interactive = False
 
-__getattr__ = missing(__name__)
+_LATE = ("exceptions", "launcher", "manifest", "message", "names", "packages")
+__getattr__, __dir__ = _names(__name__, {name: f"{__name__}.{name}." for name in _LATE})
 
 
 def set_interactive(interactive: bool) -> None:

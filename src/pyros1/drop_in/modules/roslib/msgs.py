@@ -62,7 +62,7 @@ def parse_type(type_: str) -> tuple[str, bool, int | None]:
 
 def load_from_string(text: str, package_context: str = "", full_name: str = "", short_name: str = "") -> MsgSpec:
     """Return the definition in a text; raises MsgSpecException."""
-    package = package_context or "_"
+    package = package_context or "none"
     spec = load_msg_from_string(MsgContext(), text, full_name or f"{package}/{short_name or 'Type'}")
     spec.full_name, spec.short_name, spec.package = full_name, short_name, package_context
     return spec

@@ -30,6 +30,7 @@ from rosgraph.names import (
     is_private,
     isstring,
     load_mappings,
+    make_caller_id,
     make_global_ns,
     namespace,
     ns_join,
@@ -41,8 +42,3 @@ from pyros1.drop_in.missing import missing
 TYPE_SEPARATOR = "/"
 
 __getattr__ = missing(__name__)
-
-
-def make_caller_id(name: str) -> str:
-    """Return the full name of a script, with a slash at its end."""
-    return make_global_ns(ns_join(get_ros_namespace(), name))

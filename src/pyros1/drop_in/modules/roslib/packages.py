@@ -117,18 +117,14 @@ def find_node(pkg: str, node_type: str, rospack: Any = None) -> list[str]:
     Raises:
         rospkg.ResourceNotFound: there is no such package.
     """
-    if rospack is None:
-        from pyros1.finding.packages import PackageIndex
+    from pyros1.finding.packages import PackageIndex
 
-        try:
-            return [str(path) for path in PackageIndex(os.environ).find_executable(pkg, node_type)]
-        except LookupError:
-            raise ResourceNotFound(pkg, ros_paths=RosPack.get_instance().get_ros_paths()) from None
-    return find_resource(pkg, node_type, _executable_filter, rospack)
-
-
-def _executable_filter(test_path: str) -> bool:
-    return os.access(test_path, os.X_OK)
+    paths = (RosPack.get_instance() if rospack is None else rospack).get_ros_paths()
+    environ = {**os.environ, "ROS_PACKAGE_PATH": os.pathsep.join(paths)}
+    try:
+        return [str(path) for path in PackageIndex(environ).find_executable(pkg, node_type)]
+    except LookupError:
+        raise ResourceNotFound(pkg, ros_paths=paths) from None
 
 
 def find_resource(

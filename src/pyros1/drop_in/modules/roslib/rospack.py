@@ -14,7 +14,7 @@ __getattr__ = missing(__name__, rospack_plugins=_WHY, rosstackexec=_WHY)
 
 
 def rospackexec(args: list[str]) -> str:
-    """Return what the command would print; empty if it would fail. It knows ``find``, ``list-names`` and ``depends``."""
+    """Return what the command would print; empty if it would fail. Some commands only."""
     rospack = RosPack.get_instance()
     commands: dict[str, Any] = {
         "find": rospack.get_path,

@@ -31,7 +31,7 @@ def set_verbose(v: bool) -> None:
 
 def load_from_string(text: str, package_context: str = "", full_name: str = "", short_name: str = "") -> SrvSpec:
     """Return the service's definition in a text; raises SrvSpecException."""
-    package = package_context or "_"
+    package = package_context or "none"
     spec = load_srv_from_string(MsgContext(), text, full_name or f"{package}/{short_name or 'Type'}")
     spec.full_name, spec.short_name, spec.package = full_name, short_name, package_context
     return spec

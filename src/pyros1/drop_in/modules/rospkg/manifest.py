@@ -10,26 +10,10 @@ from pyros1.drop_in.missing import missing
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE
 
 _RUN_TAGS = ("run_depend", "exec_depend", "build_depend", "build_export_depend", "buildtool_depend", "depend")
-_KNOWN = frozenset(
-    [
-        "author",
-        "brief",
-        "depend",
-        "description",
-        "export",
-        "license",
-        "logo",
-        "name",
-        "notes",
-        "platform",
-        "review",
-        "rosdep",
-        "status",
-        "url",
-        "version",
-        "versioncontrol",
-    ]
-)
+_KNOWN = {
+    *("author", "brief", "depend", "description", "export", "license", "logo", "name", "notes", "platform", "review"),
+    *("rosdep", "status", "url", "version", "versioncontrol"),
+}
 
 __getattr__ = missing(__name__)
 
@@ -125,7 +109,10 @@ class Manifest:
         is_catkin: whether it is a package.xml.
     """
 
-    __slots__ = "description brief author license licenses license_url url depends rosdeps platforms exports version status notes unknown_tags type filename is_catkin".split()  # noqa: E501, SIM905
+    __slots__ = [
+        *("description", "brief", "author", "license", "licenses", "license_url", "url", "depends", "rosdeps"),
+        *("platforms", "exports", "version", "status", "notes", "unknown_tags", "type", "filename", "is_catkin"),
+    ]
 
     def __init__(self, type_: str = "package", filename: str | None = None, is_catkin: bool = False) -> None:
         self.description = self.brief = self.author = self.license = self.license_url = ""
@@ -188,8 +175,8 @@ def parse_manifest(manifest_name: str, string: str | bytes, filename: str = "str
 
 
 def _root(text: bytes, where: str) -> Element:
-    from defusedxml.common import DefusedXmlException
-    from defusedxml.ElementTree import fromstring
+    from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped]
+    from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped]
 
     try:
         root: Element = fromstring(text)

@@ -13,7 +13,7 @@ from pyros1.ground import names
 from pyros1.ground.errors import Error, NodeShutdownError, ParameterNotSetError, SerializationError, WaitTimeoutError
 from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
-from rospy.msproxy import MasterProxy
+from rospy.msproxy import MasterProxy, reaching
 from rospy.names import resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
@@ -207,7 +207,8 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
         KeyError: it is not set, and there is no default.
     """
     try:
-        return get_master().parameters[param_name]
+        with reaching():
+            return get_master().parameters[param_name]
     except ParameterNotSetError:
         if default is not _unspecified:
             return default
@@ -226,7 +227,8 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
     """
     if PROCESS.node is None:
         return get_param(param_name, default)
-    value = PROCESS.node.params.cached(param_name, _unspecified)
+    with reaching():
+        value = PROCESS.node.params.cached(param_name, _unspecified)
     if value is not _unspecified:
         return value
     if default is not _unspecified:
@@ -236,7 +238,8 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
 
 def get_param_names() -> list[str]:
     """Return the full names of all parameters."""
-    return list(get_master().parameters.names())
+    with reaching():
+        return list(get_master().parameters.names())
 
 
 def set_param(param_name: str, param_value: Any) -> None:
@@ -247,19 +250,22 @@ def set_param(param_name: str, param_value: Any) -> None:
         OverflowError: a number has more than 32 bits.
     """
     try:
-        get_master().parameters[param_name] = param_value
+        with reaching():
+            get_master().parameters[param_name] = param_value
     except SerializationError as error:
         raise (OverflowError if "does not fit" in str(error) else TypeError)(str(error)) from None
 
 
 def search_param(param_name: str) -> str | None:
     """Return the full name of the nearest parameter of that name, from the node's own namespace upwards; or None."""
-    return get_master().search_param(param_name)
+    with reaching():
+        return get_master().search_param(param_name)
 
 
 def has_param(param_name: str) -> bool:
     """Return whether a parameter is set."""
-    return param_name in get_master().parameters
+    with reaching():
+        return param_name in get_master().parameters
 
 
 def delete_param(param_name: str) -> None:
@@ -269,7 +275,8 @@ def delete_param(param_name: str) -> None:
         KeyError: it is not set.
     """
     try:
-        del get_master().parameters[param_name]
+        with reaching():
+            del get_master().parameters[param_name]
     except ParameterNotSetError:
         raise KeyError(param_name) from None
 

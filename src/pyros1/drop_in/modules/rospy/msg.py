@@ -38,7 +38,7 @@ def args_kwds_to_message(data_class: type[Any], args: tuple[Any, ...], kwds: dic
         return given
     if len(data_class._slot_types) == 1 and given._type == data_class._slot_types[0]:
         return data_class(given)
-    raise TypeError(f"expected [{', '.join(data_class._slot_types)}] but got [{given._type}]")
+    raise TypeError(f"expected [{data_class._slot_types[0] if data_class._slot_types else ''}] but got [{given._type}]")
 
 
 class _Part:

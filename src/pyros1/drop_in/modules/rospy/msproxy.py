@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from pyros1.drop_in.process import PROCESS
@@ -21,6 +22,15 @@ _RESOLVED = {
     **dict.fromkeys(("registerPublisher", "registerSubscriber", "unregisterPublisher", "unregisterSubscriber"), 0),
 }
 """Methods with a name that is resolved, and its place among the arguments."""
+
+
+@contextmanager
+def reaching() -> Iterator[None]:
+    """Raise ConnectionRefusedError, as stock, if the master does not answer."""
+    try:
+        yield
+    except MasterUnreachableError as error:
+        raise ConnectionRefusedError(str(error)) from None
 
 
 class MasterProxy:
@@ -60,10 +70,8 @@ class MasterProxy:
             place = _RESOLVED.get(key)
             if place is not None and place < len(words) and key != "searchParam":
                 words[place] = resolve_name(words[place])
-            try:
+            with reaching():
                 return self.client.ask(key, *words)
-            except MasterUnreachableError as error:
-                raise ConnectionRefusedError(str(error)) from None
 
         return call
 

@@ -75,13 +75,17 @@ def get_namespace() -> str:
 
 
 def get_mappings() -> dict[str, str]:
-    """Return the name remappings of the command line, as they were given."""
-    return dict(_arguments().remappings)
+    """Return the name remappings of the command line, and those like ``__ns``, as they were given."""
+    arguments = _arguments()
+    return {**arguments.special, **arguments.remappings}
 
 
 def get_resolved_mappings() -> dict[str, str]:
-    """Return the name remappings of the command line, with full names."""
-    caller = get_caller_id()
+    """Return the name remappings of the command line, with full names; none before there is a node."""
+    return {} if PROCESS.node is None else {**PROCESS.node.arguments.special, **_resolved(PROCESS.node.name)}
+
+
+def _resolved(caller: str) -> dict[str, str]:
     return {_full(old, caller): _full(new, caller) for old, new in _arguments().remappings.items()}
 
 
@@ -105,20 +109,22 @@ def resolve_name(name: str, caller_id: str | None = None) -> str:
         caller_id: full name of the node; None: the program's own.
     """
     full = _full(name, caller_id or get_caller_id())
-    if not name or not _arguments().remappings:
+    if not name or PROCESS.node is None or not PROCESS.node.arguments.remappings:
         return full
-    return get_resolved_mappings().get(full, full)
+    return _resolved(PROCESS.node.name).get(full, full)
 
 
 def resolve_name_without_node_name(name: str) -> str:
-    """Return the full name that a name stands for before there is a node.
+    """Return the full name that a name stands for before there is a node, remappings applied.
 
     Raises:
         ValueError: it is private.
     """
     if is_private(name):
         raise ValueError("~name topics cannot be created before init_node() has been called")
-    return resolve_name(name)
+    caller = get_caller_id()
+    full = _full(name, caller)
+    return _resolved(caller).get(full, full)
 
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
@@ -131,7 +137,7 @@ def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -
     """
     if not resolved:
         return get_mappings().get(name, name)
-    return get_resolved_mappings().get(_full(name, caller_id or get_caller_id()), name)
+    return _resolved(get_caller_id()).get(_full(name, caller_id or get_caller_id()), name)
 
 
 def scoped_name(caller_id: str, name: str) -> str:

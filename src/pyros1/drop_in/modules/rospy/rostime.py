@@ -61,7 +61,7 @@ class Duration(pyros1.ground.timing.Duration):
     def __mod__(self, other: object) -> Any:
         return _own(super().__mod__(other))
 
-    __radd__, __rmul__ = __add__, __mul__
+    __rmul__ = __mul__
 
     def __repr__(self) -> str:
         return f"rospy.Duration[{self.to_nsec()}]"

@@ -61,10 +61,11 @@ def sleep(duration: float | _Duration) -> None:
             raise ROSInterruptException("ROS shutdown request")
         wallsleep(seconds)
         return
+    start = node.now()
     try:
         alive = node.sleep(seconds)
-    except TimeMovedBackwardsError as error:
-        raise ROSTimeMovedBackwardsException(error.jump) from None
+    except TimeMovedBackwardsError:
+        raise ROSTimeMovedBackwardsException((start - node.now()).to_sec()) from None
     if not alive and node.simulated_time:
         raise ROSInterruptException("ROS shutdown request")
 

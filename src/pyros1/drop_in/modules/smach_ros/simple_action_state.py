@@ -131,7 +131,7 @@ class SimpleActionState(CallState):
         return not timed_out
 
     def _outcome(self, ud: Any, timed_out: bool) -> Any:
-        from actionlib_msgs.msg import GoalStatus
+        from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 
         status, result = self._action_client.get_state(), self._action_client.get_result()
         if self._done.is_set() and result is not None:

@@ -1,7 +1,7 @@
-"""How a frame moves in another: the calculation of stock's lookupTwist, with its peculiarities.
+"""How a frame moves in another, as a mean over an interval.
 
-It takes the mean velocity over an interval. What it says of frames that rotate or are apart is not a velocity in the
-sense of mechanics: the vector is rotated once too often. Programs rely on its numbers.
+The angular velocity is stock's. The linear one is that of a point which moves with the frame; what stock's Python adds
+up for it is not a velocity.
 """
 
 from __future__ import annotations
@@ -35,17 +35,15 @@ def twist(
     end_place, end_turn = _lookup(transformer, observation, tracking, end)
     between = transformations.quaternion_multiply(transformations.quaternion_inverse(start_turn), end_turn)
     angle, axis = _angle_and_axis(between)
-    axis = _rotated(start_turn, axis)
-    linear = [(after - before) / seconds for before, after in zip(start_place, end_place, strict=True)]
-    angular = axis * (angle / seconds)
+    linear = (end_place - start_place) / seconds
 
-    place, turn = _lookup(transformer, reference, tracking, middle)
-    angular = _rotated(turn, angular)
-    linear = _rotated(turn, linear) + numpy.cross(place, angular)
-    origin = place
-    place, turn = _lookup(transformer, reference, point_frame, middle)
+    origin, turn = _lookup(transformer, reference, tracking, middle)
+    angular = _rotated(turn, axis) * (angle / seconds)
+    _, turn = _lookup(transformer, reference, observation, middle)
+    place, point_turn = _lookup(transformer, reference, point_frame, middle)
     xyz = (point.x, point.y, point.z) if hasattr(point, "x") else tuple(point)
-    linear = linear + numpy.cross(angular, _rotated(turn, xyz) + place - origin)
+    arm = _rotated(point_turn, xyz) + place - origin
+    linear = _rotated(turn, linear) + numpy.cross(angular, arm)
     return tuple(linear.tolist()), tuple(angular.tolist())
 
 
@@ -55,7 +53,7 @@ def _lookup(transformer: Any, target: str, source: str, time: Any) -> tuple[Any,
 
 
 def _angle_and_axis(quaternion: Any) -> tuple[float, Any]:
-    x, y, z, w = quaternion
+    x, y, z, w = quaternion if quaternion[3] >= 0 else -quaternion  # the turn of at most half a circle
     sine = numpy.sqrt(x * x + y * y + z * z)
     if sine < 1e-12:
         return 0.0, numpy.array((1.0, 0.0, 0.0))

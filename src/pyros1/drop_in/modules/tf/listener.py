@@ -158,7 +158,7 @@ class Transformer:
         time: Any,
         averaging_interval: Any,
     ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Return the velocity of a frame in another, as stock calculates it.
+        """Return the velocity of a frame in another: its mean over an interval. The linear one differs from stock's.
 
         Args:
             tracking_frame: the frame that moves.

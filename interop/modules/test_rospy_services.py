@@ -1,0 +1,159 @@
+"""rospy's services and their callers: the same program on stock's modules and on ours, and one on each side."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from faces import FACES, same, start
+from harness import Master
+from rospy_programs import HEAD
+
+MASTERS = ("ours",)
+PAIRS = list(itertools.product(FACES, repeat=2))
+
+HANDLER = """
+from topic_tools.srv import MuxSelect, MuxSelectRequest, MuxSelectResponse
+def answer(request):
+    case = int(request.topic)
+    if case == 1:
+        raise rospy.ServiceException("own text")
+    if case == 2:
+        raise ValueError("f\\u00fcnf\\nlines")
+    if case == 3:
+        return MuxSelectResponse("whole")
+    return [None, ["list"], ("tuple",), {"prev_topic": "dict"}, "text", 8, ["1", "2"], {"s": 1}, [9], True, [], {}, "",
+            ("a", "b")][case - 4]
+"""
+
+SERVICE = """
+rospy.init_node("services")
+logging.getLogger("rosout").setLevel(logging.CRITICAL)
+service = rospy.Service("mux", MuxSelect, answer)
+proxy = rospy.ServiceProxy("mux", MuxSelect)
+proxy.wait_for_service(5)
+for case in range(1, 18):
+    try:
+        print(case, repr(proxy(str(case)).prev_topic))
+    except rospy.ServiceException as error:
+        text = str(error)
+        print(case, text.split(" must be of type")[0])
+t("request", lambda: (proxy(topic="3").prev_topic, proxy.call("3").prev_topic, proxy(MuxSelectRequest("3")).prev_topic))
+t("wrong", lambda: proxy("4", b=1))
+t("wrong", lambda: proxy("x", 1))
+t("wrong", lambda: proxy(String("4")))
+t("wrong", lambda: proxy(c=4))
+t("attributes", lambda: (service.resolved_name, service.service_class is MuxSelect, service.uri.split(":")[0], service.done))
+t("attributes", lambda: (proxy.resolved_name, proxy.request_class is MuxSelectRequest, proxy.persistent))
+t("twice", lambda: rospy.Service("mux", MuxSelect, answer))
+t("class", lambda: (isinstance(service, rospy.service._Service), rospy.service.ServiceManager.__name__))
+manager = rospy.impl.registration.get_service_manager() if hasattr(rospy.impl, "registration") else None
+none = rospy.Service("none", Empty, lambda request: None)
+t("none", lambda: rospy.ServiceProxy("none", Empty)())
+none.shutdown()
+t("gone", lambda: rospy.ServiceProxy("none", Empty)())
+again = rospy.Service("none", Empty, lambda request: EmptyResponse())
+t("again", lambda: rospy.ServiceProxy("none", Empty)())
+seen = []
+handled = rospy.Service("handled", Empty, lambda request: 1 / 0, error_handler=lambda *args: seen.append(args))
+t("handled", lambda: rospy.ServiceProxy("handled", Empty)())
+print([type(each).__name__ for each in seen[0]], seen[0][1])
+headers = []
+told = rospy.Service("told", Empty, lambda request: headers.append(request._connection_header) or [])
+rospy.ServiceProxy("told", Empty, headers={"cookie": "yes"})()
+print(headers[0]["cookie"], headers[0]["callerid"], headers[0]["service"])
+slow = rospy.Service("slow", SetBool, lambda request: (time.sleep(0.2), (True, "slow"))[1])
+calls = [threading.Thread(target=lambda: rospy.ServiceProxy("slow", SetBool)(True)) for _ in range(5)]
+start = time.monotonic()
+for call in calls:
+    call.start()
+for call in calls:
+    call.join()
+print("at once", time.monotonic() - start < 0.9)
+kept = rospy.ServiceProxy("mux", MuxSelect, persistent=True)
+print([kept("3").prev_topic for _ in range(3)])
+kept.close()
+t("wait", lambda: rospy.wait_for_service("nowhere", 0.1))
+t("wait", lambda: rospy.wait_for_service("~nowhere", 0.1))
+t("wait", lambda: rospy.wait_for_service("mux"))
+"""
+
+SERVE = """
+rospy.init_node("serve")
+service = rospy.Service("mux", MuxSelect, answer)
+class Ends:
+    pass
+def end(request):
+    threading.Timer(0.05, service.shutdown, ("asked for",)).start()
+    return []
+rospy.Service("end", Empty, end)
+print("ready", flush=True)
+service.spin()
+print("spun", service.done, rospy.is_shutdown(), flush=True)
+"""
+CALL = """
+rospy.wait_for_service("mux", 10)  # no node is needed
+print(rospy.ServiceProxy("mux", MuxSelect)("3").prev_topic)
+rospy.init_node("call")
+proxy = rospy.ServiceProxy("mux", MuxSelect, persistent=True)
+print([proxy(case).prev_topic for case in "3568"])
+for case in "1214":
+    t("failed", lambda: rospy.ServiceProxy("mux", MuxSelect)(case))
+proxy.close()
+rospy.ServiceProxy("end", Empty)()
+def gone():
+    try:
+        rospy.ServiceProxy("mux", MuxSelect)("3")
+    except rospy.ServiceException as error:
+        return "unavailable" in str(error)
+until(gone)
+print("gone")
+"""
+
+OWN_CONNECTION = """
+from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE, TCPROSTransport
+from rospy.impl.tcpros_service import TCPROSServiceClient
+rospy.init_node("own_connection")
+logging.getLogger("rosout").setLevel(logging.CRITICAL)
+service = rospy.Service("mux", MuxSelect, answer)
+uri = rospy.get_master().lookupService(rospy.resolve_name("mux"))[2]
+def call(case, cls=MuxSelect):
+    transport = TCPROSTransport(TCPROSServiceClient("/mux", cls, headers={}), "/mux")
+    transport.buff_size = DEFAULT_BUFF_SIZE
+    transport.connect(*rospy.core.parse_rosrpc_uri(uri), uri, timeout=5)
+    transport.send_message(rospy.msg.args_kwds_to_message(cls._request_class, (case,), {}), 0)
+    try:
+        return transport.receive_once()[0].prev_topic
+    finally:
+        transport.close()
+t("call", lambda: call("3"))
+t("call", lambda: call("1"))
+try:
+    call(True, SetBool)
+except rospy.TransportInitError as error:
+    print("md5sums do not match" in str(error))
+"""
+
+
+def test_handlers_and_calls(launcher: Master) -> None:
+    said = same(launcher, HEAD + HANDLER + SERVICE)
+    assert "b'service cannot process request: own text'" in said and "at once True" in said
+
+
+def test_own_connection(launcher: Master) -> None:
+    assert "whole" in same(launcher, HEAD + HANDLER + OWN_CONNECTION)
+
+
+@pytest.mark.parametrize(("server", "client"), PAIRS)
+def test_pairs(launcher: Master, server: str, client: str) -> None:
+    serve = start(server, launcher, HEAD + HANDLER + SERVE)
+    serve.wait_line("ready")
+    call = start(client, launcher, HEAD + HANDLER + CALL)
+    call.wait_line("whole")
+    call.wait_line(r"\['whole', 'list', 'tuple', 'text'\]")
+    call.wait_line("failed !! .*b'service cannot process request: own text'")
+    call.wait_line(r"failed !! .*b'error processing request: f\\xc3\\xbcnf\\nlines'")
+    call.wait_line("gone")
+    assert call.wait() == 0
+    serve.wait_line("spun True False")
+    assert serve.wait() == 0

@@ -1,0 +1,134 @@
+"""rospy's times, rates, sleeps and timers: the same program on stock's modules and on ours, in wall and simulated time."""
+
+from __future__ import annotations
+
+import pytest
+from faces import FACES, run, same
+from harness import Master
+from rospy_programs import HEAD
+
+MASTERS = ("ours",)
+
+WALL = """
+rospy.init_node("wall")
+for bad in ("a", rospy.Time(0), None):
+    t("sleep", lambda: rospy.sleep(bad))
+t("rate", lambda: rospy.Rate(0))
+r = rospy.Rate(10)
+t("rate", lambda: (r.sleep_dur, type(r.last_time), type(r.remaining()), 0 < r.remaining().to_sec() <= 0.1, r.sleep()))
+t("now", lambda: (type(rospy.Time.now()), type(rospy.get_rostime()), type(rospy.get_time())))
+t("now", lambda: abs(rospy.get_time() - time.time()) < 5)
+start = time.monotonic()
+for _ in range(10):
+    r.sleep()
+print(0.85 < time.monotonic() - start < 2)
+late = rospy.Rate(100)
+time.sleep(0.2)
+late.sleep()
+print(late.remaining() > rospy.Duration(0))
+events = []
+once = rospy.Timer(rospy.Duration(0.02), events.append, oneshot=True)
+once.join(10)
+t("once", lambda: (len(events), sorted(vars(events[0])), events[0].last_expected, events[0].last_real, events[0].last_duration))
+t("once", lambda: (once.is_alive(), once.daemon, isinstance(once, threading.Thread), once.shutdown()))
+often = rospy.Timer(period=rospy.Duration(0.01), callback=events.append)
+until(lambda: len(events) > 5)
+often.shutdown()
+often.join(10)
+e = events[-1]
+t("often", lambda: (often.is_alive(), [type(v).__name__ for v in (e.last_expected, e.last_real, e.current_expected)]))
+t("often", lambda: (str(e.current_expected - e.last_expected), e.current_real >= e.current_expected, type(e.last_duration)))
+threading.excepthook = lambda args: print(args.exc_type.__name__, args.exc_value)
+def bad(event):
+    raise ValueError("in a timer")
+failed = rospy.Timer(rospy.Duration(0.01), bad)
+failed.join(10)
+print(failed.is_alive())
+t("constructors", lambda: (rospy.Time(1.5), rospy.Time(secs=1, nsecs=2), rospy.Time.from_sec(2.25), rospy.Time.from_seconds(3)))
+t("constructors", lambda: (rospy.Duration(-0.5), rospy.Duration.from_sec(float_secs=0.25), rospy.Duration(1, -1)))
+t("bad", lambda: rospy.Time(-1))
+a, b = rospy.Time(3), rospy.Duration(2)
+t("results", lambda: (a + b, b + a, a - b, str(a - a), b + b, b - b, b * 2, 2 * b, b / 2, -b, abs(-b), b * 0.5, b // b, b / b))
+t("compare", lambda: (a > rospy.Time(2), b < rospy.Duration(3), a == b, a != b, bool(rospy.Duration(0)), hash(a) == hash(a)))
+t("compare", lambda: a < b)
+t("add", lambda: a + a)
+import copy, pickle
+t("copies", lambda: (pickle.loads(pickle.dumps(a)), copy.deepcopy(b), pickle.loads(pickle.dumps(String("x"))), copy.copy(Point(1, 2, 3))))
+"""
+
+SIMULATED = """
+from rosgraph_msgs.msg import Clock
+rospy.set_param("/use_sim_time", True)
+rospy.init_node("sim")
+rospy.delete_param("/use_sim_time")
+clock = rospy.Publisher("/clock", Clock, queue_size=100)
+t("zero", lambda: (rospy.Time.now(), rospy.get_time(), rospy.rostime.is_wallclock()))
+until(lambda: clock.get_num_connections())
+def tick(seconds):
+    clock.publish(rospy.Time(seconds))
+    until(lambda: rospy.get_time() == seconds)
+def background(work):
+    out = []
+    def run():
+        try:
+            out.append(work())
+        except rospy.ROSTimeMovedBackwardsException as error:
+            out.append((type(error).__name__, isinstance(error, rospy.ROSInterruptException), str(error), error.time))
+        except rospy.ROSInterruptException as error:
+            out.append((type(error).__name__, str(error)))
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    return thread, out
+def move(thread, seconds, step):
+    end = time.monotonic() + 20
+    while thread.is_alive() and time.monotonic() < end:
+        tick(seconds)
+        seconds += step
+        thread.join(0.05)
+    return seconds
+tick(10)
+thread, out = background(lambda: rospy.sleep(5))
+end = move(thread, 10.5, 0.5)
+print(out, end >= 15)
+rate = rospy.Rate(1)
+thread, out = background(rate.sleep)
+end = move(thread, end + 0.25, 0.25)
+print(out)
+events = []
+timer = rospy.Timer(rospy.Duration(1), events.append)
+thread, _ = background(lambda: until(lambda: len(events) >= 3))
+end = move(thread, end + 0.25, 0.25)
+print(len(events) >= 3, all(event.current_real >= event.current_expected for event in events))
+timer.shutdown()
+thread, out = background(lambda: rospy.sleep(1000))
+end = move(background(lambda: time.sleep(0.3))[0], end, 0.25)
+tick(1)
+thread.join(10)
+print(out[0])
+thread, out = background(lambda: rospy.sleep(1000))
+end = move(background(lambda: time.sleep(0.3))[0], 2, 0.25)
+rospy.signal_shutdown("end")
+thread.join(10)
+print(out)
+t("after", lambda: rospy.sleep(1))
+"""
+
+IGNORED = """
+rospy.set_param("/use_sim_time", True)
+rospy.init_node("ignores", disable_rostime=True)
+rospy.delete_param("/use_sim_time")
+print(rospy.rostime.is_wallclock())
+"""
+
+
+def test_wall_time(launcher: Master) -> None:
+    assert "in a timer" in same(launcher, HEAD + WALL)
+
+
+def test_simulated_time(launcher: Master) -> None:
+    assert "ROS time moved backwards" in same(launcher, HEAD + SIMULATED)
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_simulated_time_is_ignored(launcher: Master, face: str) -> None:
+    assert run(face, launcher, HEAD + IGNORED) == "True\n"

@@ -1,0 +1,199 @@
+"""Images as messages and as arrays."""
+
+from __future__ import annotations
+
+import io
+import sys
+from typing import Any
+
+import numpy as np
+
+from cv_bridge.encodings import NAMES, CvBridgeError, convert, cv_type, depth_of, encoding
+from pyros1.drop_in.missing import missing
+from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
+
+__getattr__ = missing(__name__)
+
+
+class CvBridge:
+    """Converts images.
+
+    Attributes:
+        cvtype_to_name: OpenCV's number of a type -> its name.
+        cvdepth_to_numpy_depth: OpenCV's number of a depth -> numpy's type.
+        numpy_type_to_cvtype: numpy's type -> short name of OpenCV's depth, and back.
+    """
+
+    def __init__(self) -> None:
+        self.cvdepth_to_numpy_depth = dict(enumerate(NAMES))
+        self.cvtype_to_name = {
+            cv_type(depth, count): f"{short}C{count}" for depth, short in NAMES.items() for count in (1, 2, 3, 4)
+        }
+        self.numpy_type_to_cvtype = {**NAMES, **{short: depth for depth, short in NAMES.items()}}
+
+    def dtype_with_channels_to_cvtype2(self, dtype: Any, n_channels: int) -> str:
+        """Return the name of OpenCV's type."""
+        return f"{self.numpy_type_to_cvtype[dtype.name]}C{n_channels}"
+
+    def cvtype2_to_dtype_with_channels(self, cvtype: int) -> tuple[str, int]:
+        """Return numpy's type and the number of channels of OpenCV's number of a type."""
+        return depth_of(cvtype), cvtype // 8 % 64 + 1
+
+    def encoding_to_cvtype2(self, encoding_: str) -> int:
+        """Return OpenCV's number of an encoding's type; raises CvBridgeError."""
+        found = encoding(encoding_)
+        return cv_type(found.dtype, found.channels)
+
+    def encoding_to_dtype_with_channels(self, encoding_: str) -> tuple[str, int]:
+        """Return numpy's type and the number of channels of an encoding; raises CvBridgeError."""
+        found = encoding(encoding_)
+        return found.dtype, found.channels
+
+    def imgmsg_to_cv2(self, img_msg: Any, desired_encoding: str = "passthrough") -> Any:
+        """Return the image of a message.
+
+        Args:
+            img_msg: a sensor_msgs/Image.
+            desired_encoding: the encoding wanted; "passthrough": as it is.
+
+        Returns:
+            Array of shape (height, width), or (height, width, channels) if there are several. As it is, it shows the
+            message's own data and cannot be written to.
+
+        Raises:
+            CvBridgeError: the encoding is unknown, the data are too short, or there is no such conversion.
+        """
+        source = encoding(img_msg.encoding)
+        dtype = np.dtype(source.dtype).newbyteorder(">" if img_msg.is_bigendian else "<")
+        shape = (img_msg.height, img_msg.width, source.channels)[: 3 if source.channels > 1 else 2]
+        inner = (source.channels * dtype.itemsize, dtype.itemsize)[: len(shape) - 1]
+        step = img_msg.step or inner[0] * img_msg.width
+        data = (
+            img_msg.data
+            if isinstance(img_msg.data, (bytes, bytearray, memoryview, np.ndarray))
+            else bytes(img_msg.data)
+        )
+        try:
+            image: Any = np.ndarray(shape, dtype, data, strides=(step, *inner))
+        except (TypeError, ValueError) as error:
+            raise CvBridgeError(f"the data of the image do not fit its size: {error}") from error
+        if dtype != np.dtype(source.dtype):
+            image = image.astype(source.dtype)
+        if desired_encoding == "passthrough":
+            return image
+        return convert(image, source, encoding(desired_encoding))
+
+    def cv2_to_imgmsg(self, cvim: Any, encoding: str = "passthrough", header: Any = None) -> Image:
+        """Return the message of an image.
+
+        Args:
+            cvim: array of shape (height, width), or (height, width, channels).
+            encoding: its encoding; "passthrough": OpenCV's name of its type.
+            header: the header; None: an empty one.
+
+        Raises:
+            TypeError: ``cvim`` is no array.
+            CvBridgeError: it does not have the type of the encoding.
+        """
+        if not isinstance(cvim, np.ndarray):
+            raise TypeError("Your input type is not a numpy array")
+        channels = 1 if cvim.ndim < 3 else cvim.shape[2]
+        name = f"{NAMES.get(cvim.dtype.name, '?')}C{channels}"
+        if encoding != "passthrough":
+            if (cvim.dtype.name, channels) != self.encoding_to_dtype_with_channels(encoding):
+                raise CvBridgeError(f"encoding specified as {encoding}, but image has incompatible type {name}")
+            name = encoding
+        elif "?" in name:
+            raise CvBridgeError(f"there is no encoding for numbers of the type {cvim.dtype.name}")
+        data = cvim.tobytes()
+        big = cvim.dtype.byteorder == ">" or (cvim.dtype.byteorder == "=" and sys.byteorder == "big")
+        message = Image(
+            height=cvim.shape[0],
+            width=cvim.shape[1],
+            encoding=name,
+            is_bigendian=int(big),
+            step=len(data) // (cvim.shape[0] or 1),
+            data=data,
+        )
+        if header is not None:
+            message.header = header
+        return message
+
+    def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:
+        """Return the image of a sensor_msgs/CompressedImage; colours are in the order BGR.
+
+        Raises:
+            CvBridgeError: the data cannot be read, or there is no such conversion.
+        """
+        image = _decode(bytes(cmprs_img_msg.data))
+        if desired_encoding == "passthrough":
+            return image
+        source = {1: "mono", 3: "bgr", 4: "bgra"}[1 if image.ndim < 3 else image.shape[2]]
+        return convert(image, encoding(f"{source}{8 * image.itemsize}"), encoding(desired_encoding))
+
+    def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> CompressedImage:
+        """Return the compressed message of an image.
+
+        Args:
+            cvim: array of shape (height, width), or (height, width, channels) in the order BGR.
+            dst_format: "jpg", "png" or another format that OpenCV or Pillow has.
+
+        Raises:
+            TypeError: ``cvim`` is no array.
+            CvBridgeError: it cannot be written in that format.
+        """
+        if not isinstance(cvim, np.ndarray):
+            raise TypeError("Your input type is not a numpy array")
+        return CompressedImage(format=dst_format, data=_encode(cvim, dst_format))
+
+
+def _cv2() -> Any:
+    try:
+        import cv2  # type: ignore[import-not-found, import-untyped, unused-ignore]
+    except ImportError:
+        return None
+    return cv2
+
+
+def _pillow() -> Any:
+    try:
+        from PIL import Image as module  # type: ignore[import-not-found, unused-ignore]
+    except ImportError:
+        raise CvBridgeError("compressed images need Pillow or OpenCV: pip install pillow") from None
+    return module
+
+
+def _decode(data: bytes) -> Any:
+    cv2 = _cv2()
+    if cv2 is not None:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR)
+        if image is None:
+            raise CvBridgeError("the data of the compressed image cannot be read")
+        return image
+    pillow = _pillow()
+    try:
+        with pillow.open(io.BytesIO(data)) as picture:
+            grey = picture.mode in ("L", "1", "I;16")
+            image = np.asarray(picture.convert("L" if grey else "RGB"))
+    except (OSError, ValueError, pillow.DecompressionBombError) as error:
+        raise CvBridgeError(f"the data of the compressed image cannot be read: {error}") from error
+    return image.copy() if grey else image[..., ::-1].copy()
+
+
+def _encode(image: Any, form: str) -> bytes:
+    cv2 = _cv2()
+    if cv2 is not None:
+        done, data = cv2.imencode("." + form, image)
+        if not done:
+            raise CvBridgeError(f"the image cannot be written as {form}")
+        return bytes(data.tobytes())
+    order = slice(None) if image.ndim < 3 or image.shape[2] == 1 else [2, 1, 0, 3][: image.shape[2]]
+    buffer = io.BytesIO()
+    try:
+        picture = _pillow().fromarray(np.squeeze(image[..., order] if image.ndim > 2 else image))
+        picture.save(buffer, "JPEG" if form.lower() in ("jpg", "jpeg") else form.upper())
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        if isinstance(error, CvBridgeError):
+            raise
+        raise CvBridgeError(f"the image cannot be written as {form}: {error}") from error
+    return buffer.getvalue()

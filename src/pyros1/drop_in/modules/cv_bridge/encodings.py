@@ -1,0 +1,154 @@
+"""Encodings of images (https://wiki.ros.org/sensor_msgs), their OpenCV types, and conversions between them."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+
+_DEPTHS = ("uint8", "int8", "uint16", "int16", "int32", "float32", "float64")
+"""numpy's types by the number of OpenCV's depth."""
+NAMES = dict(zip(_DEPTHS, ("8U", "8S", "16U", "16S", "32S", "32F", "64F"), strict=True))
+_GENERIC = re.compile(r"(8U|8S|16U|16S|32S|32F|64F)C([0-9]{1,3})\Z")
+_BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
+_ORDERS = {"rgb": "rgb", "bgr": "bgr", "rgba": "rgba", "bgra": "bgra", "mono": "m"}
+_COLOR = re.compile(r"(rgba|bgra|rgb|bgr|mono)(8|16)\Z")
+_YUV = {"yuv422": "COLOR_YUV2BGR_UYVY", "yuv422_yuy2": "COLOR_YUV2BGR_YUY2"}
+_BAYER_CODES = {"rggb": "BayerBG", "bggr": "BayerRG", "gbrg": "BayerGR", "grbg": "BayerGB"}
+_WEIGHTS = {"r": 9798, "g": 19235, "b": 3735}
+"""Parts of the colours in grey, of 2 ** 15."""
+
+
+class CvBridgeError(TypeError):
+    """An image cannot be converted."""
+
+
+class Encoding(NamedTuple):
+    """An encoding: numpy type, number of channels, their order for colours ("m" is grey, "" is none), and the name."""
+
+    dtype: str
+    channels: int
+    order: str
+    name: str
+
+    @property
+    def is_color(self) -> bool:
+        """Whether the channels are colours, or grey."""
+        return bool(self.order)
+
+
+def encoding(name: str) -> Encoding:
+    """Return an encoding; raises CvBridgeError if there is no such one."""
+    match = _COLOR.match(name)
+    if match:
+        order = _ORDERS[match[1]]
+        return Encoding("uint8" if match[2] == "8" else "uint16", len(order), order, name)
+    match = _BAYER.match(name)
+    if match:
+        return Encoding("uint8" if match[2] == "8" else "uint16", 1, "bayer", name)
+    if name in _YUV:
+        return Encoding("uint8", 2, "yuv", name)
+    match = _GENERIC.match(name)
+    if not match:
+        raise CvBridgeError(f"Unrecognized image encoding [{name}]")
+    depth = next(depth for depth, short in NAMES.items() if short == match[1])
+    return Encoding(depth, int(match[2]), "", name)
+
+
+def cv_type(depth: str, channels: int) -> int:
+    """Return OpenCV's number of a type."""
+    return _DEPTHS.index(depth) + 8 * (channels - 1)
+
+
+def getCvType(name: str) -> int:
+    """Return OpenCV's number of an encoding's type; raises CvBridgeError if there is no such encoding."""
+    found = encoding(name)
+    return cv_type(found.dtype, found.channels)
+
+
+def depth_of(cvtype: int) -> str:
+    """Return numpy's type of an OpenCV type; raises KeyError."""
+    if not 0 <= cvtype % 8 < len(_DEPTHS):
+        raise KeyError(cvtype % 8)
+    return _DEPTHS[cvtype % 8]
+
+
+def convert(image: Any, source: Encoding, target: Encoding) -> Any:
+    """Return an image in another encoding.
+
+    Args:
+        image: array of shape (rows, columns), or (rows, columns, channels).
+        source: its encoding.
+        target: the encoding wanted.
+
+    Raises:
+        CvBridgeError: there is no such conversion.
+    """
+    if source.name == target.name:
+        return image.copy()
+    if not source.is_color and target.is_color:
+        raise CvBridgeError(
+            f"[{source.name}] is not a color format. but [{target.name}] is. The conversion does not make sense"
+        )
+    if not target.is_color:
+        if source.channels != target.channels:
+            raise CvBridgeError(
+                f"[{source.name}] is a color format but [{target.name}] is not so they must have the same OpenCV type,"
+                " CV_8UC3, CV16UC1 ...."
+                if source.is_color
+                else f"[{source.name}] and [{target.name}] do not have the same number of channel"
+            )
+        return _scaled(image, target.dtype)
+    if source.order in ("bayer", "yuv"):
+        image, source = _decoded(image, source, target)
+    if target.order in ("bayer", "yuv"):
+        raise CvBridgeError(f"Unsupported conversion from [{source.name}] to [{target.name}]")
+    return _scaled(_reordered(image, source.order, target.order), target.dtype)
+
+
+def _scaled(image: Any, dtype: str) -> Any:
+    """Return an image with another type of numbers: 8 and 16 bits stand for the same range, other values stay."""
+    if image.dtype == dtype:
+        return image.copy()
+    kinds = (image.dtype.name, dtype)
+    if kinds == ("uint8", "uint16"):
+        return image.astype(dtype) * np.uint16(257)
+    if kinds == ("uint16", "uint8"):
+        return np.rint(image / 257.0).astype(dtype)
+    if np.issubdtype(dtype, np.integer):
+        limits = np.iinfo(dtype)
+        values = np.rint(image.astype(np.float64)) if image.dtype.kind == "f" else image
+        return np.clip(values, limits.min, limits.max).astype(dtype)
+    return image.astype(dtype)
+
+
+def _reordered(image: Any, source: str, target: str) -> Any:
+    """Return an image with its colours in another order."""
+    if source == target:
+        return image
+    if target == "m":
+        total = sum(image[..., source.index(color)].astype(np.int64) * part for color, part in _WEIGHTS.items())
+        return ((total + (1 << 14)) >> 15).astype(image.dtype)
+    top = np.iinfo(image.dtype).max
+    result = np.empty((*image.shape[:2], len(target)), image.dtype)
+    for place, color in enumerate(target):
+        if source == "m":
+            result[..., place] = top if color == "a" else image
+        else:
+            result[..., place] = image[..., source.index(color)] if color in source else top
+    return result
+
+
+def _decoded(image: Any, source: Encoding, target: Encoding) -> tuple[Any, Encoding]:
+    """Return an image of a Bayer or YUV format in BGR."""
+    try:
+        import cv2  # type: ignore[import-not-found, import-untyped, unused-ignore]
+    except ImportError:
+        raise CvBridgeError(
+            f"[{source.name}] needs OpenCV for [{target.name}]: pip install opencv-python-headless"
+        ) from None
+    if target.order not in ("bgr", "rgb", "m"):
+        raise CvBridgeError(f"Unsupported conversion from [{source.name}] to [{target.name}]")
+    code = _YUV[source.name] if source.order == "yuv" else f"COLOR_{_BAYER_CODES[source.name[6:10]]}2BGR"
+    return cv2.cvtColor(image, getattr(cv2, code)), encoding("bgr8" if source.dtype == "uint8" else "bgr16")

@@ -1,0 +1,54 @@
+"""Images."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+from cv_bridge.encodings import encoding as _encoding
+
+from pyros1.drop_in.missing import missing
+from pyros1.msgs.sensor_msgs.msg import Image
+from ros_numpy.registry import converts_from_numpy, converts_to_numpy
+
+__getattr__ = missing(__name__)
+
+
+@converts_to_numpy(Image)
+def image_to_numpy(msg: Any) -> Any:
+    """Return an image: shape (height, width), or (height, width, channels) if there are several.
+
+    Raises:
+        TypeError: the encoding is unknown.
+    """
+    from cv_bridge import CvBridge
+
+    return CvBridge().imgmsg_to_cv2(msg)
+
+
+@converts_from_numpy(Image)
+def numpy_to_image(arr: Any, encoding: str) -> Any:
+    """Return the message of an image.
+
+    Args:
+        arr: array of shape (height, width), or (height, width, channels).
+        encoding: its encoding.
+
+    Raises:
+        TypeError: the encoding is unknown, or the array is of another type.
+    """
+    wanted = _encoding(encoding)
+    if wanted.dtype != arr.dtype.name or wanted.channels != (1 if arr.ndim < 3 else arr.shape[2]):
+        raise TypeError(f"Array type {arr.dtype.name} with shape {arr.shape} does not fit the encoding {encoding}")
+    data = np.ascontiguousarray(arr)
+    big = data.dtype.byteorder == ">" or (data.dtype.byteorder == "=" and sys.byteorder == "big")
+    height, width = arr.shape[:2]
+    return Image(
+        height=height,
+        width=width,
+        encoding=encoding,
+        is_bigendian=int(big),
+        step=width * wanted.channels * data.itemsize,
+        data=data.tobytes(),
+    )

@@ -1,0 +1,44 @@
+"""Maps."""
+
+from __future__ import annotations
+
+import sys
+from array import array
+from typing import Any
+
+import numpy as np
+
+from pyros1.drop_in.missing import missing
+from pyros1.msgs.nav_msgs.msg import MapMetaData, OccupancyGrid
+from ros_numpy.registry import converts_from_numpy, converts_to_numpy
+
+__getattr__ = missing(__name__)
+
+
+@converts_to_numpy(OccupancyGrid)
+def occupancygrid_to_numpy(msg: Any) -> Any:
+    """Return a map as a masked array of shape (height, width): what is not known is masked."""
+    data = np.asarray(msg.data, dtype=np.int8).reshape(msg.info.height, msg.info.width)
+    return np.ma.array(data, mask=data == -1, fill_value=-1)  # type: ignore[no-untyped-call, unused-ignore]
+
+
+@converts_from_numpy(OccupancyGrid)
+def numpy_to_occupancy_grid(arr: Any, info: Any = None) -> Any:
+    """Return the message of a map.
+
+    Args:
+        arr: array of int8 of shape (height, width); masked values are not known.
+        info: where it is, and how fine; None: default values.
+
+    Raises:
+        TypeError: the array has another shape or type.
+    """
+    if arr.ndim != 2:
+        raise TypeError("Array must be 2D")
+    if arr.dtype != np.int8:
+        raise TypeError("Array must be of int8s")
+    if isinstance(arr, np.ma.MaskedArray):
+        arr = arr.filled(-1)  # type: ignore[no-untyped-call, unused-ignore]
+    info = info or MapMetaData()
+    info.height, info.width = arr.shape
+    return OccupancyGrid(info=info, data=array("b", arr.tobytes()))

@@ -1,0 +1,160 @@
+"""Point clouds as arrays whose elements have the cloud's fields."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pyros1.drop_in.missing import missing
+from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
+from ros_numpy.registry import converts_from_numpy, converts_to_numpy
+
+DUMMY_FIELD_PREFIX = "__"
+"""Begin of the names of fields that are only there to fill gaps."""
+type_mappings: list[tuple[int, Any]] = [
+    (PointField.INT8, np.dtype("int8")),
+    (PointField.UINT8, np.dtype("uint8")),
+    (PointField.INT16, np.dtype("int16")),
+    (PointField.UINT16, np.dtype("uint16")),
+    (PointField.INT32, np.dtype("int32")),
+    (PointField.UINT32, np.dtype("uint32")),
+    (PointField.FLOAT32, np.dtype("float32")),
+    (PointField.FLOAT64, np.dtype("float64")),
+]
+pftype_to_nptype = dict(type_mappings)
+nptype_to_pftype = {nptype: pftype for pftype, nptype in type_mappings}
+pftype_sizes = {pftype: nptype.itemsize for pftype, nptype in type_mappings}
+
+__getattr__ = missing(__name__)
+
+
+@converts_to_numpy(PointField, plural=True)
+def fields_to_dtype(fields: Sequence[Any], point_step: int, is_bigendian: bool = False) -> list[tuple[Any, ...]]:
+    """Return a description of a numpy type.
+
+    Args:
+        fields: the cloud's fields.
+        point_step: bytes of a point.
+        is_bigendian: order of the bytes.
+
+    Returns:
+        (name, type) of each field, or (name, type, shape); gaps are fields whose names begin with two underscores.
+    """
+    found: list[tuple[Any, ...]] = []
+    end = 0
+    for field in sorted(fields, key=lambda each: each.offset):
+        while end < field.offset:
+            found.append((f"{DUMMY_FIELD_PREFIX}{end}", np.uint8))
+            end += 1
+        kind = pftype_to_nptype[field.datatype].newbyteorder(">" if is_bigendian else "<")
+        found.append((field.name, kind) if field.count == 1 else (field.name, kind, (field.count,)))
+        end += pftype_sizes[field.datatype] * field.count
+    found += [(f"{DUMMY_FIELD_PREFIX}{place}", np.uint8) for place in range(end, point_step)]
+    return found
+
+
+@converts_from_numpy(PointField, plural=True)
+def dtype_to_fields(dtype: Any) -> list[Any]:
+    """Return the fields of a numpy type with names."""
+    found = []
+    for name in dtype.names:
+        inner, offset = dtype.fields[name][:2]
+        count, shape = 1, inner.shape
+        if inner.subdtype:
+            inner, shape = inner.subdtype
+            count = int(np.prod(shape))
+        found.append(PointField(name, offset, nptype_to_pftype[inner.newbyteorder("=")], count))
+    return found
+
+
+@converts_to_numpy(PointCloud2)
+def pointcloud2_to_array(cloud_msg: Any, squeeze: bool = True) -> Any:
+    """Return the points of a cloud as an array whose elements have its fields.
+
+    Args:
+        cloud_msg: the cloud.
+        squeeze: whether a cloud of one row has the shape (width,), not (1, width).
+    """
+    dtype = np.dtype(fields_to_dtype(cloud_msg.fields, cloud_msg.point_step, cloud_msg.is_bigendian))
+    shape, step = (cloud_msg.height, cloud_msg.width), cloud_msg.row_step or cloud_msg.point_step * cloud_msg.width
+    data = cloud_msg.data if isinstance(cloud_msg.data, (bytes, bytearray, memoryview)) else bytes(cloud_msg.data)
+    points: Any = np.ndarray(shape, dtype, data, strides=(step, cloud_msg.point_step))
+    points = points[[name for name in dtype.names or () if not name.startswith(DUMMY_FIELD_PREFIX)]]
+    return points.reshape(cloud_msg.width) if squeeze and cloud_msg.height == 1 else points
+
+
+@converts_from_numpy(PointCloud2)
+def array_to_pointcloud2(cloud_arr: Any, stamp: Any = None, frame_id: str | None = None) -> Any:
+    """Return the cloud of an array whose elements have fields.
+
+    Args:
+        cloud_arr: array of shape (width,) or (height, width).
+        stamp: time of the cloud.
+        frame_id: its frame.
+    """
+    cloud_arr = np.atleast_2d(cloud_arr)
+    message = PointCloud2()
+    if stamp is not None:
+        message.header.stamp = stamp
+    if frame_id is not None:
+        message.header.frame_id = frame_id
+    message.height, message.width = cloud_arr.shape
+    message.fields = dtype_to_fields(cloud_arr.dtype)
+    message.is_bigendian = sys.byteorder != "little"
+    message.point_step = cloud_arr.dtype.itemsize
+    message.row_step = message.point_step * cloud_arr.shape[1]
+    names = cloud_arr.dtype.names
+    message.is_dense = all(np.isfinite(cloud_arr[name]).all() for name in names if cloud_arr[name].dtype.kind == "f")
+    message.data = cloud_arr.tobytes()
+    return message
+
+
+def merge_rgb_fields(cloud_arr: Any) -> Any:
+    """Return an array with the fields r, g and b as one, ``rgb``: a float32 whose bits hold them."""
+    r, g, b = (np.asarray(cloud_arr[name], dtype=np.uint32) for name in "rgb")
+    rgb = ((r << 16) | (g << 8) | b).view(np.float32)
+    kept = [name for name in cloud_arr.dtype.names if name not in ("r", "g", "b")]
+    dtype = [(name, cloud_arr.dtype.fields[name][0]) for name in kept]
+    result = np.zeros(cloud_arr.shape, np.dtype([*dtype, ("rgb", np.float32)]))
+    for name in kept:
+        result[name] = cloud_arr[name]
+    result["rgb"] = rgb
+    return result
+
+
+def split_rgb_field(cloud_arr: Any) -> Any:
+    """Return an array with the field ``rgb``, whose bits hold three colours, as the fields r, g and b."""
+    rgb = np.ascontiguousarray(cloud_arr["rgb"]).view(np.uint32)
+    kept = [name for name in cloud_arr.dtype.names if name != "rgb"]
+    dtype = [(name, cloud_arr.dtype.fields[name][0]) for name in kept]
+    result = np.zeros(cloud_arr.shape, np.dtype([*dtype, *((color, np.uint8) for color in "rgb")]))
+    for name in kept:
+        result[name] = cloud_arr[name]
+    for color, shift in (("r", 16), ("g", 8), ("b", 0)):
+        result[color] = (rgb >> shift) & 255
+    return result
+
+
+def get_xyz_points(cloud_array: Any, remove_nans: bool = True, dtype: Any = float) -> Any:
+    """Return the places of points as an array of shape (..., 3).
+
+    Args:
+        cloud_array: array whose elements have x, y and z.
+        remove_nans: whether points with values that are not finite are left out.
+        dtype: type of the numbers.
+    """
+    if remove_nans:
+        whole = np.isfinite(cloud_array["x"]) & np.isfinite(cloud_array["y"]) & np.isfinite(cloud_array["z"])
+        cloud_array = cloud_array[whole]
+    points = np.zeros((*cloud_array.shape, 3), dtype=dtype)
+    for place, name in enumerate("xyz"):
+        points[..., place] = cloud_array[name]
+    return points
+
+
+def pointcloud2_to_xyz_array(cloud_msg: Any, remove_nans: bool = True) -> Any:
+    """Return the places of a cloud's points as an array of shape (..., 3)."""
+    return get_xyz_points(pointcloud2_to_array(cloud_msg), remove_nans=remove_nans)

@@ -1,0 +1,81 @@
+"""Converters by the types of their messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from pyros1.drop_in.missing import missing
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+_to_numpy: dict[tuple[str, bool], Callable[..., Any]] = {}
+_from_numpy: dict[tuple[str, bool], Callable[..., Any]] = {}
+
+__getattr__ = missing(__name__)
+
+
+def converts_to_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F]:
+    """Return a decorator for a function that makes an array of a message.
+
+    Args:
+        msgtype: the message's class.
+        plural: whether it takes a list of messages.
+    """
+
+    def keep(function: _F) -> _F:
+        _to_numpy[msgtype._type, plural] = function
+        return function
+
+    return keep
+
+
+def converts_from_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F]:
+    """Return a decorator for a function that makes a message of an array; arguments as above."""
+
+    def keep(function: _F) -> _F:
+        _from_numpy[msgtype._type, plural] = function
+        return function
+
+    return keep
+
+
+def numpify(msg: Any, *args: Any, **kwargs: Any) -> Any:
+    """Return a message, or a list of them, as an array.
+
+    Args:
+        msg: the message or the list.
+        *args, **kwargs: for the function that converts it.
+
+    Raises:
+        ValueError: there is no such function, or the list is empty.
+    """
+    if msg is None:
+        return None
+    plural = isinstance(msg, (list, tuple))
+    if plural and not msg:
+        raise ValueError("Cannot determine the type of an empty Collection")
+    kind = (msg[0] if plural else msg)._type
+    function = _to_numpy.get((kind, plural))
+    if function is None:
+        known = ", ".join(name + ("[]" if many else "") for name, many in _to_numpy)
+        raise ValueError(f"Unable to convert message {kind}{'[]' if plural else ''} - only supports {known}")
+    return function(msg, *args, **kwargs)
+
+
+def msgify(msg_type: Any, numpy_obj: Any, *args: Any, **kwargs: Any) -> Any:
+    """Return an array as a message.
+
+    Args:
+        msg_type: the message's class.
+        numpy_obj: the array.
+        *args, **kwargs: for the function that converts it.
+
+    Raises:
+        ValueError: there is no such function.
+    """
+    function = _from_numpy.get((msg_type._type, kwargs.pop("plural", False)))
+    if function is None:
+        known = ", ".join(name + ("[]" if many else "") for name, many in _from_numpy)
+        raise ValueError(f"Unable to build message {msg_type._type} - only supports {known}")
+    return function(numpy_obj, *args, **kwargs)

@@ -1,0 +1,270 @@
+"""The graph of nodes and topics, kept up to date with the master and with what the nodes say (for rqt_graph and such).
+
+A topic's vertex is its name with a blank in front, so that it differs from a node's.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+from pyros1.drop_in.missing import missing
+from pyros1.graph import NodeApi
+from pyros1.ground.errors import Error
+from rosgraph.masterapi import Master, MasterException
+
+logger = logging.getLogger("rosgraph.graph")
+_ROS_NAME = "/rosviz"
+_NODE_TIMEOUT = 2.0
+
+__getattr__ = missing(__name__)
+
+
+def topic_node(topic: str) -> str:
+    """Return the vertex of a topic."""
+    return " " + topic
+
+
+def node_topic(node: str) -> str:
+    """Return the topic of a vertex."""
+    return node[1:]
+
+
+class BadNode:
+    """A node that does not answer.
+
+    Args:
+        name: its name.
+        type: ``DEAD``, or ``WONKY`` if it has answered before.
+        reason: why.
+    """
+
+    DEAD = 0
+    WONKY = 1
+
+    def __init__(self, name: str, type: int, reason: str) -> None:
+        self.name = name
+        self.type = type
+        self.reason = reason
+
+
+class Edge:
+    """An edge.
+
+    Args:
+        start, end: vertices.
+        label: the topic of an edge between nodes.
+    """
+
+    __slots__ = ["start", "end", "label", "key", "rkey"]  # noqa: RUF023
+
+    def __init__(self, start: str, end: str, label: str = "") -> None:
+        self.start = start
+        self.end = end
+        self.label = label
+        self.key = f"{start}|{label}"
+        self.rkey = f"{end}|{label}"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Edge) and (self.start, self.end) == (other.start, other.end)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __str__(self) -> str:
+        return f"{self.start}->{self.end}"
+
+
+def edge_args(start: str, dest: str, direction: str, label: str) -> list[tuple[str, str, str]]:
+    """Return (start, end, label) of the edges of a connection; the direction is "i", "o" or "b" (both)."""
+    edges = [(start, dest, label)] if direction in ("o", "b") else []
+    return [*edges, (dest, start, label)] if direction in ("i", "b") else edges
+
+
+class EdgeList:
+    """Edges, by both of their ends."""
+
+    __slots__ = ["edges_by_start", "edges_by_end"]  # noqa: RUF023
+
+    def __init__(self) -> None:
+        self.edges_by_start: dict[str, list[Edge]] = {}
+        self.edges_by_end: dict[str, list[Edge]] = {}
+
+    def __iter__(self) -> Iterator[Edge]:
+        return (edge for edges in list(self.edges_by_start.values()) for edge in list(edges))
+
+    def has(self, edge: Edge) -> bool:
+        """Return whether an edge is there."""
+        return edge in self.edges_by_start.get(edge.key, ())
+
+    __contains__ = has
+
+    def add(self, edge: Edge) -> bool:
+        """Add an edge; return whether it is new."""
+        if self.has(edge):
+            return False
+        self.edges_by_start.setdefault(edge.key, []).append(edge)
+        self.edges_by_end.setdefault(edge.rkey, []).append(edge)
+        return True
+
+    def add_edges(self, start: str, dest: str, direction: str, label: str = "") -> bool:
+        """Add the edges of a connection (see `edge_args`); return whether one of them is new."""
+        new = [self.add(Edge(*args)) for args in edge_args(start, dest, direction, label)]  # all, not only the first
+        return any(new)
+
+    def delete(self, edge: Edge) -> None:
+        """Remove an edge."""
+        for table, key in ((self.edges_by_start, edge.key), (self.edges_by_end, edge.rkey)):
+            left = [each for each in table.get(key, ()) if each != edge]
+            if left:
+                table[key] = left
+            else:
+                table.pop(key, None)
+
+    def delete_all(self, node: str) -> None:
+        """Remove all edges that begin at a vertex, or end there."""
+        for edge in list(self):
+            if node in (edge.start, edge.end):
+                self.delete(edge)
+
+
+class Graph:
+    """The graph.
+
+    Args:
+        node_ns, topic_ns: only nodes and topics in these namespaces count.
+
+    Attributes:
+        nn_nodes: names of the nodes. nt_nodes: vertices of the topics. srvs: names of the services.
+        nn_edges: edges between nodes that are connected, with the topic as the label.
+        nt_edges: edges between nodes and topics, of connections. nt_all_edges: of all registrations.
+        bad_nodes: nodes that do not answer, by name.
+    """
+
+    def __init__(self, node_ns: str = "/", topic_ns: str = "/") -> None:
+        self.master = Master(_ROS_NAME)
+        self.node_ns = node_ns or "/"
+        self.topic_ns = topic_ns or "/"
+        self.nn_nodes: set[str] = set()
+        self.nt_nodes: set[str] = set()
+        self.srvs: set[str] = set()
+        self.nn_edges, self.nt_edges, self.nt_all_edges = EdgeList(), EdgeList(), EdgeList()
+        self.bad_nodes: dict[str, BadNode] = {}
+        self.bad_nodes_lock = threading.Lock()
+        self.node_uri_map: dict[str, str] = {}
+        self.uri_node_map: dict[str, str] = {}
+        self.last_master_refresh = 0.0
+        self.last_node_refresh: dict[str, float] = {}
+        self.master_stale = 5.0
+        self.node_stale = 5.0
+
+    def set_master_stale(self, stale_secs: float) -> None:
+        """Set after how many seconds the master is asked again."""
+        self.master_stale = stale_secs
+
+    def set_node_stale(self, stale_secs: float) -> None:
+        """Set after how many seconds a node is asked again."""
+        self.node_stale = stale_secs
+
+    def update(self) -> bool:
+        """Ask the master and the nodes whose answers are too old; return whether the graph has changed."""
+        now = time.time()
+        changed = False
+        if now - self.last_master_refresh > self.master_stale:
+            changed = self._master_refresh()
+            self.last_master_refresh = time.time()
+        for node in sorted(self.nn_nodes):
+            if node not in self.bad_nodes and now - self.last_node_refresh.get(node, 0.0) > self.node_stale:
+                changed = self._node_refresh(node) or changed
+        return changed
+
+    def bad_update(self) -> bool:
+        """Ask the nodes that did not answer; return whether the graph has changed."""
+        changed = [self._node_refresh(node) for node in sorted(self.bad_nodes)]
+        return any(changed)
+
+    def _master_refresh(self) -> bool:
+        try:
+            publishers, subscribers, services = self.master.getSystemState()
+        except (MasterException, OSError) as error:
+            logger.error("cannot ask the master: %s", error)
+            return False
+        nodes: set[str] = set()
+        topics: set[str] = set()
+        edges = EdgeList()
+        for entries, direction in ((publishers, "o"), (subscribers, "i")):
+            for topic, names in entries:
+                if not topic.startswith(self.topic_ns):
+                    continue
+                topics.add(topic_node(topic))
+                for node in names:
+                    if node.startswith(self.node_ns):
+                        nodes.add(node)
+                        edges.add_edges(node, topic_node(topic), direction)
+        nodes.update(node for _, names in services for node in names if node.startswith(self.node_ns))
+        srvs = {name for name, _ in services}
+        before = (self.nn_nodes, self.nt_nodes, self.srvs, sorted(map(str, self.nt_all_edges)))
+        for gone in self.nn_nodes - nodes:
+            self._forget(gone)
+        self.nn_nodes, self.nt_nodes, self.srvs, self.nt_all_edges = nodes, topics, srvs, edges
+        return before != (nodes, topics, srvs, sorted(map(str, edges)))
+
+    def _forget(self, node: str) -> None:
+        self.nn_edges.delete_all(node)
+        self.nt_edges.delete_all(node)
+        self.last_node_refresh.pop(node, None)
+        self.uri_node_map.pop(self.node_uri_map.pop(node, ""), None)
+        with self.bad_nodes_lock:
+            self.bad_nodes.pop(node, None)
+
+    def _node_refresh(self, node: str) -> bool:
+        """Ask a node for its connections; return whether there are new ones, or the node does not answer any more."""
+        first = node not in self.last_node_refresh
+        try:
+            uri = self._uri(node)
+            api = NodeApi(_ROS_NAME, uri, _NODE_TIMEOUT)
+            try:
+                connections = api.connections()
+            finally:
+                api.close()
+        except (MasterException, OSError, Error) as error:
+            with self.bad_nodes_lock:
+                known = node in self.bad_nodes
+                kind = BadNode.DEAD if first or known else BadNode.WONKY
+                self.bad_nodes[node] = BadNode(node, kind, str(error))
+            return not known
+        self.last_node_refresh[node] = time.time()
+        with self.bad_nodes_lock:
+            changed = self.bad_nodes.pop(node, None) is not None
+        for each in connections:
+            if not each.connected or not each.topic.startswith(self.topic_ns):
+                continue
+            other = self._name(each.destination)
+            if other is not None and other.startswith(self.node_ns):
+                changed = self.nn_edges.add_edges(node, other, each.direction, each.topic) or changed
+                changed = self.nt_edges.add_edges(node, topic_node(each.topic), each.direction) or changed
+        return changed
+
+    def _uri(self, node: str) -> str:
+        uri = self.node_uri_map.get(node)
+        if uri is None:
+            uri = self.node_uri_map[node] = self.master.lookupNode(node)
+            self.uri_node_map[uri] = node
+        return uri
+
+    def _name(self, destination: str) -> str | None:
+        """Return the name of the node at the other end, for which subscribers know only the address."""
+        if not destination.startswith("http://"):
+            return destination
+        if destination not in self.uri_node_map:
+            for node in self.nn_nodes - self.node_uri_map.keys():
+                try:
+                    self._uri(node)
+                except (MasterException, OSError):
+                    continue
+        return self.uri_node_map.get(destination)

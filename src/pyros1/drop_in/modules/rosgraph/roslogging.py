@@ -1,0 +1,142 @@
+"""Log files of programs without a node, such as tools (https://wiki.ros.org/rospy/Overview/Logging)."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from rospkg.environment import ROS_LOG_DIR, get_log_dir
+
+from pyros1.drop_in.missing import missing
+
+__getattr__ = missing(__name__, RospyLogger="pyros1's log messages know their places by themselves")
+
+_NAMES = {"WARNING": "WARN", "CRITICAL": "FATAL"}
+_COLORS = {"DEBUG": "\033[32m", "WARN": "\033[33m", "ERROR": "\033[31m", "FATAL": "\033[31m"}
+
+
+class LoggingException(Exception):
+    """Logging cannot be set up."""
+
+
+def makedirs_with_parent_perms(p: str) -> None:
+    """Make a folder, and those above it, with the permissions and owner of the first that is there."""
+    path = os.path.abspath(p)
+    if os.path.exists(path):
+        return
+    parent = os.path.dirname(path)
+    makedirs_with_parent_perms(parent)
+    status = os.stat(parent)
+    os.mkdir(path)
+    mine = os.stat(path)
+    if (mine.st_uid, mine.st_gid) != (status.st_uid, status.st_gid):
+        os.chown(path, status.st_uid, status.st_gid)
+    if mine.st_mode != status.st_mode:
+        os.chmod(path, status.st_mode & 0o7777)
+
+
+def renew_latest_logdir(logfile_dir: str) -> bool:
+    """Point the link ``latest`` beside a folder to it; return whether it does."""
+    link = os.path.join(os.path.dirname(logfile_dir), "latest")
+    try:
+        if os.path.lexists(link):
+            if not os.path.islink(link):
+                return False
+            os.remove(link)
+        os.symlink(logfile_dir, link)
+    except OSError as error:
+        sys.stderr.write(f"INFO: cannot create a symlink to latest log directory: {error}\n")
+    return True
+
+
+def configure_logging(
+    logname: str, level: int = logging.INFO, filename: str | None = None, env: Mapping[str, str] | None = None
+) -> str | None:
+    """Write the messages of Python's logging to a file.
+
+    The configuration is that of ROS_PYTHON_LOG_CONFIG_FILE, if it is set (a .conf file); else messages of the level
+    and above go into the file.
+
+    Args:
+        logname: name of the program; an empty one means nothing is set up.
+        level: level of logging.
+        filename: name of the file in the folder of logs; None: from ``logname`` and the process's number.
+        env: environment variables; None: this process's.
+
+    Returns:
+        The path of the file.
+
+    Raises:
+        LoggingException: the folder of logs cannot be used.
+    """
+    environ = os.environ if env is None else env
+    folder = get_log_dir(environ)
+    path = os.path.join(folder, filename or f"{logname}-{os.getpid()}.log")
+    try:
+        makedirs_with_parent_perms(os.path.dirname(path))
+    except OSError as error:
+        raise LoggingException(f"cannot create log directory [{os.path.dirname(path)}]: {error}") from error
+    os.environ["ROS_LOG_FILENAME"] = path
+    config = environ.get("ROS_PYTHON_LOG_CONFIG_FILE", "")
+    if config and os.path.isfile(config):
+        from logging.config import fileConfig
+
+        fileConfig(config, disable_existing_loggers=False)
+        return path
+    handler = logging.FileHandler(path, delay=True)
+    handler.setFormatter(logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s"))
+    root = logging.getLogger()
+    root.addHandler(handler)
+    root.setLevel(level)
+    return path
+
+
+class RosStreamHandler(logging.Handler):
+    """Handler that writes messages in the form of ``ROSCONSOLE_FORMAT``, errors and warnings to stderr.
+
+    Args:
+        colorize: whether lines are coloured on a terminal.
+        stdout, stderr: text files; None: the process's.
+    """
+
+    def __init__(self, colorize: bool = True, stdout: Any = None, stderr: Any = None) -> None:
+        super().__init__()
+        self._colorize = colorize
+        self._stdout = stdout
+        self._stderr = stderr
+        self._format = os.environ.get("ROSCONSOLE_FORMAT", "[${severity}] [${time}]: ${message}")
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a message."""
+        severity = _NAMES.get(record.levelname, record.levelname)
+        message = record.getMessage()
+        if record.exc_info:
+            message += "\n" + logging.Formatter().formatException(record.exc_info)
+        text = self._format
+        values = {
+            "message": message,
+            "severity": severity,
+            "walltime": f"{time.time():f}",
+            "time": f"{time.time():f}",
+            "thread": str(record.thread),
+            "logger": record.name,
+            "file": record.pathname,
+            "line": str(record.lineno),
+            "function": record.funcName,
+            "node": record.name,
+        }
+        for name, value in values.items():
+            text = text.replace("${" + name + "}", value)
+        target = (
+            (self._stderr or sys.stderr) if severity in ("WARN", "ERROR", "FATAL") else (self._stdout or sys.stdout)
+        )
+        self._write(target, text + "\n", _COLORS.get(severity))
+
+    def _write(self, fd: Any, msg: str, color: str | None) -> None:
+        if self._colorize and color and hasattr(fd, "isatty") and fd.isatty():
+            msg = f"{color}{msg}\033[0m"
+        fd.write(msg)

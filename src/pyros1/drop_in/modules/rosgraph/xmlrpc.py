@@ -1,0 +1,149 @@
+"""XML-RPC servers of node-like programs: a server in a thread, and the handler of its methods."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+from collections.abc import Callable
+from socketserver import ForkingMixIn, ThreadingMixIn
+from typing import Any
+from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
+
+from pyros1.drop_in.missing import missing
+from rosgraph.names import isstring
+from rosgraph.network import create_local_xmlrpc_uri, get_bind_address, use_ipv6
+
+_log = logging.getLogger("xmlrpc")
+
+__getattr__ = missing(__name__)
+
+
+class SilenceableXMLRPCRequestHandler(SimpleXMLRPCRequestHandler):
+    """A handler of requests that keeps connections, and writes no log unless the server wants it."""
+
+    protocol_version = "HTTP/1.1"
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Write a line if the server logs requests."""
+        if getattr(self.server, "logRequests", False):
+            super().log_message(format, *args)
+
+
+class ThreadingXMLRPCServer(ThreadingMixIn, SimpleXMLRPCServer):
+    """A server with a thread for each connection.
+
+    Args:
+        addr: host and port.
+        log_requests: whether requests are shown.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, addr: tuple[str, int], log_requests: bool = True) -> None:
+        if use_ipv6():
+            self.address_family = socket.AF_INET6
+        super().__init__(addr, SilenceableXMLRPCRequestHandler, log_requests)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Log an error of a connection; connections that end are none."""
+        import sys
+
+        error = sys.exc_info()[1]
+        if not isinstance(error, OSError):
+            _log.error("error in a call from %s: %s", client_address, error)
+
+
+class ForkingXMLRPCServer(ForkingMixIn, SimpleXMLRPCServer):
+    """A server with a process for each connection; arguments as above, and the class of the handler."""
+
+    def __init__(
+        self,
+        addr: tuple[str, int],
+        request_handler: type[SimpleXMLRPCRequestHandler] = SilenceableXMLRPCRequestHandler,
+        log_requests: bool = True,
+    ) -> None:
+        super().__init__(addr, request_handler, log_requests)
+
+
+class XmlRpcHandler:
+    """Base of handlers: their public methods can be called."""
+
+    def _ready(self, uri: str) -> None:
+        """The server is there, at this address."""
+
+    def _shutdown(self, reason: str) -> None:
+        """The server ends."""
+
+
+class XmlRpcNode:
+    """An XML-RPC server in a thread.
+
+    Args:
+        port: port to listen on; 0: any.
+        rpc_handler: its public methods can be called.
+        on_run_error: is called with the exception that ended the server; None: it is logged.
+
+    Attributes:
+        uri: address of the server, once it is there.
+    """
+
+    def __init__(
+        self, port: int = 0, rpc_handler: Any = None, on_run_error: Callable[[Exception], object] | None = None
+    ) -> None:
+        if port and isstring(port):
+            port = int(port)
+        self.handler = rpc_handler
+        self.port = port
+        self.uri: str | None = None
+        self.server: ThreadingXMLRPCServer | None = None
+        self.is_shutdown = False
+        self.on_run_error = on_run_error
+
+    def start(self) -> None:
+        """Start the server in a thread of its own."""
+        threading.Thread(target=self.run, daemon=True).start()
+
+    def set_uri(self, uri: str) -> None:
+        """Set the address."""
+        self.uri = uri
+
+    def run(self) -> None:
+        """Serve until the end."""
+        try:
+            self._run()
+        except Exception as error:  # noqa: BLE001  the program decides
+            if self.is_shutdown:
+                return
+            if self.on_run_error is None:
+                _log.error("XML-RPC server: %s", error)
+            else:
+                self.on_run_error(error)
+
+    def _run_init(self) -> None:
+        bind = get_bind_address()
+        self.server = ThreadingXMLRPCServer((bind, self.port or 0), log_requests=False)
+        self.port = self.server.server_address[1]
+        if not self.port:
+            self.uri = None
+        self.set_uri(create_local_xmlrpc_uri(self.port))
+        self.server.register_multicall_functions()
+        self.server.register_instance(self.handler)
+
+    def _run(self) -> None:
+        self._run_init()
+        if self.handler is not None:
+            self.handler._ready(self.uri)
+        if self.server is not None and not self.is_shutdown:
+            self.server.serve_forever()
+
+    def shutdown(self, reason: str) -> None:
+        """End the server."""
+        self.is_shutdown = True
+        server, self.server = self.server, None
+        if server is not None:
+            server.shutdown()
+            server.server_close()
+        handler, self.handler = self.handler, None
+        if handler is not None:
+            handler._shutdown(reason)

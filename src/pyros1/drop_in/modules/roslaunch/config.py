@@ -1,0 +1,216 @@
+"""The contents of a launch."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterable
+from typing import Any
+
+from pyros1.launch.reading.report import summary
+from pyros1.launch.reading.words import parse_arguments
+from roslaunch.core import Machine, Master, Node, Param, RLException, Test, is_machine_local, local_machine
+from roslaunch.plans import plan_of
+from roslaunch.xmlloader import XmlLoader
+
+DEFAULT_MASTER_PORT = 11311
+
+__all__ = [
+    "DEFAULT_MASTER_PORT",
+    "Master",
+    "RLException",
+    "ROSLaunchConfig",
+    "calculate_env_loader",
+    "get_roscore_filename",
+    "is_machine_local",
+    "load_config_default",
+    "load_roscore",
+    "local_machine",
+    "namespaces_of",
+]
+
+
+def namespaces_of(name: str) -> list[str]:
+    """Return the namespaces of a name, from ``/`` on."""
+    if not name:
+        raise ValueError("name")
+    if not isinstance(name, str):
+        raise TypeError("name")
+    words = [word for word in name.split("/") if word][:-1]
+    return ["/", *("/" + "/".join(words[: count + 1]) for count in range(len(words)))]
+
+
+def calculate_env_loader(env: Any = None) -> str:
+    """Return the script that sets up ROS on other machines, by default."""
+    distro = (os.environ if env is None else env).get("ROS_DISTRO", "noetic")
+    return f"/opt/ros/{distro}/env.sh"
+
+
+def get_roscore_filename() -> str:
+    """Return the launch file of the core; it need not exist."""
+    return os.path.join(os.environ.get("ROS_ETC_DIR", "/etc/ros"), "roscore.xml")
+
+
+def load_roscore(loader: Any, config: ROSLaunchConfig, verbose: bool = True) -> None:
+    """Read what else a core starts, if the file for that exists."""
+    if os.path.exists(get_roscore_filename()):
+        loader.load(get_roscore_filename(), config, core=True, verbose=verbose)
+
+
+class ROSLaunchConfig:
+    """The contents of a launch, which a program may change before it launches them.
+
+    Attributes:
+        nodes, nodes_core, tests: what to start. params: Param by full name. clear_params: namespaces to delete first.
+        machines: Machine by name. executables: not supported. master: the Master. roslaunch_files: files that were
+        read. resolved_node_names: full names of all nodes. config_errors: texts. actions: pyros1's plans of rosparam
+        dumps and deletes.
+    """
+
+    def __init__(self) -> None:
+        self.logger = logging.getLogger("roslaunch")
+        self.master = Master()
+        self.nodes_core: list[Node] = []
+        self.nodes: list[Node] = []
+        self.tests: list[Test] = []
+        self.params: dict[str, Param] = {}
+        self.clear_params: list[str] = []
+        self.executables: list[Any] = []
+        self.machines: dict[str, Machine] = {"": local_machine()}
+        self.roslaunch_files: list[str] = []
+        self.resolved_node_names: list[str] = []
+        self.config_errors: list[str] = []
+        self.actions: list[Any] = []
+
+    def add_roslaunch_file(self, f: str) -> None:
+        """Note a file that was read."""
+        if f not in self.roslaunch_files:
+            self.roslaunch_files.append(f)
+
+    def add_config_error(self, msg: str) -> None:
+        """Note an error."""
+        self.config_errors.append(msg)
+
+    def set_master(self, m: Master) -> None:
+        """Set the master."""
+        self.master = m
+
+    def has_remote_nodes(self) -> bool:
+        """Return whether nodes run on other machines; known after `assign_machines`."""
+        return any(node.machine is not None and not is_machine_local(node.machine) for node in self.nodes)
+
+    def assign_machines(self) -> None:
+        """Give each node and test its machine; raises RLException if that is not known."""
+        for node in [*self.nodes_core, *self.nodes, *self.tests]:
+            name = node.machine_name or ""
+            if name not in self.machines:
+                raise RLException(f"ERROR: unknown machine [{name}]")
+            node.machine = self.machines[name]
+
+    def summary(self, local: bool = False) -> str:
+        """Return the contents as text; with ``local`` without machines."""
+        plan = plan_of(self)
+        if local:
+            plan.machines = {}
+        return summary(plan)
+
+    def add_executable(self, exe: Any) -> None:
+        """Add a command; a launch with one is refused."""
+        self.executables.append(exe)
+
+    def add_clear_param(self, param: str) -> None:
+        """Delete a namespace of parameters first."""
+        self.clear_params.append(param)
+
+    def add_param(self, p: Param, filename: str | None = None, verbose: bool = True) -> None:
+        """Add a parameter; if there is a value at a namespace of its name, that is an error, see ``config_errors``."""
+        for name in namespaces_of(p.key)[1:]:
+            if name in self.params:
+                self.add_config_error(f"parameter [{p.key}] conflicts with parent parameter [{name}]")
+        self.params[p.key] = p
+        if verbose:
+            print(f"Added parameter [{p.key}]")
+
+    def add_machine(self, m: Machine, verbose: bool = True) -> bool:
+        """Add a machine; return False if it is known already.
+
+        Raises:
+            RLException: there is another one of that name.
+        """
+        known = self.machines.get(m.name)
+        if known is not None:
+            if known != m:
+                raise RLException(f"Machine [{m.name}] already added and does not match duplicate entry")
+            return False
+        self.machines[m.name] = m
+        if verbose:
+            print(f"Added machine [{m.name}]")
+        return True
+
+    def add_test(self, test: Test, verbose: bool = True) -> None:
+        """Add a test."""
+        self.tests.append(test)
+
+    def add_node(self, node: Node, core: bool = False, verbose: bool = True) -> None:
+        """Add a node, or one of the core.
+
+        Raises:
+            RLException: there is one of that name.
+        """
+        name = node.namespace + node.name if node.name else ""
+        if name in self.resolved_node_names:
+            raise RLException(
+                f"roslaunch file contains multiple nodes named [{name}].\nPlease check all <node> 'name' attributes to "
+                "make sure they are unique.\nAlso check that $(anon id) use different ids."
+            )
+        if name:
+            self.resolved_node_names.append(name)
+        (self.nodes_core if core else self.nodes).append(node)
+        if verbose:
+            print(f"Added node of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
+
+
+def load_config_default(
+    roslaunch_files: Iterable[Any],
+    port: int | None,
+    roslaunch_strs: Iterable[str] | None = None,
+    loader: Any = None,
+    verbose: bool = False,
+    assign_machines: bool = True,
+    ignore_unset_args: bool = False,
+) -> ROSLaunchConfig:
+    """Read launch files.
+
+    Args:
+        roslaunch_files: paths, or tuples of a path and a list of ``name:=value``.
+        port: the master's port; None for that of ROS_MASTER_URI.
+        roslaunch_strs: contents of more files.
+        loader: an XmlLoader; None for a new one.
+        verbose: print what is read.
+        assign_machines: give each node its machine.
+        ignore_unset_args: read files without the values of their required arguments as far as possible.
+
+    Raises:
+        RLException: a file cannot be used.
+    """
+    config = ROSLaunchConfig()
+    if port:
+        config.master.uri = f"http://{config.master.get_host()}:{port}/"
+    loader = loader or XmlLoader()  # what else a core starts is read when it starts
+    for file in roslaunch_files:
+        path, words = (file, None) if isinstance(file, str) else file
+        if words is not None:
+            parse_arguments(words)
+        try:
+            loader.load(path, config, argv=words, verbose=verbose)
+        except RLException as error:
+            if not (ignore_unset_args and "requires the" in str(error)):
+                raise RLException(str(error)) from error
+            config.add_config_error(str(error))
+    for text in roslaunch_strs or ():
+        loader.load_string(text, config, core=False, verbose=verbose)
+    if config.config_errors and not ignore_unset_args:
+        raise RLException("\n".join(config.config_errors))
+    if assign_machines:
+        config.assign_machines()
+    return config

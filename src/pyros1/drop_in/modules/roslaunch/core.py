@@ -1,0 +1,283 @@
+"""What launches consist of: nodes, machines, parameters; and what roslaunch prints."""
+
+from __future__ import annotations
+
+import functools
+import os
+import uuid
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+from urllib.parse import urlsplit
+from xmlrpc.client import MultiCall, ServerProxy
+
+from pyros1.ground.errors import LaunchError
+from pyros1.net.hosts import host_from_environment, is_local, master_uri
+from roslaunch.nodes import TEST_TIME_LIMIT_DEFAULT, Node, Param, Test
+from roslaunch.printing import (
+    add_printerrlog_handler,
+    add_printlog_handler,
+    clear_printerrlog_handlers,
+    clear_printlog_handlers,
+    is_child_mode,
+    printerrlog,
+    printlog,
+    printlog_bold,
+    rle_wrapper,
+    set_child_mode,
+)
+
+PHASE_SETUP = "setup"
+PHASE_RUN = "run"
+PHASE_TEARDOWN = "teardown"
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+__all__ = [
+    "PHASE_RUN",
+    "PHASE_SETUP",
+    "PHASE_TEARDOWN",
+    "TEST_TIME_LIMIT_DEFAULT",
+    "Executable",
+    "Machine",
+    "Master",
+    "MultiCall",
+    "Node",
+    "Param",
+    "RLException",
+    "RosbinExecutable",
+    "ServerProxy",
+    "Test",
+    "add_printerrlog_handler",
+    "add_printlog_handler",
+    "clear_printerrlog_handlers",
+    "clear_printlog_handlers",
+    "generate_run_id",
+    "get_master_uri_env",
+    "get_ros_package_path",
+    "get_ros_root",
+    "is_child_mode",
+    "is_machine_local",
+    "local_machine",
+    "printerrlog",
+    "printlog",
+    "printlog_bold",
+    "remap_localhost_uri",
+    "rl_errors",
+    "rle_wrapper",
+    "set_child_mode",
+    "setup_env",
+]
+
+
+class RLException(Exception):
+    """Something cannot be launched."""
+
+
+def rl_errors(function: _F) -> _F:
+    """Make a function raise RLException in place of pyros1's LaunchError."""
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return function(*args, **kwargs)
+        except LaunchError as error:
+            raise RLException(str(error)) from error
+
+    return call  # type: ignore[return-value]
+
+
+# Where things are -----------------------------------------------------------------------------------------------------
+
+
+def generate_run_id() -> str:
+    """Return a new run id."""
+    return str(uuid.uuid1())
+
+
+def get_ros_root() -> str | None:
+    """Return the environment variable ROS_ROOT."""
+    return os.environ.get("ROS_ROOT")
+
+
+def get_ros_package_path() -> str | None:
+    """Return the environment variable ROS_PACKAGE_PATH."""
+    return os.environ.get("ROS_PACKAGE_PATH")
+
+
+def get_master_uri_env() -> str:
+    """Return the master's address, with this machine's name in place of localhost."""
+    return remap_localhost_uri(master_uri(os.environ, {}))
+
+
+def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
+    """Return an address that others can reach, or with ``force_localhost`` one of this machine.
+
+    Args:
+        uri: an address, with any name of this machine.
+        force_localhost: use localhost.
+    """
+    parts = urlsplit(uri)
+    if not parts.hostname or not is_local(parts.hostname):
+        return uri
+    host = "localhost" if force_localhost else host_from_environment(os.environ, {}).advertised
+    return f"{parts.scheme}://{host}:{parts.port}/" if parts.port else uri
+
+
+class Master:
+    """The master of a launch.
+
+    Attributes:
+        type: "rosmaster". uri: its address. auto: not used.
+    """
+
+    ROSMASTER = "rosmaster"
+    ZENMASTER = "zenmaster"
+    __slots__ = ["auto", "type", "uri"]
+
+    def __init__(self, type_: str | None = None, uri: str | None = None, auto: Any = None) -> None:
+        self.auto = auto
+        self.type = type_ or Master.ROSMASTER
+        self.uri = uri or get_master_uri_env()
+
+    def get_host(self) -> str:
+        """Return its host."""
+        return urlsplit(self.uri).hostname or ""
+
+    def get_port(self) -> int:
+        """Return its port."""
+        return urlsplit(self.uri).port or 80
+
+    def __eq__(self, m2: object) -> bool:
+        return isinstance(m2, Master) and (self.type, self.uri) == (m2.type, m2.uri)
+
+    def __hash__(self) -> int:
+        return hash((self.type, self.uri))
+
+    def get(self) -> ServerProxy:
+        """Return the master as a ``xmlrpc.client.ServerProxy``."""
+        return ServerProxy(self.uri)
+
+    def get_multi(self) -> MultiCall:
+        """Return a ``xmlrpc.client.MultiCall`` of the master."""
+        return MultiCall(self.get())
+
+    def is_running(self) -> bool:
+        """Return whether it answers."""
+        try:
+            master: Any = self.get()
+            master.getPid("/roslaunch")
+        except OSError:
+            return False
+        return True
+
+
+class Machine:
+    """A machine that can run nodes.
+
+    Attributes:
+        name, address, env_loader, ssh_port, user, password, assignable, timeout: as in a <machine> tag.
+    """
+
+    __slots__ = ["address", "assignable", "env_loader", "name", "password", "ssh_port", "timeout", "user"]
+
+    def __init__(
+        self,
+        name: str,
+        address: str,
+        env_loader: str | None = None,
+        ssh_port: int = 22,
+        user: str | None = None,
+        password: str | None = None,
+        assignable: bool = True,
+        env_args: Any = (),
+        timeout: float | None = None,
+    ) -> None:
+        self.name = name
+        self.address = address
+        self.env_loader = env_loader
+        self.ssh_port = ssh_port
+        self.user = user or None
+        self.password = password or None
+        self.assignable = assignable
+        self.timeout = timeout or 10.0
+
+    def config_key(self) -> str:
+        """Return a text that is equal for machines that can share one connection."""
+        return (
+            f"Machine(address[{self.address}] env_loader[{self.env_loader}] ssh_port[{self.ssh_port}] "
+            f"user[{self.user or ''}] password[{self.password or ''}] timeout[{self.timeout}])"
+        )
+
+    def config_equals(self, m2: Any) -> bool:
+        """Return whether another machine has the same settings; the names may differ."""
+        return isinstance(m2, Machine) and self.config_key() == m2.config_key()
+
+    def __eq__(self, m2: object) -> bool:
+        return (
+            isinstance(m2, Machine)
+            and (self.name, self.assignable) == (m2.name, m2.assignable)
+            and self.config_equals(m2)
+        )
+
+    def __ne__(self, m2: object) -> bool:
+        return not self == m2
+
+    def __hash__(self) -> int:
+        return hash(self.config_key())
+
+    def __str__(self) -> str:
+        return (
+            f"Machine(name[{self.name}] env_loader[{self.env_loader}] address[{self.address}] "
+            f"ssh_port[{self.ssh_port}] user[{self.user}] assignable[{self.assignable}] timeout[{self.timeout}])"
+        )
+
+
+class Executable:
+    """A command that runs beside the nodes; pyros1 keeps it, and does not run it."""
+
+    def __init__(self, cmd: str, args: Any, phase: str = PHASE_RUN) -> None:
+        self.command = cmd
+        self.args = args
+        self.phase = phase
+
+    def __repr__(self) -> str:
+        return f"{self.command} {' '.join(self.args)}"
+
+    __str__ = __repr__
+
+
+class RosbinExecutable(Executable):
+    """A command of ROS itself."""
+
+
+def local_machine() -> Machine:
+    """Return this machine."""
+    return _LOCAL
+
+
+_LOCAL = Machine("", "localhost")
+
+
+def is_machine_local(machine: Any) -> bool:
+    """Return whether a machine is this one."""
+    return is_local(machine.address)
+
+
+def setup_env(node: Any, machine: Any, master_uri: str, env: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return the environment variables of a node.
+
+    Args:
+        node: the Node; None for none.
+        machine: not used.
+        master_uri: the master's address.
+        env: what to begin with; None for this process's.
+    """
+    result = dict(os.environ if env is None else env)
+    result["ROS_MASTER_URI"] = master_uri
+    if node is not None:
+        namespace = node.namespace.rstrip("/")
+        result.pop("ROS_NAMESPACE", None)
+        if namespace:
+            result["ROS_NAMESPACE"] = namespace
+        result.update(node.env_args)
+    return result

@@ -1,0 +1,170 @@
+"""Running a launch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.launch.reading.world import make_resources
+from pyros1.launch.running.check import check_machines
+from pyros1.launch.running.options import Options
+from pyros1.launch.scripted import ScriptRun
+from pyros1.launch.scripting import Node as ScriptNode
+from roslaunch.core import Node, RLException, is_machine_local, printlog, rl_errors
+from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM, NUM_WORKERS
+from roslaunch.plans import plan_of, plan_of_node
+from roslaunch.pmon import Process, ProcessListener, ProcessMonitor
+
+__all__ = [
+    "DEFAULT_TIMEOUT_SIGINT",
+    "DEFAULT_TIMEOUT_SIGTERM",
+    "NUM_WORKERS",
+    "Node",
+    "ProcessListener",
+    "RLException",
+    "ROSLaunchListener",
+    "ROSLaunchRunner",
+    "is_machine_local",
+    "printlog",
+]
+
+
+class ROSLaunchListener:
+    """Is told when processes end."""
+
+    def process_died(self, process_name: str, exit_code: int | None) -> None:
+        """A process has ended; see `ProcessListener`."""
+
+
+class ROSLaunchRunner:
+    """Runs the contents of a launch.
+
+    Args:
+        run_id: the run id.
+        config: a ROSLaunchConfig.
+        server_uri: not used: a launch has its own server.
+        pmon: a ProcessMonitor that shows and ends the processes; None for a new one.
+        is_core: run a core.
+        remote_runner, is_child, num_workers: not used.
+        is_rostest: not used.
+        timeout: seconds that a master started here waits for the answer of a node.
+        master_logger_level: lowest level in the log of a master started here.
+        sigint_timeout, sigterm_timeout: seconds between SIGINT, SIGTERM and SIGKILL.
+        options: pyros1's further options of a launch.
+
+    Raises:
+        RLException: there is no run id.
+    """
+
+    def __init__(
+        self,
+        run_id: str,
+        config: Any,
+        server_uri: str | None = None,
+        pmon: Any = None,
+        is_core: bool = False,
+        remote_runner: Any = None,
+        is_child: bool = False,
+        is_rostest: bool = False,
+        num_workers: int = NUM_WORKERS,
+        timeout: float | None = None,
+        master_logger_level: Any = False,
+        sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
+        sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
+        options: dict[str, Any] | None = None,
+    ) -> None:
+        if run_id is None:
+            raise RLException("run_id is None")
+        self.run_id = run_id
+        self.config = config
+        self.server_uri = server_uri
+        self.pm = pmon or ProcessMonitor()
+        self.is_core = is_core
+        self.options = Options(
+            core=is_core,
+            run_id=run_id,
+            show_title=False,
+            sigint_timeout=sigint_timeout,
+            sigterm_timeout=sigterm_timeout,
+            notify_timeout=timeout,
+            master_log_level=(master_logger_level or "info").lower(),
+        )
+        for name, value in ({"show_summary": False} if options is None else options).items():
+            setattr(self.options, name, value)
+        self._run: ScriptRun | None = None
+
+    def add_process_listener(self, l: Any) -> None:  # noqa: E741
+        """Tell an object with ``process_died`` of each process that ends."""
+        self.pm.add_process_listener(l)
+
+    @rl_errors
+    def launch(self) -> tuple[list[str], list[str]]:
+        """Start everything.
+
+        Returns:
+            Texts that name the processes that were started, and an empty list: of those that were not.
+
+        Raises:
+            RLException: something cannot be started; what was started has been ended.
+        """
+        plan = plan_of(self.config)
+        check_machines(plan)
+        self._run = ScriptRun(plan, self.options, [self.pm], make_resources())
+        self.pm.runs.append(self._run)
+        self._run.start()
+        return [f"Process<{handle.name}>" for handle in self._run.processes()], []
+
+    @rl_errors
+    def launch_node(self, node: Node, core: bool = False) -> tuple[Process, bool]:
+        """Start one more node.
+
+        Returns:
+            Its process, and whether it was started.
+
+        Raises:
+            RLException: it cannot be started, or the launch has not begun.
+        """
+        if self._run is None:
+            raise RLException("the launch has not been started")
+        script = ScriptNode(node.package, node.type)
+        script.plan = plan = plan_of_node(node)
+        handle = self._run.launch(script)
+        process = Process(
+            node.package, handle.name, plan.args, plan.env, plan.respawn, plan.respawn_delay, plan.required, handle
+        )
+        node.process_name = handle.name
+        self.pm.processes[handle.name] = process
+        return process, True
+
+    def is_node_running(self, node: Node) -> bool:
+        """Return whether a node's process runs."""
+        wanted = ((node.namespace + (node.name or "")).lstrip("/"), node.process_name)
+        return any(name in wanted or name.rpartition("-")[0] in wanted for name in self.pm.get_active_names())
+
+    def spin_once(self) -> bool:
+        """Return whether something still runs."""
+        return self._run is not None and not self._run.is_over()
+
+    def spin(self) -> None:
+        """Wait until the launch has ended. Ctrl-C ends it."""
+        if self._run is None:
+            return
+        try:
+            while not self._run.wait(0.2):
+                pass
+        except KeyboardInterrupt:
+            self.stop()
+
+    def stop(self) -> None:
+        """End everything, and wait until it has ended."""
+        if self._run is not None:
+            self._run.stop()
+
+    def run_test(self, test: Any) -> None:
+        """Not possible."""
+        raise RLException("pyros1 has no ROSLaunchRunner.run_test: `pyros1 test` runs tests")
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("ROSRemoteRunnerIF", "RLTestTimeoutException", "validate_master_launch"):
+        raise AttributeError(f"pyros1 has no roslaunch.launch.{name}: pyros1.launch runs nodes and tests")
+    raise AttributeError(f"module 'roslaunch.launch' has no attribute {name!r}")

@@ -1,0 +1,188 @@
+"""Nodes, tests and parameters of a launch; stock has these classes in roslaunch.core."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import quoteattr
+
+from pyros1.ground.names import canonicalize_name, ns_join
+
+if TYPE_CHECKING:
+    from roslaunch.core import Machine
+
+TEST_TIME_LIMIT_DEFAULT = 60
+
+
+class Param:
+    """A parameter of a launch: full name and value."""
+
+    def __init__(self, key: str, value: Any) -> None:
+        self.key = canonicalize_name(key)
+        self.value = value
+
+    def __eq__(self, p: object) -> bool:
+        return isinstance(p, Param) and (self.key, self.value) == (p.key, p.value)
+
+    def __ne__(self, p: object) -> bool:
+        return not self == p
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __str__(self) -> str:
+        return f"{self.key}={self.value}"
+
+    __repr__ = __str__
+
+
+class Node:
+    """A node to launch; the arguments are as in a <node> tag.
+
+    Attributes:
+        all arguments; ``type`` is ``node_type``. machine: the Machine that was assigned. process_name: name of the
+        process, once it runs. origin: pyros1's plan of the node, if a launch file had it.
+
+    Raises:
+        ValueError: a needed argument is missing, or one is wrong.
+    """
+
+    def __init__(
+        self,
+        package: str,
+        node_type: str,
+        name: str | None = None,
+        namespace: str = "/",
+        machine_name: str | None = None,
+        args: str = "",
+        respawn: Any = False,
+        respawn_delay: float = 0.0,
+        remap_args: Any = None,
+        env_args: Any = None,
+        output: str | None = None,
+        cwd: str | None = None,
+        launch_prefix: str | None = None,
+        required: Any = False,
+        filename: str = "<unknown>",
+    ) -> None:
+        self.package = package
+        self.type = node_type
+        self.name = name or None
+        self.namespace = canonicalize_name(ns_join("/", namespace or "/")).rstrip("/") + "/"
+        self.machine_name = machine_name or None
+        self.machine: Machine | None = None
+        self.args = args or ""
+        self.respawn = respawn
+        self.respawn_delay = respawn_delay
+        self.remap_args = remap_args or []
+        self.env_args = env_args or []
+        self.process_name: str | None = None
+        self.output = output
+        self.cwd = cwd
+        self.launch_prefix = launch_prefix or None
+        self.required = required
+        self.filename = filename
+        self.origin: Any = None
+        if cwd == "ros-root":
+            raise ValueError("cwd [ros-root] is not supported any more")
+        if not self.package:
+            raise ValueError("package must be non-empty")
+        if not self.type:
+            raise ValueError("type must be non-empty")
+        if respawn and required:
+            raise ValueError("respawn and required cannot both be set to true")
+
+    def xmltype(self) -> str:
+        """Return the name of its tag."""
+        return "node"
+
+    def xmlattrs(self) -> list[tuple[str, Any]]:
+        """Return the attributes of its tag; those that are None are left out there."""
+        return [
+            ("pkg", self.package),
+            ("type", self.type),
+            ("machine", self.machine_name),
+            ("ns", self.namespace),
+            ("args", self.args),
+            ("output", self.output),
+            ("cwd", self.cwd),
+            ("respawn", self.respawn),
+            ("respawn_delay", self.respawn_delay),
+            ("name", self.name),
+            ("launch-prefix", self.launch_prefix),
+            ("required", self.required),
+        ]
+
+    def to_xml(self) -> str:
+        """Return its tag."""
+        return self._tag(self.xmlattrs())
+
+    def to_remote_xml(self) -> str:
+        """Return its tag for the machine on which it runs."""
+        return self._tag([(key, value) for key, value in self.xmlattrs() if key != "machine"])
+
+    def _tag(self, attributes: list[tuple[str, Any]]) -> str:
+        words = [f"{key}={quoteattr(str(value))}" for key, value in attributes if value is not None]
+        lines = [f"<{' '.join([self.xmltype(), *words])}>"]
+        for tag, first, second, pairs in (
+            ("remap", "from", "to", self.remap_args),
+            ("env", "name", "value", self.env_args),
+        ):
+            lines += [f"  <{tag} {first}={quoteattr(str(a))} {second}={quoteattr(str(b))} />" for a, b in pairs]
+        return "\n".join([*lines, f"</{self.xmltype()}>"])
+
+
+class Test(Node):
+    """A test to run; the arguments are as in a <test> tag."""
+
+    __test__ = False
+
+    def __init__(
+        self,
+        test_name: str,
+        package: str,
+        node_type: str,
+        name: str | None = None,
+        namespace: str = "/",
+        machine_name: str | None = None,
+        args: str = "",
+        remap_args: Any = None,
+        env_args: Any = None,
+        time_limit: float | None = None,
+        cwd: str | None = None,
+        launch_prefix: str | None = None,
+        retry: int | None = None,
+        filename: str = "<unknown>",
+    ) -> None:
+        super().__init__(
+            package,
+            node_type,
+            name=name,
+            namespace=namespace,
+            machine_name=machine_name,
+            args=args,
+            remap_args=remap_args,
+            env_args=env_args,
+            output="log",
+            cwd=cwd,
+            launch_prefix=launch_prefix,
+            filename=filename,
+        )
+        self.test_name = test_name
+        self.retry = retry or 0
+        self.time_limit = float(time_limit or TEST_TIME_LIMIT_DEFAULT)
+        if self.time_limit <= 0:
+            raise ValueError("'time-limit' must be a positive number")
+
+    def xmltype(self) -> str:
+        """Return the name of its tag."""
+        return "test"
+
+    def xmlattrs(self) -> list[tuple[str, Any]]:
+        """Return the attributes of its tag."""
+        attributes = [each for each in super().xmlattrs() if each[0] not in ("respawn", "respawn_delay")]
+        attributes.append(("test-name", self.test_name))
+        if self.retry:
+            attributes.append(("retry", str(self.retry)))
+        if self.time_limit != TEST_TIME_LIMIT_DEFAULT:
+            attributes.append(("time-limit", self.time_limit))
+        return attributes

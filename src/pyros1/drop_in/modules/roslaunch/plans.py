@@ -1,0 +1,105 @@
+"""Conversion between pyros1's plans of launches and the objects of roslaunch."""
+
+from __future__ import annotations
+
+import shlex
+from typing import Any
+
+from pyros1.ground.errors import LaunchError
+from pyros1.launch.plan import MachinePlan, NodePlan, Plan, TestPlan
+from pyros1.launch.scripting import Node as ScriptNode
+from roslaunch.core import Machine, Node, Test
+
+
+def node_of(plan: NodePlan) -> Node:
+    """Return a node of a launch file."""
+    options: dict[str, Any] = {
+        "name": plan.name,
+        "namespace": plan.namespace,
+        "machine_name": plan.machine,
+        "args": shlex.join(plan.args),
+        "remap_args": [list(pair) for pair in plan.remappings],
+        "env_args": list(plan.env.items()),
+        "cwd": "node" if plan.cwd == "node" else None,
+        "launch_prefix": shlex.join(plan.prefix),
+        "filename": plan.file,
+    }
+    if isinstance(plan, TestPlan):
+        node: Node = Test(
+            plan.test_name, plan.package, plan.type, time_limit=plan.time_limit, retry=plan.retry, **options
+        )
+    else:
+        node = Node(
+            plan.package,
+            plan.type,
+            respawn=plan.respawn,
+            respawn_delay=plan.respawn_delay,
+            required=plan.required,
+            output="screen" if plan.output == "screen" else None,
+            **options,
+        )
+    node.origin = plan
+    return node
+
+
+def plan_of_node(node: Node) -> NodePlan:
+    """Return the plan of a node, with all changes since it was read; raises LaunchError if it is not possible."""
+    script = ScriptNode(
+        node.package,
+        node.type,
+        name=node.name,
+        namespace=node.namespace,
+        args=node.args,
+        respawn=node.respawn,
+        respawn_delay=node.respawn_delay,
+        remap_args=node.remap_args,
+        env_args=node.env_args,
+        output=node.output,
+        cwd=node.cwd,
+        launch_prefix=node.launch_prefix,
+        required=node.required,
+        filename=node.filename,
+    )
+    script.plan.machine = node.machine_name
+    if node.origin is not None:
+        script.plan.line = node.origin.line
+        script.plan.wait_for, script.plan.wait_timeout = node.origin.wait_for, node.origin.wait_timeout
+    return script.plan
+
+
+def machine_of(plan: MachinePlan) -> Machine:
+    """Return a machine of a launch file."""
+    settings = dict(plan.settings)
+    return Machine(
+        plan.name,
+        plan.address,
+        env_loader=settings.get("env-loader") or None,
+        ssh_port=int(settings.get("ssh-port") or 22),
+        user=settings.get("user"),
+        password=settings.get("password"),
+        assignable=settings.get("default", "").lower() != "never",
+        timeout=float(settings.get("timeout") or 10.0),
+    )
+
+
+def plan_of_machine(machine: Machine) -> MachinePlan:
+    """Return the plan of a machine."""
+    settings = {"env-loader": machine.env_loader, "user": machine.user, "password": machine.password}
+    settings |= {"ssh-port": str(machine.ssh_port), "timeout": str(machine.timeout)}
+    return MachinePlan(machine.name, machine.address, tuple((key, value) for key, value in settings.items() if value))
+
+
+def plan_of(config: Any) -> Plan:
+    """Return the plan of a ROSLaunchConfig.
+
+    Raises:
+        LaunchError: it has nodes that cannot be launched.
+    """
+    if config.executables:
+        raise LaunchError(f"pyros1 runs no executables beside nodes: {config.executables[0]}")
+    plan = Plan(actions=list(config.actions), files=list(config.roslaunch_files))
+    plan.nodes = [plan_of_node(node) for node in config.nodes]
+    plan.params = {name: param.value for name, param in config.params.items()}
+    plan.clear_params = list(config.clear_params)
+    plan.machines = {name: plan_of_machine(machine) for name, machine in config.machines.items() if name}
+    return plan

@@ -1,0 +1,87 @@
+"""Small helpers of roslaunch."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterable
+from typing import Any
+
+import pyros1.launch.scripting as _scripting
+from pyros1.launch.reading.loader import absolute_files, load_plan
+from pyros1.launch.reading.words import find_files
+from pyros1.launch.reading.world import make_resources
+from roslaunch.core import rl_errors
+
+DEFAULT_MASTER_PORT = 11311
+
+__all__ = [
+    "DEFAULT_MASTER_PORT",
+    "change_terminal_name",
+    "check_log_disk_usage",
+    "check_roslaunch",
+    "get_or_generate_uuid",
+    "print_file_list",
+    "resolve_launch_arguments",
+    "update_terminal_name",
+]
+
+
+@rl_errors
+def resolve_launch_arguments(args: Iterable[str]) -> list[str]:
+    """Return the paths for words of a command line: ``PACKAGE FILE`` or ``FILE...``; others have ``:=``.
+
+    Raises:
+        RLException: a file does not exist.
+    """
+    return find_files([word for word in args if ":=" not in word], make_resources())
+
+
+def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
+    """Return the run id of the running master, or a new one.
+
+    Args:
+        options_runid: a run id, which is returned unless it is empty.
+        options_wait_for_master: wait until a master runs.
+    """
+    return _scripting.get_or_generate_uuid(options_runid, options_wait_for_master)
+
+
+def change_terminal_name(args: list[str], is_core: bool) -> None:
+    """Set the title of the terminal's window."""
+    _title("roscore" if is_core else ",".join(args))
+
+
+def update_terminal_name(ros_master_uri: str) -> None:
+    """Set the title of the terminal's window, with the master's address."""
+    _title(ros_master_uri)
+
+
+def _title(text: str) -> None:
+    if sys.stdout.isatty():
+        sys.stdout.write(f"\033]2;{''.join(filter(str.isprintable, text))}\007")
+
+
+def check_log_disk_usage() -> None:
+    """Warn if log files take more than 1 GB."""
+    from pyros1.launch.running.logs import log_folder
+
+    folder = log_folder(os.environ)
+    size = sum(file.lstat().st_size for file in folder.rglob("*") if file.is_file()) if folder.is_dir() else 0
+    if size > 1 << 30:
+        print(f"WARNING: disk usage in log directory [{folder}] is over 1GB.")
+
+
+@rl_errors
+def print_file_list(roslaunch_files: Any) -> None:
+    """Print all files of a launch; raises RLException if one cannot be read."""
+    plan = load_plan(list(roslaunch_files), {}, make_resources())
+    print("\n".join(absolute_files(plan.files)))
+
+
+def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
+    """Check a launch file, as ``pyros1 launch --check`` does; return the errors, or None."""
+    words = [sys.executable, "-m", "pyros1", "launch", "--check", f]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL, timeout=60)
+    return (done.stdout + done.stderr).strip() if done.returncode else None

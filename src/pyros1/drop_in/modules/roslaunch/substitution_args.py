@@ -1,0 +1,74 @@
+"""``$(arg x)`` and the like in texts of launch files."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from pyros1.ground.errors import LaunchError
+from pyros1.launch.reading.scope import Scope, ScopeSubstituter
+from pyros1.launch.reading.substitution import substitute
+from pyros1.launch.reading.world import make_resources
+from roslaunch.loader import convert_value
+
+__all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
+
+
+class SubstitutionException(Exception):
+    """A text cannot be replaced."""
+
+
+class ArgException(SubstitutionException):
+    """An argument has no value."""
+
+
+class _Source(ScopeSubstituter):
+    """Values for one text, from a program's own dictionary."""
+
+    def __init__(self, context: dict[str, Any], filename: str) -> None:
+        self._context = context
+        self._arguments: dict[str, Any] = context.get("arg", {})
+        super().__init__(Scope(make_resources(), filename, anonymous=context.setdefault("anon", {})))
+
+    def arg(self, name: str) -> str:
+        """Return an argument's value."""
+        if name not in self._arguments:
+            raise ArgException(name)
+        return str(self._arguments[name])
+
+    def args(self) -> dict[str, str]:
+        """Return all arguments."""
+        return {name: str(value) for name, value in self._arguments.items()}
+
+    def dirname(self) -> str:
+        """Return the folder of the file."""
+        folder = self._context.get("filename")
+        if folder is None:
+            raise SubstitutionException("Cannot substitute $(dirname), no file/directory information available.")
+        return os.path.abspath(os.path.dirname(folder))
+
+
+def resolve_args(
+    arg_str: str, context: dict[str, Any] | None = None, resolve_anon: bool = True, filename: str | None = None
+) -> str:
+    """Replace all ``$(...)`` in a text.
+
+    Args:
+        arg_str: the text.
+        context: ``{"arg": {name: value}}``; unique names of ``$(anon x)`` are kept in it.
+        resolve_anon: accepted for compatibility: ``$(anon x)`` is always replaced.
+        filename: the file with the text, for ``$(dirname)``.
+
+    Raises:
+        ArgException: an argument has no value.
+        SubstitutionException: anything else is wrong.
+    """
+    if not arg_str:
+        return arg_str
+    context = {} if context is None else context
+    if filename is not None:
+        context["filename"] = filename
+    try:
+        return substitute(arg_str, _Source(context, filename or "<text>"))
+    except LaunchError as error:
+        raise SubstitutionException(str(error)) from error

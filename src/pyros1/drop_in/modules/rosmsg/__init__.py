@@ -1,0 +1,254 @@
+"""rosmsg, by pyros1: definitions of messages and services (https://wiki.ros.org/rosmsg)."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from genpy.message import strify_message
+
+from pyros1.drop_in.commands import main as _main
+from pyros1.drop_in.missing import missing
+from pyros1.ground.errors import DefinitionError, UnknownTypeError
+from pyros1.ground.generated import finder
+from pyros1.msgs.digest import Digests
+from pyros1.msgs.spec import MessageSpec
+
+__getattr__ = missing(
+    __name__,
+    **dict.fromkeys(("rosmsg_cmd_prototype", "init_rosmsg_proto"), "rosmsg-proto is no part of pyros1"),
+)
+
+MODE_MSG = ".msg"
+MODE_SRV = ".srv"
+_MOST_LINES = 100_000
+
+
+class ROSMsgException(Exception):
+    """A type is not known, or its definition is wrong."""
+
+
+class RosMsgProtoException(Exception):
+    """Raised by rosmsg-proto, which is no part of pyros1."""
+
+
+class RosMsgProtoArgsException(Exception):
+    """Raised by rosmsg-proto, which is no part of pyros1."""
+
+
+def _library() -> Any:
+    return finder().library
+
+
+# Lists ---------------------------------------------------------------------------------------------------------------
+
+
+def list_types(package: str, mode: str = MODE_MSG, rospack: Any = None) -> list[str]:
+    """Return the full names of a package's types, sorted.
+
+    Raises:
+        ValueError: `mode` is neither `MODE_MSG` nor `MODE_SRV`.
+        rospkg.ResourceNotFound: there is no such package.
+    """
+    if mode not in (MODE_MSG, MODE_SRV):
+        raise ValueError(f"Unknown mode for list_types: {mode}")
+    library = _library()
+    if not library.has_package(package):
+        import rospkg
+
+        (rospack or rospkg.RosPack()).get_path(package)  # raises, if there is no package at all
+        return []
+    return [f"{package}/{name}" for name in _names(library, package, mode)]
+
+
+def _names(library: Any, package: str, mode: str) -> list[str]:
+    return sorted(library.messages(package) if mode == MODE_MSG else library.services(package))
+
+
+def list_msgs(package: str, rospack: Any = None) -> list[str]:
+    """Return the full names of a package's messages."""
+    return list_types(package, MODE_MSG, rospack)
+
+
+def list_srvs(package: str, rospack: Any = None) -> list[str]:
+    """Return the full names of a package's services."""
+    return list_types(package, MODE_SRV, rospack)
+
+
+def _msg_filter(ext: str) -> Callable[[str], bool]:
+    return lambda path: os.path.isfile(path) and path.endswith(ext)
+
+
+def _list_types(path: str, subdir: str, ext: str) -> list[str]:
+    """Return the names of the types that are defined in a folder, sorted, without the extension."""
+    del subdir
+    try:
+        names = os.listdir(path)
+    except OSError:
+        return []
+    return sorted(
+        name[: -len(ext)] for name in names if name.endswith(ext) and os.path.isfile(os.path.join(path, name))
+    )
+
+
+def iterate_packages(rospack: Any, mode: str) -> Iterator[tuple[str, str]]:
+    """Yield each package that defines types, with the folder of their definitions."""
+    if mode not in (MODE_MSG, MODE_SRV):
+        raise ValueError(f"Unknown mode for iterate_packages: {mode}")
+    library = _library()
+    for package in library.packages():
+        for folder in library.folders(package):
+            inner = os.path.join(folder, mode[1:])
+            place = inner if os.path.isdir(inner) else folder
+            if _list_types(place, mode[1:], mode):
+                yield package, place
+
+
+def rosmsg_search(rospack: Any, mode: str, base_type: str) -> Iterator[str]:
+    """Yield the full names of all types with a bare name."""
+    library = _library()
+    for package in library.packages():
+        if base_type in _names(library, package, mode):
+            yield f"{package}/{base_type}"
+
+
+# Definitions ---------------------------------------------------------------------------------------------------------
+
+
+def spec_to_str(msg_context: Any, spec: Any, buff: Any = None, indent: str = "") -> str:
+    """Return a definition with those of its nested types, as ``rosmsg show`` prints it.
+
+    Args:
+        msg_context: accepted for stock's sake.
+        spec: a `pyros1.msgs.spec.MessageSpec`.
+        buff: file for the text, too.
+        indent: the beginning of each line.
+    """
+    Digests(_library().message).dependencies(spec)  # the expansion must have a limit
+    text = "".join(f"{line}\n" for line in _lines(spec, indent, [_MOST_LINES]))
+    if buff is not None:
+        buff.write(text)
+    return text
+
+
+def _lines(spec: MessageSpec, indent: str, room: list[int]) -> Iterator[str]:
+    for constant in spec.constants:
+        yield f"{indent}{constant.type} {constant.name}={constant.text}"
+    for field in spec.fields:
+        room[0] -= 1
+        if room[0] < 0:
+            raise ROSMsgException(f"more than {_MOST_LINES} lines with all nested types")
+        yield f"{indent}{field.type} {field.name}"
+        if not field.is_builtin:
+            yield from _lines(_library().message(field.base), indent + "  ", room)
+
+
+def get_msg_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
+    """Return the text of a message's definition: as it is written, or with all nested types.
+
+    Raises:
+        ROSMsgException: there is no such type, or its definition is wrong.
+    """
+    name = "std_msgs/Header" if type_ == "Header" else type_
+    try:
+        spec = _library().message(name)
+        return str(spec.text) if raw else spec_to_str(None, spec)
+    except (DefinitionError, UnknownTypeError) as error:
+        raise ROSMsgException(f"Unable to load msg [{type_}]: {error}") from error
+
+
+def get_srv_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
+    """Return the text of a service's definition; arguments and errors as for `get_msg_text`."""
+    try:
+        spec = _library().service(type_)
+        return (
+            str(spec.text) if raw else "---\n".join(spec_to_str(None, each) for each in (spec.request, spec.response))
+        )
+    except (DefinitionError, UnknownTypeError) as error:
+        raise ROSMsgException(f"Unknown srv type [{type_}]: {error}") from error
+
+
+def rosmsg_md5(mode: str, type_: str) -> str:
+    """Return the md5 sum of a type; raises IOError if it cannot be loaded."""
+    try:
+        cls = finder().message(type_) if mode == MODE_MSG else finder().service(type_)
+    except (DefinitionError, UnknownTypeError):
+        raise OSError(f"cannot load [{type_}]") from None
+    return str(cls._md5sum)
+
+
+def rosmsg_debug(rospack: Any, mode: str, type_: str, raw: bool = False) -> None:
+    """Print the text of a definition."""
+    if mode not in (MODE_MSG, MODE_SRV):
+        raise ROSMsgException(f"Unknown mode for rosmsg_debug: {mode}")
+    print((get_msg_text if mode == MODE_MSG else get_srv_text)(type_, raw=raw, rospack=rospack))
+
+
+def get_yaml_for_msg(
+    msg: Any,
+    prefix: str = "",
+    time_offset: Any = None,
+    current_time: Any = None,
+    field_filter: Any = None,
+    flow_style_: Any = None,
+    fill_arrays_: bool = False,
+) -> str:
+    """Return a message as YAML."""
+    return strify_message(msg, prefix, time_offset=time_offset, current_time=current_time)
+
+
+def get_array_type_instance(field_type: str, default_package: str | None = None) -> Any:
+    """Return a new message of the type of an array's elements, None for numbers and texts."""
+    base = field_type.partition("[")[0]
+    if "/" not in base and default_package:
+        base = f"{default_package}/{base}"
+    try:
+        return finder().message(base)() if "/" in base else None
+    except (DefinitionError, UnknownTypeError):
+        return None
+
+
+def create_names_filter(names: Any) -> Callable[[Any], Iterator[str]]:
+    """Return a function that yields the names of a message's fields without some."""
+    return lambda message: (name for name in message.__slots__ if name not in names)
+
+
+# The tool ------------------------------------------------------------------------------------------------------------
+
+
+def _command(mode: str, verb: str, words: list[str]) -> None:
+    _main("rosmsg" if mode == MODE_MSG else "rossrv", ["", verb, *words])
+
+
+def rosmsg_cmd_show(mode: str, full: str, alias: str = "show") -> None:
+    """Print definitions; the types are on the process's command line."""
+    _command(mode, alias, sys.argv[2:])
+
+
+def rosmsg_cmd_md5(mode: str, full: str) -> None:
+    """Print md5 sums; the types are on the process's command line."""
+    _command(mode, "md5", sys.argv[2:])
+
+
+def rosmsg_cmd_list(mode: str, full: str, argv: list[str] | None = None) -> None:
+    """Print all types."""
+    _command(mode, "list", (sys.argv[1:] if argv is None else argv)[1:])
+
+
+def rosmsg_cmd_package(mode: str, full: str) -> None:
+    """Print the types of a package, which is on the process's command line."""
+    _command(mode, "package", sys.argv[2:])
+
+
+def rosmsg_cmd_packages(mode: str, full: str, argv: list[str] | None = None) -> None:
+    """Print the packages with types."""
+    _command(mode, "packages", (sys.argv[1:] if argv is None else argv)[1:])
+
+
+def rosmsgmain(mode: str = MODE_MSG) -> None:
+    """Run the tool with the process's command line."""
+    if mode not in (MODE_MSG, MODE_SRV):
+        raise ROSMsgException(f"Unknown mode: {mode}")
+    _main("rosmsg" if mode == MODE_MSG else "rossrv", sys.argv)

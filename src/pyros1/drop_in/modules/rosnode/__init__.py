@@ -1,0 +1,310 @@
+"""rosnode, by pyros1: nodes (https://wiki.ros.org/rosnode)."""
+
+from __future__ import annotations
+
+import itertools
+import socket
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from typing import Any
+from urllib.parse import urlparse
+
+import rosgraph
+from rosgraph.names import script_resolve_name
+
+from pyros1.drop_in.commands import main as _main
+from pyros1.drop_in.commands import run as _run
+from pyros1.drop_in.missing import missing
+from pyros1.graph import NodeApi
+from pyros1.ground.errors import DeadlineError, Error
+
+__getattr__ = missing(__name__)
+
+NAME = "rosnode"
+ID = "/rosnode"
+_TIMEOUT = 3.0
+_caller_apis: dict[str, str] = {}
+
+
+class ROSNodeException(Exception):
+    """A node is not known, or refuses something."""
+
+
+class ROSNodeIOException(ROSNodeException):
+    """The master does not answer."""
+
+
+def _succeed(args: tuple[int, str, Any]) -> Any:
+    """Return the value of an API's reply; raises ROSNodeException if it is a failure."""
+    code, message, value = args
+    if code != 1:
+        raise ROSNodeException(f"remote call failed: {message}")
+    return value
+
+
+def _state(master: Any = None) -> Any:
+    try:
+        return (master or rosgraph.Master(ID)).getSystemState()
+    except OSError:
+        raise ROSNodeIOException("Unable to communicate with master!") from None
+
+
+def _nodes(state: Any) -> Iterator[str]:
+    return itertools.chain.from_iterable(nodes for table in state for _, nodes in table)
+
+
+def get_api_uri(master: Any, caller_id: str, skip_cache: bool = False) -> str | None:
+    """Return the address of a node's API, None if the master does not know it."""
+    uri = None if skip_cache else _caller_apis.get(caller_id)
+    if uri is None:
+        try:
+            uri = str(master.lookupNode(caller_id))
+        except rosgraph.MasterException:
+            return None
+        except OSError:
+            raise ROSNodeIOException("Unable to communicate with master!") from None
+        _caller_apis[caller_id] = uri
+    return uri
+
+
+def lookup_uri(master: Any, system_state: Any, topic: str, uri: str) -> str:
+    """Return the name of a topic's node with an address, with that address behind it; or only the address."""
+    for nodes in (nodes for table in system_state[:2] for name, nodes in table if name == topic):
+        for node in nodes:
+            if get_api_uri(master, node) == uri:
+                return f"{node} ({uri})"
+    return uri
+
+
+def get_node_names(namespace: str | None = None) -> list[str]:
+    """Return the names of all nodes, or of those of a namespace, sorted."""
+    names = sorted(set(_nodes(_state())))
+    if namespace:
+        below = namespace.rstrip("/") + "/"
+        names = [name for name in names if name.startswith(below) or name == namespace]
+    return names
+
+
+def get_machines_by_nodes() -> list[str]:
+    """Return the hosts on which nodes run."""
+    return list({host for _, host in _hosts()})
+
+
+def get_nodes_by_machine(machine: str) -> list[str]:
+    """Return the nodes of a host; raises ROSNodeException if its name has no address."""
+    try:
+        addresses = {each[4][0] for each in socket.getaddrinfo(machine, None)}
+    except OSError:
+        raise ROSNodeException(f"cannot resolve machine name [{machine}] to address") from None
+    found = []
+    for node, host in _hosts():
+        try:
+            same = machine == host or not addresses.isdisjoint(each[4][0] for each in socket.getaddrinfo(host, None))
+        except OSError:
+            same = False
+        if same:
+            found.append(node)
+    return found
+
+
+def _hosts() -> Iterator[tuple[str, str]]:
+    master = rosgraph.Master(ID)
+    for node in get_node_names():
+        uri = get_api_uri(master, node)
+        host = urlparse(uri).hostname if uri else None
+        if host:
+            yield node, host
+
+
+def kill_nodes(node_names: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Tell nodes to end.
+
+    Returns:
+        The names of those that were told, and of those that are not known or do not answer.
+    """
+    master = rosgraph.Master(ID)
+    success, fail = [], []
+    for name in node_names:
+        uri = get_api_uri(master, name, skip_cache=True)
+        try:
+            if uri is None:
+                raise ROSNodeException(name)
+            api = NodeApi(ID, uri, _TIMEOUT)
+            try:
+                api.shutdown("user request")
+            finally:
+                api.close()
+            success.append(name)
+        except (DeadlineError, ROSNodeException):
+            fail.append(name)
+        except (Error, OSError):
+            success.append(name)  # a node may end before it has answered
+    return success, fail
+
+
+def rosnode_listnodes(namespace: str | None = None, list_uri: bool = False, list_all: bool = False) -> None:
+    """Print the names of nodes, their addresses, or both."""
+    print(_sub_rosnode_listnodes(namespace, list_uri, list_all))
+
+
+def _sub_rosnode_listnodes(namespace: str | None = None, list_uri: bool = False, list_all: bool = False) -> str:
+    names, master = get_node_names(namespace), rosgraph.Master(ID)
+    if list_all:
+        return "\n".join(f"{get_api_uri(master, name) or 'unknown address'} \t{name}" for name in names)
+    if list_uri:
+        return "\n".join(get_api_uri(master, name) or "unknown address" for name in names)
+    return "\n".join(names)
+
+
+def rosnode_ping(node_name: str, max_count: int | None = None, verbose: bool = False, skip_cache: bool = False) -> bool:
+    """Ask a node whether it is there, once a second.
+
+    Args:
+        max_count: how often; None: until the program is interrupted.
+        verbose: whether to print the times.
+        skip_cache: whether to ask the master for its address, though that is known.
+
+    Returns:
+        Whether it answered.
+    """
+    master = rosgraph.Master(ID)
+    uri = get_api_uri(master, node_name, skip_cache)
+    if uri is None:
+        print(f"cannot ping [{node_name}]: unknown node", file=sys.stderr)
+        return False
+    if verbose:
+        print(f"pinging {node_name} with a timeout of {_TIMEOUT}s")
+    api = NodeApi(ID, uri, _TIMEOUT)
+    total, count = 0.0, 0
+    try:
+        while True:
+            try:
+                took = api.ping() * 1000
+            except (Error, OSError):
+                if not skip_cache:
+                    fresh = get_api_uri(master, node_name, skip_cache=True)
+                    if fresh not in (None, uri):
+                        return rosnode_ping(node_name, max_count, verbose, skip_cache=True)
+                print(f"ERROR: connection refused to [{uri}]", file=sys.stderr)
+                return False
+            total, count = total + took, count + 1
+            if verbose:
+                print(f"xmlrpc reply from {uri}\ttime={took:f}ms")
+            if max_count and count >= max_count:
+                break
+            time.sleep(1.0)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        api.close()
+    if verbose and count > 1:
+        print(f"ping average: {total / count:f}ms")
+    return True
+
+
+def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[list[str], list[str]]:
+    """Ask all nodes once; return those that answered, and those that did not."""
+    names = get_node_names()
+    if verbose:
+        print("Will ping the following nodes: \n" + "".join(f" * {name}\n" for name in names))
+    pinged: list[str] = []
+    unpinged: list[str] = []
+    for name in names:
+        (pinged if rosnode_ping(name, max_count=1, verbose=verbose, skip_cache=skip_cache) else unpinged).append(name)
+    return pinged, unpinged
+
+
+def cleanup_master_blacklist(master: Any, blacklist: Iterable[str]) -> None:
+    """Remove all registrations of some nodes from the master."""
+    names = set(blacklist)
+    for name in sorted(names & set(_nodes(_state(master)))):
+        print(f"Unregistering {name}")
+    _unregister(master, names)
+
+
+def _unregister(master: Any, names: set[str]) -> None:
+    publishers, subscribers, services = _state(master)
+    for name in sorted(names & set(_nodes((publishers, subscribers, services)))):
+        uri = get_api_uri(master, name) or ""
+        node = rosgraph.Master(name, master.master_uri)
+        for topic, nodes in publishers:
+            if name in nodes:
+                node.unregisterPublisher(topic, uri)
+        for topic, nodes in subscribers:
+            if name in nodes:
+                node.unregisterSubscriber(topic, uri)
+        for service, nodes in services:
+            if name in nodes:
+                node.unregisterService(service, master.lookupService(service))
+
+
+def cleanup_master_whitelist(master: Any, whitelist: Iterable[str]) -> None:
+    """Remove all registrations of nodes that are not in the list from the master."""
+    _unregister(master, set(_nodes(_state(master))) - set(whitelist))
+
+
+def rosnode_cleanup() -> None:
+    """Ask on the terminal whether to remove registrations of nodes that do not answer, and do it."""
+    _run(NAME, "cleanup")
+
+
+def get_node_info_description(node_name: str) -> str:
+    """Return what the master knows about a node, as text."""
+    master = rosgraph.Master(ID)
+    publishers, subscribers, services = _state(master)
+    types = {entry[0]: entry[1] for entry in master.getPublishedTopics("/")}
+
+    def topics(table: Any) -> list[str]:
+        own = sorted(name for name, nodes in table if node_name in nodes)
+        return [f" * {name} [{types.get(name, 'unknown type')}]" for name in own]
+
+    def rows(title: str, lines: list[str]) -> str:
+        return f"{title}: " + ("\n" + "\n".join(lines) if lines else "None") + "\n"
+
+    provided = [f" * {name}" for name in sorted(name for name, nodes in services if node_name in nodes)]
+    published, subscribed = rows("Publications", topics(publishers)), rows("Subscriptions", topics(subscribers))
+    return f"Node [{node_name}]\n{published}\n{subscribed}\n{rows('Services', provided)}"
+
+
+def get_node_connection_info_description(node_api: str, master: Any) -> str:
+    """Return a node's process id and connections, as text.
+
+    Raises:
+        ROSNodeIOException: the node does not answer.
+    """
+    state = _state(master)
+    api = NodeApi(ID, node_api, _TIMEOUT)
+    try:
+        text = f"Pid: {api.pid()}\n"
+        connections = api.connections()
+    except (Error, OSError):
+        raise ROSNodeIOException(f"Communication with node[{node_api}] failed!") from None
+    finally:
+        api.close()
+    lines = []
+    words = {"o": "outbound", "i": "inbound", "b": "inbound and outbound"}
+    for each in connections:
+        other = lookup_uri(master, state, each.topic, each.destination)
+        place = "" if each.local_port is None else f" ({each.local_port} - {each.peer}) [{each.socket}]"
+        lines.append(f" * topic: {each.topic}\n    * to: {other}\n")
+        if each.connected:
+            lines.append(f"    * direction: {words.get(each.direction, each.direction)}{place}\n")
+        lines.append(f"    * transport: {each.transport}\n")
+    return text + ("Connections:\n" + "".join(lines) if lines else "")
+
+
+def rosnode_info(node_name: str, quiet: bool = False) -> None:
+    """Print what the master and the node itself tell about it; with `quiet` only what the master does."""
+    _run(NAME, "info", *(["-q"] if quiet else []), script_resolve_name(NAME, node_name))
+
+
+def rosnode_debugnode(node_name: str, quiet: bool = False) -> None:
+    """Print as `rosnode_info`."""
+    rosnode_info(node_name, quiet)
+
+
+def rosnodemain(argv: list[str] | None = None) -> None:
+    """Run the tool with a command line; None: that of the process. Then exit."""
+    _main(NAME, argv)
+    sys.exit(0)

@@ -1,0 +1,357 @@
+"""rostopic, by pyros1: topics (https://wiki.ros.org/rostopic)."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+from urllib.parse import urlparse
+
+import genpy
+import rosgraph
+import roslib.message
+import rospy
+from genpy.message import fill_message_args
+from rosgraph.names import script_resolve_name
+
+from pyros1.drop_in.commands import main as _main
+from pyros1.drop_in.commands import run as _run
+from pyros1.drop_in.missing import missing
+from rostopic._echo import CallbackEcho
+from rostopic._fields import (
+    _get_array_index_or_slice_object,
+    _isstring_type,
+    _str_plot,
+    _str_plot_fields,
+    _sub_str_plot,
+    _sub_str_plot_fields,
+    create_field_filter,
+    msgevalgen,
+)
+from rostopic._rates import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz, _get_ascii_table
+
+_PUB = "use rostopic.publish_message, or the command `pyros1 topic pub`"
+__getattr__ = missing(
+    __name__,
+    **dict.fromkeys(("argv_publish", "param_publish", "stdin_publish", "file_yaml_arg", "stdin_yaml_arg"), _PUB),
+)
+
+NAME = "rostopic"
+SUBSCRIBER_TIMEOUT = 5.0
+_caller_apis: dict[str, str] = {}
+
+
+class ROSTopicException(Exception):
+    """A topic or type is not known, or something is wrong with it."""
+
+
+class ROSTopicIOException(ROSTopicException):
+    """The master does not answer."""
+
+
+def _check_master() -> None:
+    """Raise ROSTopicIOException if the master does not answer."""
+    try:
+        rosgraph.Master("/rostopic").getPid()
+    except OSError:
+        raise ROSTopicIOException("Unable to communicate with master!") from None
+
+
+def _master_get_topic_types(master: Any) -> list[list[str]]:
+    types: list[list[str]] = master.getTopicTypes()
+    return types
+
+
+def get_api(master: Any, caller_id: str) -> str:
+    """Return the address of a node's API; ``unknown address`` and the name if the master does not know it.
+
+    Raises:
+        ROSTopicIOException: the master does not answer.
+    """
+    uri = _caller_apis.get(caller_id)
+    if uri is None:
+        try:
+            uri = _caller_apis[caller_id] = str(master.lookupNode(caller_id))
+        except rosgraph.MasterException:
+            return f"unknown address {caller_id}"
+        except OSError:
+            raise ROSTopicIOException("Unable to communicate with master!") from None
+    return uri
+
+
+# Types ---------------------------------------------------------------------------------------------------------------
+
+
+def _get_topic_type(topic: str) -> tuple[str | None, str | None, Callable[[Any], Any] | None]:
+    try:
+        known = _master_get_topic_types(rosgraph.Master("/rostopic"))
+    except OSError:
+        raise ROSTopicIOException("Unable to communicate with master!") from None
+    found = [(name, kind) for name, kind in known if topic == name or topic.startswith((f"{name}/", f"{name}["))]
+    for name, kind in sorted(found, key=lambda pair: len(pair[0]), reverse=True):
+        if kind != rosgraph.names.ANYTYPE:
+            return kind, name, msgevalgen(topic[len(name) :])
+    return None, None, None
+
+
+def get_topic_type(topic: str, blocking: bool = False) -> Any:
+    """Return the type of a topic, the topic itself, and a function.
+
+    Args:
+        topic: full name of a topic, and behind it perhaps a path to a field.
+        blocking: whether to wait until the topic is known.
+
+    Returns:
+        Type, topic, and a function that returns the field; or None without one. All are None if it is not known.
+
+    Raises:
+        ROSTopicIOException: the master does not answer.
+    """
+    found = _get_topic_type(topic)
+    if blocking and not found[0]:
+        print(f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr)
+        while not found[0] and not rospy.is_shutdown():
+            time.sleep(0.1)
+            found = _get_topic_type(topic)
+    return found
+
+
+def get_topic_class(topic: str, blocking: bool = False) -> Any:
+    """Return the class of a topic's messages, and otherwise as `get_topic_type`.
+
+    Raises:
+        ROSTopicException: there is no definition of the type.
+    """
+    kind, name, field = get_topic_type(topic, blocking=blocking)
+    if kind is None:
+        return None, None, None
+    cls = roslib.message.get_message_class(kind)
+    if not cls:
+        raise ROSTopicException(f"Cannot load message class for [{kind}]. Are your messages built?")
+    return cls, name, field
+
+
+def find_by_type(topic_type: str) -> list[str]:
+    """Return the names of the topics of a type; raises ROSTopicIOException."""
+    try:
+        known = _master_get_topic_types(rosgraph.Master("/rostopic"))
+    except OSError:
+        raise ROSTopicIOException("Unable to communicate with master!") from None
+    return [name for name, kind in known if kind == topic_type]
+
+
+# Lists ---------------------------------------------------------------------------------------------------------------
+
+
+def get_topic_list(master: Any = None) -> tuple[list[Any], list[Any]]:
+    """Return publications and subscriptions, each as (topic, type, nodes); raises OSError without a master."""
+    master = master or rosgraph.Master("/rostopic")
+    publishers, subscribers, _ = master.getSystemState()
+    types = {entry[0]: entry[1] for entry in _master_get_topic_types(master)}
+    return tuple(  # type: ignore[return-value]
+        [(topic, types.get(topic, "unknown type"), nodes) for topic, nodes in table]
+        for table in (publishers, subscribers)
+    )
+
+
+def _rostopic_list_group_by_host(
+    master: Any, pubs: list[Any], subs: list[Any]
+) -> tuple[dict[str, list[Any]], dict[str, list[Any]]]:
+    """Return the entries of `get_topic_list` by host, each with the nodes there."""
+
+    def by_host(table: list[Any]) -> dict[str, list[Any]]:
+        found: dict[str, list[Any]] = {}
+        for topic, kind, nodes in table:
+            here: dict[str, list[str]] = {}
+            for node in nodes:
+                here.setdefault(urlparse(get_api(master, node)).hostname or "unknown", []).append(node)
+            for host, names in here.items():
+                found.setdefault(host, []).append((topic, kind, names))
+        return found
+
+    return by_host(pubs), by_host(subs)
+
+
+def get_info_text(topic: str) -> str:
+    """Return type, publishers and subscribers of a topic as text.
+
+    Raises:
+        ROSTopicException: there is no such topic.
+        OSError: the master does not answer.
+    """
+    master = rosgraph.Master("/rostopic")
+    publishers, subscribers = get_topic_list(master)
+    own = [[entry for entry in table if entry[0] == topic] for table in (publishers, subscribers)]
+    if not any(own):
+        raise ROSTopicException(f"Unknown topic {topic}")
+    text = f"Type: {get_topic_type(topic)[0] or 'unknown type'}\n\n"
+    for title, entries in zip(("Publishers", "Subscribers"), own, strict=True):
+        nodes = [node for _, _, names in entries for node in names]
+        rows = "".join(f" * {node} ({get_api(master, node)})\n" for node in nodes)
+        text += f"{title}: " + (f"\n{rows}\n" if rows else "None\n\n")
+    return text
+
+
+# Publishing ----------------------------------------------------------------------------------------------------------
+
+
+def create_publisher(topic_name: str, topic_type: str, latch: bool, disable_rostime: bool = True) -> tuple[Any, Any]:
+    """Start a node, and return a publisher with the class of its messages.
+
+    Raises:
+        ROSTopicException: there is no definition of the type, or no package is named.
+    """
+    name = script_resolve_name(NAME, topic_name)
+    try:
+        cls = roslib.message.get_message_class(topic_type)
+    except ValueError:
+        raise ROSTopicException(f"invalid topic type: {topic_type}") from None
+    if cls is None:
+        package = topic_type.partition("/")[0]
+        raise ROSTopicException(
+            f"invalid message type: {topic_type}.\nIf this is a valid message type, perhaps you need to type "
+            f"'rosmake {package}'"
+        )
+    rospy.init_node(NAME, anonymous=True, disable_rosout=True, disable_rostime=disable_rostime)
+    return rospy.Publisher(name, cls, latch=latch, queue_size=100), cls
+
+
+def wait_for_subscriber(pub: Any, timeout: float) -> None:
+    """Wait until a publisher has a subscriber, or some seconds have passed."""
+    until = time.monotonic() + timeout
+    while pub.get_num_connections() == 0 and time.monotonic() < until and not rospy.is_shutdown():
+        time.sleep(0.01)
+
+
+def publish_message(
+    pub: Any,
+    msg_class: Any,
+    pub_args: Any,
+    rate: float | None = None,
+    once: bool = False,
+    verbose: bool = False,
+    substitute_keywords: bool = False,
+) -> None:
+    """Publish a message with given values.
+
+    Args:
+        pub: the publisher.
+        msg_class: class of the messages.
+        pub_args: list of values, or of one mapping.
+        rate: how often in Hz; None: once, and wait until the node ends.
+        once: whether to return a while after the message was sent.
+        verbose: whether to print the message.
+        substitute_keywords: whether the words ``now`` and ``auto`` stand for the time, anew with each message.
+
+    Raises:
+        ROSTopicException: the values do not fit.
+    """
+
+    def message() -> Any:
+        made = msg_class()
+        now = rospy.get_rostime() if substitute_keywords or not rate else None
+        try:
+            fill_message_args(made, pub_args, keys={} if now is None else {"now": now, "auto": genpy.message.Message})
+        except genpy.MessageException as error:
+            raise ROSTopicException(
+                f"{error}\n\nArgs are: [{genpy.message.get_printable_message_args(made)}]"
+            ) from None
+        return made
+
+    first = message()
+    if verbose:
+        print(first)
+    if rate is None:
+        pub.publish(first)
+        if once:
+            wait_for_subscriber(pub, 3.0)
+            time.sleep(0.2)
+        else:
+            rospy.spin()
+        return
+    pace = rospy.Rate(rate)
+    while not rospy.is_shutdown():
+        pub.publish(message() if substitute_keywords else first)
+        if verbose:
+            print("publishing message")
+        if once:
+            break
+        pace.sleep()
+
+
+# The tool ------------------------------------------------------------------------------------------------------------
+
+
+def _print(verb: str, *words: str) -> None:
+    code = _run(NAME, verb, *words)
+    if code:
+        sys.exit(code)
+
+
+def _rostopic_type(topic: str) -> None:
+    _print("type", topic)
+
+
+def _rostopic_info(topic: str) -> None:
+    _print("info", topic)
+
+
+def _rostopic_list(
+    topic: str | None,
+    verbose: bool = False,
+    subscribers_only: bool = False,
+    publishers_only: bool = False,
+    group_by_host: bool = False,
+) -> None:
+    flags = {"-v": verbose, "-s": subscribers_only, "-p": publishers_only, "--host": group_by_host}
+    _print("list", *(flag for flag, wanted in flags.items() if wanted), *([topic] if topic else []))
+
+
+def _rostopic_hz(
+    topics: list[str],
+    window_size: int = -1,
+    filter_expr: Any = None,
+    use_wtime: bool = False,
+    tcp_nodelay: bool = False,
+) -> None:
+    if filter_expr is not None:
+        raise ROSTopicException("pyros1's rostopic._rostopic_hz takes no filter: use ROSTopicHz")
+    flags = ["--wall-time"] * use_wtime + ["--tcpnodelay"] * tcp_nodelay
+    window = [] if window_size < 0 else ["-w", str(window_size)]
+    _print("hz", *window, *flags, *([topics] if isinstance(topics, str) else topics))
+
+
+def _rostopic_bw(topic: str, window_size: int = -1) -> None:
+    _print("bw", *([] if window_size < 0 else ["-w", str(window_size)]), topic)
+
+
+def _rostopic_delay(topic: str, window_size: int = -1, tcp_nodelay: bool = False) -> None:
+    _print("delay", *([] if window_size < 0 else ["-w", str(window_size)]), *["--tcpnodelay"] * tcp_nodelay, topic)
+
+
+def _rostopic_echo(topic: str, callback_echo: Any, bag_file: str | None = None, echo_all_topics: bool = False) -> None:
+    """Call a `CallbackEcho` with the messages of a topic, or of a bag, until it is done."""
+    if bag_file:
+        import rosbag
+
+        with rosbag.Bag(bag_file) as bag:
+            for name, message, stamp in bag.read_messages():
+                callback_echo.callback(message, {"topic": name, "type_information": None}, current_time=stamp)
+                if callback_echo.done:
+                    break
+        return
+    _check_master()
+    rospy.init_node(NAME, anonymous=True)
+    cls, real, field = get_topic_class(topic, blocking=True)
+    if cls is None:
+        return
+    callback_echo.msg_eval = field
+    rospy.Subscriber(real, cls, callback_echo.callback, {"topic": topic, "type_information": None})
+    while not rospy.is_shutdown() and not callback_echo.done:
+        time.sleep(0.1)
+
+
+def rostopicmain(argv: list[str] | None = None) -> None:
+    """Run the tool with a command line; None: that of the process."""
+    _main(NAME, argv)

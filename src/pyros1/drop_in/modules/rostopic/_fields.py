@@ -1,0 +1,175 @@
+"""Paths to fields, filters of fields, and messages as rows of numbers."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from genpy import Message, TVal
+
+_STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)|\[(?P<index>[^\[\]]*)\]")
+
+
+class _NoFieldError(Exception):
+    """A message has no such field."""
+
+
+def _steps(pattern: str) -> list[Any]:
+    """Return the names, numbers and slices of a path such as ``/poses[0]/position.x``."""
+    found: list[Any] = []
+    position = 0
+    while position < len(pattern):
+        if pattern[position] in "/." and position + 1 < len(pattern):
+            position += 1
+            continue
+        step = _STEP.match(pattern, position)
+        if step is None:
+            raise _NoFieldError(pattern)
+        found.append(step["name"] if step["name"] else _get_array_index_or_slice_object(step["index"]))
+        position = step.end()
+    return found
+
+
+def _get_array_index_or_slice_object(index_string: str) -> int | slice:
+    """Return the number in ``3``, or the slice in ``1:3``; raises AssertionError or ValueError as stock does."""
+    assert index_string, "empty array index"
+    parts = index_string.split(":")
+    if len(parts) == 1:
+        return int(index_string)
+    assert len(parts) <= 3, f"cannot parse slice [{index_string}]"
+    return slice(*(int(part) if part else None for part in parts))
+
+
+def _value(value: Any, steps: list[Any]) -> Any:
+    for number, step in enumerate(steps):
+        if isinstance(step, str) and isinstance(value, (list, tuple)):
+            return [_value(each, steps[number:]) for each in value]
+        value = getattr(value, step) if isinstance(step, str) else value[step]
+    return value
+
+
+def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
+    """Return a function that returns a field of a message.
+
+    Args:
+        pattern: the path behind the topic, for example ``/pose/position/x`` or ``/poses[0:2]``.
+
+    Returns:
+        The function, which prints an error and returns None for messages without the field. None for an empty path,
+        and for a wrong one, after an error was printed.
+    """
+    if not pattern or pattern == "/":
+        return None
+    try:
+        steps = _steps(pattern)
+    except (_NoFieldError, AssertionError, ValueError) as error:
+        print(f"field expression [{pattern}] is wrong: {error}", file=sys.stderr)
+        return None
+
+    def field(message: Any) -> Any:
+        try:
+            return _value(message, steps)
+        except AttributeError as error:
+            print(f"no field named {error.name} in {pattern}", file=sys.stderr)
+        except (IndexError, TypeError) as error:
+            print(f"no field {pattern}: {error}", file=sys.stderr)
+        return None
+
+    return field
+
+
+def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> Callable[[Any], Iterator[str]]:
+    """Return a function that yields the names of a message's fields, without those of texts or of arrays.
+
+    Args:
+        echo_nostr: leave out texts.
+        echo_noarr: leave out arrays.
+    """
+
+    def field_filter(val: Any) -> Iterator[str]:
+        for name, kind in zip(val.__slots__, val._slot_types, strict=True):
+            is_text = kind == "string" or kind.startswith(("string[", "std_msgs/String"))
+            if not (echo_noarr and "[" in kind) and not (echo_nostr and is_text):
+                yield name
+
+    return field_filter
+
+
+# Rows ----------------------------------------------------------------------------------------------------------------
+
+
+def _isstring_type(t: Any) -> bool:
+    return t is str or t is bytes
+
+
+def _leaves(value: Any, field_filter: Any) -> Iterator[Any]:
+    if isinstance(value, TVal):
+        yield value
+    elif isinstance(value, Message):
+        for name in value.__slots__ if field_filter is None else list(field_filter(value)):
+            yield from _leaves(getattr(value, name), field_filter)
+    elif isinstance(value, (list, tuple)):
+        for each in value:
+            yield from _leaves(each, field_filter)
+    else:
+        yield value
+
+
+def _sub_str_plot(val: Any, time_offset: Any, field_filter: Any) -> str:
+    """Return a message as a row: its values, separated by commas."""
+    words = []
+    for each in _leaves(val, field_filter):
+        if isinstance(each, TVal):
+            words.append(str((each - time_offset if time_offset else each).to_nsec()))
+        else:
+            words.append(str(each))
+    return ",".join(words)
+
+
+def _str_plot(
+    val: Any,
+    time_offset: Any = None,
+    current_time: Any = None,
+    field_filter: Any = None,
+    type_information: Any = None,
+    fixed_numeric_width: Any = None,
+    value_transform: Any = None,
+) -> str:
+    """Return a message as a row with its time in nanoseconds in front, as ``rostopic echo -p`` prints it."""
+    import rospy
+
+    row = _sub_str_plot(val, time_offset, field_filter)
+    if not isinstance(val, Message):
+        return row
+    if current_time is not None:
+        moment = current_time
+    elif getattr(val, "_has_header", False):
+        moment = getattr(val, "header").stamp  # noqa: B009
+    else:
+        moment = rospy.get_rostime()
+    if time_offset:
+        moment = moment - time_offset
+    return f"{moment.to_nsec()},{row}"
+
+
+def _names(value: Any, before: str, field_filter: Any) -> Iterator[str]:
+    if isinstance(value, Message):
+        for name in value.__slots__ if field_filter is None else list(field_filter(value)):
+            yield from _names(getattr(value, name), f"{before}.{name}", field_filter)
+    elif isinstance(value, (list, tuple)):
+        for number, each in enumerate(value):
+            yield from _names(each, f"{before}{number}", field_filter)
+    else:
+        yield before
+
+
+def _sub_str_plot_fields(val: Any, f: str, field_filter: Any) -> str:
+    """Return the names of the columns of `_sub_str_plot`."""
+    return ",".join(_names(val, f, field_filter))
+
+
+def _str_plot_fields(val: Any, f: str, field_filter: Any) -> str:
+    """Return the names of the columns of `_str_plot`."""
+    return f"time,{_sub_str_plot_fields(val, f, field_filter)}"

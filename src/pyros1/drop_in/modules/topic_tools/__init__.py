@@ -1,0 +1,65 @@
+"""LazyTransport, a base for nodes that subscribe only while somebody listens (https://wiki.ros.org/topic_tools)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import rospy
+
+_DELAY = 5.0
+"""Seconds after which a node that has never subscribed says so."""
+
+
+class LazyTransport(rospy.SubscribeListener):
+    """Subscribes when its publishers get subscribers, and unsubscribes when they have none any more.
+
+    With the parameter ``~lazy`` false it does not unsubscribe. Programs define `subscribe` and `unsubscribe`, and
+    publish what `advertise` returns.
+    """
+
+    def __init__(self) -> None:
+        self._publishers: list[rospy.Publisher] = []
+        self._connection_status: bool | None = None  # None: never yet
+        rospy.Timer(rospy.Duration.from_sec(_DELAY), self._warn_never_subscribed_cb, oneshot=True)
+
+    def _warn_never_subscribed_cb(self, timer_event: Any) -> None:
+        if self._connection_status is None:
+            rospy.logwarn(
+                "[%s] subscribes topics only with child subscribers. Set '~lazy' as False to have it always transport "
+                "message.",
+                rospy.get_name(),
+            )
+
+    def subscribe(self) -> None:
+        """Subscribe to the input."""
+        raise NotImplementedError("Please overwrite this method")
+
+    def unsubscribe(self) -> None:
+        """Unsubscribe from the input."""
+        raise NotImplementedError("Please overwrite this method")
+
+    def peer_subscribe(self, *args: Any, **kwargs: Any) -> None:
+        """A publisher has a new subscriber."""
+        if not self._connection_status:
+            self._connection_status = True
+            self.subscribe()
+
+    def peer_unsubscribe(self, *args: Any, **kwargs: Any) -> None:
+        """A publisher has lost a subscriber."""
+        if not rospy.get_param("~lazy", True):
+            return
+        if self._connection_status and not any(each.get_num_connections() for each in self._publishers):
+            self._connection_status = False
+            self.unsubscribe()
+
+    def advertise(self, *args: Any, **kwargs: Any) -> rospy.Publisher:
+        """Return a `rospy.Publisher`, which takes the same arguments, whose subscribers count.
+
+        Raises:
+            AssertionError: with an own ``subscriber_listener``.
+        """
+        if len(args) > 2 or kwargs.get("subscriber_listener") is not None:
+            raise AssertionError("a LazyTransport is the subscriber_listener itself")
+        publisher = rospy.Publisher(*args, **{**kwargs, "subscriber_listener": self})
+        self._publishers.append(publisher)
+        return publisher
