@@ -69,9 +69,7 @@ class Concurrence(Container):
         Raises:
             InvalidStateError: the label is taken; or no concurrence is open.
         """
-        self = Container._currently_opened_container()
-        if not isinstance(self, Concurrence):
-            raise InvalidStateError(f"The open container is no Concurrence, but a {type(self).__name__}.")
+        self = Concurrence._currently_opened_container()
         if label in self._states:
             raise InvalidStateError(
                 f'Attempting to add state with label "{label}" to concurrence, but this label is already being used.'

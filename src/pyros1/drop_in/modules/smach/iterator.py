@@ -62,9 +62,7 @@ class Iterator(Container):
             break_outcomes: outcomes that end the iterator.
             final_outcome_map: last outcome -> outcome of the iterator, where they differ.
         """
-        self = Container._currently_opened_container()
-        if not isinstance(self, Iterator):
-            raise InvalidStateError(f"The open container is no Iterator, but a {type(self).__name__}.")
+        self = Iterator._currently_opened_container()
         self._state_label, self._state = label, state
         self._loop_outcomes, self._break_outcomes = tuple(loop_outcomes), tuple(break_outcomes)
         self._final_outcome_map = final_outcome_map or {}
