@@ -91,6 +91,9 @@ def execute(goal):
         server.set_aborted(FibonacciResult([goal.order]))
         return
     running.set()
+    if goal.order == 98:
+        server.set_preempted()
+        return
     while goal.order == 99 and not server.is_preempt_requested():
         rospy.sleep(0.01)
     running.clear()
@@ -128,6 +131,7 @@ once(goal_slots=["order"], userdata=[("order", 3)], result_slots=["sequence"])
 once(goal_key="g", userdata=[("g", FibonacciGoal(order=1))])
 once(goal_cb=goal_cb, goal_cb_args=[5], result_cb=result_cb)
 once(goal_cb=lambda userdata, goal: FibonacciGoal(order=-1))
+once(goal=FibonacciGoal(order=98))
 once(goal=FibonacciGoal(order=99), exec_timeout=rospy.Duration(0.2))
 once(goal=FibonacciGoal(order=99), preempt=True)
 
@@ -181,6 +185,7 @@ def test_actions(environ: dict[str, str]) -> None:
         "succeeded {'order': 3, 'sequence': (0, 1, 2)}",
         said[3],
         "long {'last': 4}",
+        "aborted {}",
         "aborted {}",
         "aborted {}",
         "preempted {}",
