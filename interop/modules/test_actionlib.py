@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 import signal
+from pathlib import Path
 
 import pytest
 from faces import FACES, run, same, start
-from harness import Master, Process
+from harness import ROSCPP_PEER, Master, Process
 
 MASTERS = ("ours",)
 MODULES = [
@@ -499,3 +500,59 @@ def test_pyros1_actions_with_stock(launcher: Master) -> None:
     server.wait_line("ready")
     assert run("stock", launcher, CLIENT) == expected
     end(server)
+
+
+@pytest.fixture
+def roscpp_peer() -> str:
+    """The roscpp program; interop/setup builds it."""
+    program = ROSCPP_PEER.with_name("action_peer")
+    if not program.exists():
+        pytest.skip("action_peer is not built: run interop/setup")
+    return str(program)
+
+
+@pytest.mark.parametrize("text", [SERVER, OUR_SERVER], ids=["actionlib", "pyros1"])
+def test_a_roscpp_client(launcher: Master, roscpp_peer: str, text: str) -> None:
+    server = start("ours", launcher, text)
+    server.wait_line("ready")
+    client = launcher.run([roscpp_peer, "client"])
+    for expected in ("ended SUCCEEDED 10 text", "ended ABORTED 11 text", "cancelled PREEMPTED 11 stopped"):
+        client.wait_line(expected)
+    client.wait_line("cancelled PREEMPTED 11 stopped")
+    assert client.wait() == 0
+    end(server)
+
+
+CPP_CLIENT = CLIENT.replace("in range(6)", "in range(2)")
+
+
+def test_a_roscpp_server(launcher: Master, roscpp_peer: str) -> None:
+    server = launcher.run([roscpp_peer, "server"])
+    server.wait_line("ready")
+    said = [run(face, launcher, CPP_CLIENT) for face in FACES]
+    assert "cancelled PREEMPTED stopped 3" in said[0]
+    assert said[1] == said[0]
+    server.signal(signal.SIGINT)
+    server.wait()
+
+
+TOOLS = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import rospy
+from actionlib_tools.library import to_yaml, yaml_msg_str, yaml_msgs_str
+from actionlib_tools.dynamic_action import DynamicAction
+from actionlib.msg import TestRequestGoal
+from actionlib_msgs.msg import GoalStatus
+print(to_yaml(TestRequestGoal(the_result=4, result_text="x")))
+made = yaml_msg_str(TestRequestGoal, "{the_result: 7, pause_status: {secs: 1, nsecs: 2}}")
+print(made.the_result, made.pause_status.to_sec(), to_yaml(GoalStatus(text="t")))
+action = DynamicAction("actionlib/TestRequestAction")
+print([getattr(action, name).__name__ for name in ("action", "goal", "feedback", "result")])
+"""
+
+
+def test_the_library_of_actionlib_tools(launcher: Master, tmp_path: Path) -> None:
+    """Debian's actionlib_tools, unmodified, on our modules (its two programs need a window)."""
+    (tmp_path / "actionlib_tools").symlink_to("/usr/lib/python3/dist-packages/actionlib_tools")
+    assert "'TestRequestGoal'" in same(launcher, TOOLS, str(tmp_path))

@@ -124,6 +124,40 @@ def test_reading(launcher: Master, package: dict[str, str]) -> None:
     assert "= 8 ['one', 'two']" in same_lines(launcher, READING, package)
 
 
+DUMPS = """
+import os, roslaunch, roslaunch.arg_dump, roslaunch.node_args, roslaunch.param_dump
+path = os.path.join(os.environ["ROS_PACKAGE_PATH"], "dumped.launch")
+def write(text):
+    with open(path, "w") as file:
+        file.write("<launch>" + text + "</launch>")
+write("<arg name='b' doc='the b'/><arg name='a'/><arg name='d' default='5' doc='the d'/><arg name='c' default=''/>"
+      "<arg name='v' value='x' doc='vv'/>")
+roslaunch.arg_dump.dump_args([path])
+print(roslaunch.arg_dump.get_args([path]))
+write("")
+roslaunch.arg_dump.dump_args([path])
+roslaunch.param_dump.dump_params([path])
+write("<param name='a' value='1'/><param name='b/c' value='x'/><node pkg='p' type='t' name='n' ns='m'/>")
+roslaunch.param_dump.dump_params([path])
+roslaunch.node_args.print_node_list([path])
+roslaunch.node_args.print_node_filename("/m/n", [path])
+roslaunch.rlutil.print_file_list([path])
+write("<group ns='g'><env name='E' value='v'/><node pkg='scripted' type='run' name='one' args='a &quot;b c&quot;'>"
+      "<remap from='c' to='/d'/></node></group>")
+print(roslaunch.node_args.get_node_args("/g/one", [path]))
+roslaunch.node_args.print_node_args("g/one", [path])
+try:
+    roslaunch.node_args.get_node_args("/nobody", [path])
+except roslaunch.RLException as error:
+    print(error)
+"""
+
+
+def test_what_is_printed(launcher: Master, package: dict[str, str]) -> None:
+    stock, ours = (run(face, launcher, DUMPS, **package).splitlines() for face in FACES)
+    assert [line for line in ours if "roscore.xml" not in line] == [line for line in stock if "roscore.xml" not in line]
+
+
 TEXTS = """
 import os, roslaunch.substitution_args as subst
 os.environ["V"] = "value"

@@ -110,16 +110,18 @@ def test_a_goal_is_cancelled(make_node: Make, stack: ExitStack) -> None:
 
 @pytest.mark.parametrize("how", ["all", "until"])
 def test_all_goals_are_cancelled(make_node: Make, stack: ExitStack, how: str) -> None:
-    waiting: list[ServerGoal] = []
     node = make_node("server")
+    all_came = threading.Barrier(2)
 
     def on_goal(goal: ServerGoal) -> None:
-        waiting.append(goal)
         goal.accept("go")
+        if goal.goal.order == 49:
+            all_came.wait(20)
 
     stack.enter_context(Server(node, ACTION, FibonacciAction, on_goal, lambda goal: goal.cancel()))
     client = stack.enter_context(Client(make_node("client"), ACTION, FibonacciAction))
     goals = [client.send(FibonacciGoal(order=number), timeout=20) for number in range(50)]
+    all_came.wait(20)  # a request for all goals means those that have come
     if how == "all":
         client.cancel_all()
     else:
@@ -189,8 +191,8 @@ def test_a_goal_is_rejected_and_cannot_change_after_that(make_node: Make, stack:
     refused: list[ServerGoal] = []
 
     def on_goal(goal: ServerGoal) -> None:
-        goal.reject(text="too much")
         refused.append(goal)
+        goal.reject(text="too much")
 
     stack.enter_context(Server(make_node("server"), ACTION, FibonacciAction, on_goal))
     client = stack.enter_context(Client(make_node("client"), ACTION, FibonacciAction))

@@ -79,7 +79,12 @@ def ros_args(plan: Plan) -> str:
 
 
 def node_args(node: NodePlan, words: list[str], environ: Mapping[str, str]) -> str:
-    """Return the environment and command line of a node (``--args``).
+    """Return the environment and command line of a node (``--args``); see `node_arg_words`."""
+    return " ".join(node_arg_words(node, words, environ))
+
+
+def node_arg_words(node: NodePlan, words: list[str], environ: Mapping[str, str]) -> list[str]:
+    """Return the words of the environment and command line of a node.
 
     Args:
         node: the node.
@@ -93,4 +98,4 @@ def node_args(node: NodePlan, words: list[str], environ: Mapping[str, str]) -> s
         env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
     env.update(node.env)
     changed = (f'{name}="{value}"' for name, value in env.items() if environ.get(name) != value)
-    return " ".join([*changed, *words])
+    return [*changed, *words]

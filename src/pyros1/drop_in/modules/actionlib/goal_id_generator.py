@@ -7,15 +7,17 @@ from typing import Any
 
 import rospy
 
+from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalID
 
 _numbers = itertools.count(1)
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("s_goalcount", "s_goalcount_lock"):
-        raise AttributeError(f"pyros1 has no actionlib.goal_id_generator.{name}: goals get numbers without a lock")
-    raise AttributeError(f"module 'actionlib.goal_id_generator' has no attribute {name!r}")
+__getattr__ = missing(
+    "actionlib.goal_id_generator",
+    s_goalcount="goals get numbers without a lock",
+    s_goalcount_lock="goals get numbers without a lock",
+)
 
 
 class GoalIDGenerator:

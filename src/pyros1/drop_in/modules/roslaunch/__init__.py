@@ -9,6 +9,7 @@ import traceback
 from typing import Any
 
 import pyros1.launch.scripting as _scripting
+from pyros1.drop_in.missing import missing
 from roslaunch import (
     arg_dump,
     config,
@@ -127,7 +128,12 @@ def main(argv: list[str] = sys.argv) -> None:
     sys.exit(subprocess.call([sys.executable, "-m", "pyros1", "launch", *argv[1:]]))
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("child", "remote", "remoteprocess", "server", "netapi", "roslaunch_logs"):
-        raise AttributeError(f"pyros1 has no roslaunch.{name}: `pyros1 launch` runs nodes on other machines itself")
-    raise AttributeError(f"module 'roslaunch' has no attribute {name!r}")
+__getattr__ = missing(
+    "roslaunch",
+    child="`pyros1 launch` runs nodes on other machines itself",
+    remote="`pyros1 launch` runs nodes on other machines itself",
+    remoteprocess="`pyros1 launch` runs nodes on other machines itself",
+    server="`pyros1 launch` runs nodes on other machines itself",
+    netapi="see `pyros1 launch --list` and the command rosnode",
+    roslaunch_logs="see the command roslaunch-logs",
+)

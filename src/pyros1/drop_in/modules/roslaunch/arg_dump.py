@@ -2,11 +2,31 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.world import make_resources
-from roslaunch.core import rl_errors
+from roslaunch.core import RLException, rl_errors
+
+
+def dump_args(roslaunch_files: Any) -> None:
+    """Print the arguments of launch files; exit with 1 if a file cannot be read."""
+    try:
+        args = get_args(roslaunch_files)
+    except RLException as error:
+        print(str(error), file=sys.stderr)
+        sys.exit(1)
+    for title, optional in ("Required Arguments:", False), ("Optional Arguments:", True):
+        names = sorted(name for name, (_, default) in args.items() if bool(default) is optional)
+        if names:
+            print(title)
+        for name in names:
+            doc, default = args[name]
+            shown = f' (default "{default}")' if optional else ""
+            print(f"  {name}{shown}: {doc or 'undocumented'}")
+    if not args:
+        print("No arguments.")
 
 
 @rl_errors

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+from pyros1.drop_in.missing import missing
+
 
 class RoslaunchDepsException(Exception):
     """A launch file cannot be read."""
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("RoslaunchDeps", "roslaunch_deps", "rl_file_deps", "calculate_missing", "print_deps", "parse_launch"):
-        raise AttributeError(f"pyros1 has no roslaunch.depends.{name}: see the command roslaunch-deps")
-    raise AttributeError(f"module 'roslaunch.depends' has no attribute {name!r}")
+__getattr__ = missing(
+    "roslaunch.depends",
+    RoslaunchDeps="see the command roslaunch-deps",
+    roslaunch_deps="see the command roslaunch-deps",
+    rl_file_deps="see the command roslaunch-deps",
+    calculate_missing="see the command roslaunch-deps",
+    print_deps="see the command roslaunch-deps",
+    parse_launch="see the command roslaunch-deps",
+)

@@ -4,12 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
+from pyros1.drop_in.missing import missing
 from pyros1.launch.reading.world import make_resources
 from pyros1.launch.running.check import check_machines
 from pyros1.launch.running.options import Options
 from pyros1.launch.scripted import ScriptRun
 from pyros1.launch.scripting import Node as ScriptNode
-from roslaunch.core import Node, RLException, is_machine_local, printlog, rl_errors
+from roslaunch.core import (
+    PHASE_RUN,
+    PHASE_SETUP,
+    PHASE_TEARDOWN,
+    TEST_TIME_LIMIT_DEFAULT,
+    Node,
+    RLException,
+    is_machine_local,
+    printlog,
+    rl_errors,
+)
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM, NUM_WORKERS
 from roslaunch.plans import plan_of, plan_of_node
 from roslaunch.pmon import Process, ProcessListener, ProcessMonitor
@@ -18,6 +29,10 @@ __all__ = [
     "DEFAULT_TIMEOUT_SIGINT",
     "DEFAULT_TIMEOUT_SIGTERM",
     "NUM_WORKERS",
+    "PHASE_RUN",
+    "PHASE_SETUP",
+    "PHASE_TEARDOWN",
+    "TEST_TIME_LIMIT_DEFAULT",
     "Node",
     "ProcessListener",
     "RLException",
@@ -164,7 +179,9 @@ class ROSLaunchRunner:
         raise RLException("pyros1 has no ROSLaunchRunner.run_test: `pyros1 test` runs tests")
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("ROSRemoteRunnerIF", "RLTestTimeoutException", "validate_master_launch"):
-        raise AttributeError(f"pyros1 has no roslaunch.launch.{name}: pyros1.launch runs nodes and tests")
-    raise AttributeError(f"module 'roslaunch.launch' has no attribute {name!r}")
+__getattr__ = missing(
+    "roslaunch.launch",
+    ROSRemoteRunnerIF="`pyros1 launch` runs nodes on other machines itself",
+    RLTestTimeoutException="`pyros1 test` runs tests",
+    validate_master_launch="ROSLaunchRunner.launch checks it",
+)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pyros1.drop_in.missing import missing
 from pyros1.launch.reading.convert import convert_value as _convert
 from roslaunch.core import RLException
 
@@ -29,7 +30,13 @@ def convert_value(value: str, type_: str) -> Any:
     return _convert(value, type_.lower())
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("LoaderContext", "load_mappings", "load_sysargs_into_context", "process_include_args"):
-        raise AttributeError(f"pyros1 has no roslaunch.loader.{name}: launch files are read by pyros1.launch.reading")
-    raise AttributeError(f"module 'roslaunch.loader' has no attribute {name!r}")
+__getattr__ = missing(
+    "roslaunch.loader",
+    LoaderContext="launch files are read by pyros1.launch.reading",
+    load_mappings="launch files are read by pyros1.launch.reading",
+    load_sysargs_into_context="launch files are read by pyros1.launch.reading",
+    post_process_include_args="launch files are read by pyros1.launch.reading",
+    process_include_args="launch files are read by pyros1.launch.reading",
+    rosparam="launch files are read by pyros1.launch.reading",
+    PRIV_NAME="launch files are read by pyros1.launch.reading",
+)

@@ -5,8 +5,13 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from pyros1.drop_in.missing import missing
+from pyros1.launch.reading.report import node_arg_words
+from pyros1.launch.reading.world import make_resources
+from pyros1.launch.running.command_line import locate, node_words
 from roslaunch.config import load_config_default
-from roslaunch.core import RLException
+from roslaunch.core import RLException, rl_errors
+from roslaunch.plans import plan_of_node
 
 
 class NodeParamsException(Exception):
@@ -35,6 +40,34 @@ def print_node_filename(node_name: str, roslaunch_files: Any) -> None:
     print(found[0])
 
 
+@rl_errors
+def get_node_args(node_name: str, roslaunch_files: Any) -> list[str]:
+    """Return the words of a node's environment and command line.
+
+    Raises:
+        RLException: there is no such node, or a file cannot be read.
+    """
+    config = load_config_default(roslaunch_files, None, verbose=False, assign_machines=False)
+    wanted = "/" + node_name.strip("/")
+    for node in [*config.nodes, *config.tests]:
+        if f"{node.namespace}{node.name}" == wanted:
+            plan, resources = plan_of_node(node), make_resources()
+            executable = locate(plan.package, plan.type, resources.packages)
+            return node_arg_words(plan, node_words(plan, executable), resources.environ)
+    names = "\n".join(f" * {name}" for name in get_node_list(config))
+    files = ", ".join(map(str, roslaunch_files))
+    raise RLException(f"ERROR: Cannot find node named [{node_name}] in [{files}].\nNode names are:\n{names}")
+
+
+def print_node_args(node_name: str, roslaunch_files: Any) -> None:
+    """Print a node's environment and command line; exit with 1 if there is no such node."""
+    try:
+        print(" ".join(get_node_args(node_name, roslaunch_files)))
+    except RLException as error:
+        print(str(error), file=sys.stderr)
+        sys.exit(1)
+
+
 def _load(files: Any) -> Any:
     try:
         return load_config_default(files, None, verbose=False, assign_machines=False)
@@ -43,7 +76,7 @@ def _load(files: Any) -> Any:
         sys.exit(1)
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("get_node_args", "print_node_args", "create_local_process_args"):
-        raise AttributeError(f"pyros1 has no roslaunch.node_args.{name}: see `pyros1 launch --args`")
-    raise AttributeError(f"module 'roslaunch.node_args' has no attribute {name!r}")
+__getattr__ = missing(
+    "roslaunch.node_args",
+    create_local_process_args="see `pyros1 launch --args`",
+)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from pyros1.drop_in.missing import missing
+
 DEFAULT_TIMEOUT_SIGINT = 15.0
 DEFAULT_TIMEOUT_SIGTERM = 2.0
 NUM_WORKERS = 3
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("LocalProcess", "create_master_process", "create_node_process"):
-        raise AttributeError(f"pyros1 has no roslaunch.nodeprocess.{name}: use ROSLaunchRunner or scriptapi.ROSLaunch")
-    raise AttributeError(f"module 'roslaunch.nodeprocess' has no attribute {name!r}")
+__getattr__ = missing(
+    "roslaunch.nodeprocess",
+    LocalProcess="use ROSLaunchRunner or scriptapi.ROSLaunch",
+    create_master_process="use ROSLaunchRunner or scriptapi.ROSLaunch",
+    create_node_process="use ROSLaunchRunner or scriptapi.ROSLaunch",
+)

@@ -46,6 +46,27 @@ class Node:
         ValueError: a needed argument is missing, or one is wrong.
     """
 
+    __slots__ = [
+        "args",
+        "cwd",
+        "env_args",
+        "filename",
+        "launch_prefix",
+        "machine",
+        "machine_name",
+        "name",
+        "namespace",
+        "origin",
+        "output",
+        "package",
+        "process_name",
+        "remap_args",
+        "required",
+        "respawn",
+        "respawn_delay",
+        "type",
+    ]
+
     def __init__(
         self,
         package: str,
@@ -134,6 +155,7 @@ class Node:
 class Test(Node):
     """A test to run; the arguments are as in a <test> tag."""
 
+    __slots__ = ["retry", "test_name", "time_limit"]
     __test__ = False
 
     def __init__(

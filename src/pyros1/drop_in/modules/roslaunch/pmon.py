@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from typing import Any
 
+from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import LaunchError
 from roslaunch.core import RLException, printerrlog, printlog, printlog_bold
 
@@ -22,6 +23,9 @@ __all__ = [
     "shutdown_process_monitor",
     "start_process_monitor",
 ]
+
+
+_shutting_down = False  # programs set it to False to launch again after an end, which is always possible here
 
 
 class FatalProcessLaunch(RLException):
@@ -170,6 +174,17 @@ class ProcessMonitor:
         """Return the names of all running processes."""
         return [handle.name for run in self.runs for handle in run.processes()]
 
+    def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
+        """Return two lists of names and numbers of starts: of what runs, and an empty one: of what has ended."""
+        return [[(name, 1) for name in self.get_active_names()], []]
+
+    def has_main_thread_jobs(self) -> bool:
+        """Return False: each launch has its thread."""
+        return False
+
+    def do_main_thread_jobs(self) -> None:
+        """Do nothing: there are none."""
+
     def registrations_complete(self) -> None:
         """Do nothing: a launch ends by itself when no process is left."""
 
@@ -225,7 +240,8 @@ def pmon_shutdown() -> None:
         monitor.shutdown()
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("_shutting_down", "rl_signal", "_init_signal_handlers"):
-        raise AttributeError(f"pyros1 has no roslaunch.pmon.{name}: each launch handles its end itself")
-    raise AttributeError(f"module 'roslaunch.pmon' has no attribute {name!r}")
+__getattr__ = missing(
+    "roslaunch.pmon",
+    rl_signal="each launch handles its end itself",
+    _init_signal_handlers="each launch handles its end itself",
+)

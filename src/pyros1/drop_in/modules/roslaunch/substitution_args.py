@@ -14,6 +14,9 @@ from roslaunch.loader import convert_value
 __all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
 
 
+_rospack: Any = None  # programs set it to None so that new packages are found, which is always so here
+
+
 class SubstitutionException(Exception):
     """A text cannot be replaced."""
 

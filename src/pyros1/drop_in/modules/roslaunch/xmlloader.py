@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 from pyros1.launch.plan import Plan
-from pyros1.launch.reading.loader import load_plan
+from pyros1.launch.reading.loader import ATTRIBUTES, load_plan
 from pyros1.launch.reading.report import contents
 from pyros1.launch.reading.words import parse_arguments
 from pyros1.launch.reading.world import make_resources
@@ -46,6 +46,20 @@ class XmlLoader(Loader):
         self.resolve_anon = resolve_anon
         self.args_only = args_only
         self.root_context: Any = None
+
+    ROSPARAM_OPT_ATTRS = ("command", "ns", "file", "param", "subst_value")
+    PARAM_ATTRS = ("name", "value", "type", "value", "textfile", "binfile", "command")
+    ARG_ATTRS = ATTRIBUTES["arg"]
+    NODE_ATTRS = [name for name in ATTRIBUTES["node"] if name[:5] != "wait-"]
+    TEST_ATTRS = [name for name in ATTRIBUTES["test"] if name[:5] != "wait-"]
+    MACHINE_ATTRS = ATTRIBUTES["machine"]
+    REMAP_ATTRS = ATTRIBUTES["remap"]
+    ENV_ATTRS = ATTRIBUTES["env"]
+    INCLUDE_ATTRS = ATTRIBUTES["include"]
+    GROUP_ATTRS = tuple(name for name in ATTRIBUTES["group"] if name[:5] != "wait-")
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"pyros1 has no roslaunch XmlLoader.{name}: pyros1.launch.reading reads launch files")
 
     def load(
         self, filename: str, ros_config: Any, core: bool = False, argv: list[str] | None = None, verbose: bool = True

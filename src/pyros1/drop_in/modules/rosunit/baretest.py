@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pyros1.drop_in.missing import missing
 from rosunit.core import (
     create_xml_runner,
     printerrlog,
@@ -26,7 +27,10 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name[:1].isupper():
-        raise AttributeError(f"pyros1 has no rosunit.baretest.{name}: `pyros1 test` runs test programs")
-    raise AttributeError(f"module 'rosunit.baretest' has no attribute {name!r}")
+__getattr__ = missing(
+    "rosunit.baretest",
+    BareTestCase="`pyros1 test` runs test programs",
+    LocalProcess="`pyros1 test` runs test programs",
+    TestTimeoutException="`pyros1 test` runs test programs",
+    BARE_TIME_LIMIT="`pyros1 test` runs test programs",
+)

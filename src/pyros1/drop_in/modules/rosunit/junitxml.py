@@ -17,12 +17,24 @@ __all__ = [
     "TestError",
     "TestFailure",
     "TestInfo",
+    "cdata",
+    "filter_nonprintable_text",
     "print_summary",
     "read",
     "read_all",
     "test_failure_junit_xml",
     "test_success_junit_xml",
 ]
+
+
+def cdata(cdata_text: str) -> str:
+    """Return a text as a CDATA section."""
+    return f"<![CDATA[\n{cdata_text}\n]]>"
+
+
+def filter_nonprintable_text(text: str) -> str:
+    """Return a text without characters that XML cannot hold."""
+    return printable(text)
 
 
 class TestInfo:
@@ -42,7 +54,7 @@ class TestInfo:
     def xml_element(self) -> ET.Element:
         """Return it as an XML element."""
         element = ET.Element(self.tag, {"type": self.type})
-        element.text = f"<![CDATA[\n{printable(self.text)}\n]]>"
+        element.text = cdata(printable(self.text))
         return element
 
     def xml(self) -> bytes:
@@ -116,6 +128,17 @@ class Result:
         time: seconds. system_out, system_err: what the tests printed.
     """
 
+    __slots__ = [
+        "name",
+        "num_errors",
+        "num_failures",
+        "num_tests",
+        "system_err",
+        "system_out",
+        "test_case_results",
+        "time",
+    ]
+
     def __init__(self, name: str, num_errors: int = 0, num_failures: int = 0, num_tests: int = 0) -> None:
         self.name = name
         self.num_errors = num_errors
@@ -147,7 +170,7 @@ class Result:
         element.extend(each.xml_element() for each in self.test_case_results)
         for tag, text in (("system-out", self.system_out), ("system-err", self.system_err)):
             if text:
-                ET.SubElement(element, tag).text = f"<![CDATA[\n{printable(text)}\n]]>"
+                ET.SubElement(element, tag).text = cdata(printable(text))
         return element
 
 
@@ -206,7 +229,7 @@ def test_failure_junit_xml(
     suite, case = _one_case(test_name, class_name, testcase_name, 1)
     ET.SubElement(case, "failure", {"message": message, "type": ""})
     if stdout:
-        ET.SubElement(suite, "system-out").text = f"<![CDATA[\n{printable(stdout)}\n]]>"
+        ET.SubElement(suite, "system-out").text = cdata(printable(stdout))
     return bytes(ET.tostring(suite, encoding="utf-8", method="xml"))
 
 
