@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 OURS, ROSCPP, ROSPY = "ours", "roscpp", "rospy"
 COLUMNS = (OURS, ROSCPP, ROSPY)
+FACE = "face"
+"""pyros1 under the name of rospy."""
 
 
 class Step(Protocol):

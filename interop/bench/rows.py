@@ -15,7 +15,7 @@ from codec import LABELS
 from harness import INTEROP, STOCK_PYTHON
 from launch import ALONE, DOWN, KINDS, UP
 from master import FIGURES
-from model import COLUMNS, OURS, ROSCPP, ROSPY, Goal, Row, Step
+from model import COLUMNS, FACE, OURS, ROSCPP, ROSPY, Goal, Row, Step
 from steps import Command, FanOut, Import, Program, Script, Together
 
 
@@ -126,6 +126,27 @@ def process() -> Iterator[Row]:
     yield Row("process", "200 idle links: CPU in 5 s", "ms", "cpu", steps, limit, less=True)
 
 
+def faces() -> Iterator[Row]:
+    """Programs for rospy on our modules and on stock's; figures of our Node are in the rows of these names above."""
+
+    def pair(first: str, second: str, options: str) -> dict[str, Step]:
+        return {
+            column: Together(
+                (Program(kind, first, options), Program(kind, second, options)), 0 if first == "sub" else -1
+            )
+            for column, kind in ((OURS, FACE), (ROSPY, ROSPY))
+        }
+
+    for name, options in (("Float64", "type=Float64 queue=1000"), ("Twist", "type=Twist queue=1000")):
+        yield Row("rospy", name, "messages/s", "rate", pair("sub", "pub", options), at_least(rospy=2))
+    yield Row("rospy", "Image 1 MB", "MB/s", "mb", pair("sub", "pub", "type=Image size=1000000 queue=10"))
+    steps = pair("echo", "ping", "queue=1000")
+    yield Row("rospy", "round trip, median", "us", "p50", steps, at_least(rospy=1), less=True)
+    for name, persistent in (("new connection", 0), ("persistent", 1)):
+        steps = pair("srv", "call", f"type=Empty persistent={persistent}")
+        yield Row("rospy", f"service, {name}", "calls/s", "rate", steps, at_least(rospy=1))
+
+
 def both(script: str) -> dict[str, Step]:
     """A script's figures of our side and of stock's."""
     return {OURS: Script(script, "ours"), ROSPY: Script(script, "stock")}
@@ -231,5 +252,5 @@ def codec() -> Iterator[Row]:
 
 def all_rows() -> list[Row]:
     """The whole table."""
-    groups = (messages, images, latency, fan_out, services, process, master, start, launch, bags, codec)
+    groups = (messages, images, latency, fan_out, services, faces, process, master, start, launch, bags, codec)
     return [row for group in groups for row in group()]

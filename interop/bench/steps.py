@@ -13,16 +13,19 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from faces import START as START_FOLDER
 from harness import DEADLINE, SOURCE, STOCK_PYTHON, Master, Process
-from model import OURS, ROSCPP, ROSPY
+from model import FACE, OURS, ROSCPP, ROSPY
 
 HERE = Path(__file__).resolve().parent
 PROGRAMS = {
     OURS: [STOCK_PYTHON, str(HERE / "node_bench.py")],
     ROSCPP: [str(HERE.parent / "build" / "roscpp_bench")],
     ROSPY: [STOCK_PYTHON, str(HERE / "rospy_bench.py")],
+    FACE: [STOCK_PYTHON, str(HERE / "rospy_bench.py")],
     "drain": [STOCK_PYTHON, str(HERE / "drain.py")],
 }
+FACES = {"PYROS1_ROSPY": "pyros1"}  # a real rospy would win otherwise
 LONG = 60.0  # seconds; a program that another one outlives
 START = 30.0  # seconds that a program may need to come up
 
@@ -44,8 +47,9 @@ class Bench:
     def start(self, program: Program, seconds: float) -> Process:
         """Start one of the benchmark programs."""
         command = [*PROGRAMS[program.kind], program.role, *program.options.split(), f"seconds={seconds}"]
-        ours = program.kind == OURS
-        return self.master.run(command, label=program.label, PYTHONPATH=self._path if ours else None)
+        path = {OURS: self._path, FACE: f"{START_FOLDER}{os.pathsep}{self._path}"}.get(program.kind)
+        extra = FACES if program.kind == FACE else {}
+        return self.master.run(command, label=program.label, PYTHONPATH=path, **extra)
 
     def output(self, *command: str, ours: bool, timeout: float = 120) -> str:
         """Run a command to its end and return what it prints on standard output."""
@@ -76,7 +80,7 @@ class Program:
     """One of the benchmark programs in a role (see roles.py).
 
     Attributes:
-        kind: ``ours``, ``roscpp``, ``rospy``, or ``drain``.
+        kind: ``ours``, ``face``, ``roscpp``, ``rospy``, or ``drain``.
         role: what it does.
         options: its KEY=VALUE arguments, but the seconds.
     """

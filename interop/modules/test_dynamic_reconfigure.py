@@ -263,6 +263,10 @@ try:
 except DynamicReconfigureCallbackException as error:
     print(error)
 picky = Server(ThingsConfig, lambda config, level: config if config.int_ != 7 else None, namespace="picky2")
+try:
+    Server(ThingsConfig, lambda config, level: config, namespace="deep")
+except rospy.ServiceException:
+    print("ServiceException")
 print("ready", flush=True)
 rospy.spin()
 """
@@ -336,13 +340,14 @@ def test_servers_and_clients(master: Master, launcher: Master, package: Path, se
     assert printed[0] == printed[1]
     assert "don't know parameter: zz" in printed[0]
     said = [line for line in process.lines if not line.startswith(("[", "the rosdep view"))]
-    assert said[:7] == [
+    assert said[:8] == [
         "callback -1 10 3.141592653589793 from the server True Config",
         "~ 10 10 FROM THE SERVER x",
         "callback 9 -10 3.141592653589793 FROM THE SERVER False Config",
         "-10 False -10",
         "~deep/ 3.141592653589793 True",
         "Reconfigure callback should return a possibly updated configuration.",
+        "ServiceException",
         "ready",
     ]
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
-from faces import same
+from faces import run, same, start
 from harness import Master
 
 MASTERS = ("ours",)  # they do not ask it
@@ -184,3 +186,67 @@ except AttributeError:
 
 def test_parts_that_programs_use(master: Master) -> None:
     assert "AttributeError" in same(master, PARTS)
+
+
+CLOCK = """
+import rospy
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64
+rospy.init_node("clock", disable_rostime=True)
+now = [10.0]
+publisher = rospy.Publisher("/clock", Clock, queue_size=1, latch=True)
+def jump(message):
+    now[0] = message.data
+    publisher.publish(Clock(rospy.Time.from_sec(now[0])))
+jump(Float64(10))
+subscriber = rospy.Subscriber("jump", Float64, jump)
+print("ready", flush=True)
+rospy.spin()
+"""
+SIMULATED = """
+import rospy, message_filters
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Float64
+rospy.init_node("simulated", anonymous=True)
+rospy.loginfo = lambda *args: print("info", *args)
+jumps = rospy.Publisher("jump", Float64, queue_size=1)
+def wait(condition):
+    while not condition():
+        rospy.rostime.wallsleep(0.01)
+wait(jumps.get_num_connections)
+def jump(seconds):
+    jumps.publish(seconds)
+    wait(lambda: rospy.get_time() == seconds)
+def joy(seconds):
+    message = Joy()
+    message.header.stamp = rospy.Time.from_sec(seconds)
+    return message
+print(rospy.rostime.is_wallclock())
+for cls, options in (
+    (message_filters.TimeSynchronizer, {}),
+    (message_filters.TimeSynchronizer, {"reset": True}),
+    (message_filters.ApproximateTimeSynchronizer, {"slop": 0.1}),
+    (message_filters.ApproximateTimeSynchronizer, {"slop": 0.1, "reset": True}),
+):
+    jump(20.0)
+    inputs = [message_filters.SimpleFilter(), message_filters.SimpleFilter()]
+    sync = cls(inputs, 5, **options)
+    sync.registerCallback(lambda *found: print([each.header.stamp.secs for each in found]))
+    for index, seconds in ((0, 19), (1, 19), (0, 20)):
+        inputs[index].signalMessage(joy(seconds))
+    jump(5.0)
+    for index, seconds in ((1, 20), (0, 5), (1, 5), (0, 20)):
+        inputs[index].signalMessage(joy(seconds))
+    jump(6.0)
+    for index, seconds in ((0, 6), (1, 6)):
+        inputs[index].signalMessage(joy(seconds))
+    print([len(each) for each in sync.queues])
+"""
+
+
+def test_jumps_of_simulated_time(own_master: Callable[[str], Master]) -> None:
+    master = own_master("ours")
+    master.start()
+    run("ours", master, "import rospy; rospy.set_param('/use_sim_time', True)")
+    start("ours", master, CLOCK).wait_line("^ready$")
+    assert same(master, SIMULATED).startswith("False\n")

@@ -136,6 +136,8 @@ say("again", menu.reApply, server)
 apply()
 for entry in (one, sub, 55):
     server.processFeedback(feedback("m", InteractiveMarkerFeedback.MENU_SELECT, "one", 0.0, entry))
+server.clear()
+apply()
 """
 )
 

@@ -1,4 +1,4 @@
-"""The end of rospy's node: the same program on stock's modules and on ours."""
+"""The end of rospy's node: the same program on stock's modules and on ours (P03-P05)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import signal
 import pytest
 from faces import FACES, same, start
 from harness import Master
-from rospy_programs import HEAD
+from rospy_programs import TOOLS
+
+HEAD = "import rospy\n" + TOOLS
 
 MASTERS = ("ours",)
 
@@ -18,7 +20,8 @@ p = rospy.Publisher("x", String, queue_size=1)
 service = rospy.Service("own", Empty, lambda request: [])
 def first():
     print("first", rospy.is_shutdown(), rospy.core.is_shutdown_requested(), rospy.core._in_shutdown)
-    t("works", lambda: (rospy.sleep(0.05), p.publish("x"), rospy.get_param("/nope", 1), rospy.ServiceProxy("own", Empty)()))
+    t("works", lambda: (rospy.sleep(0.05), p.publish("x"), rospy.get_param("/nope", 1)))
+    t("works", lambda: rospy.ServiceProxy("own", Empty)())
 def broken():
     raise ValueError("in a hook")
 rospy.on_shutdown(first)

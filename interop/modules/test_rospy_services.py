@@ -1,4 +1,5 @@
-"""rospy's services and their callers: the same program on stock's modules and on ours, and one on each side."""
+"""rospy's services and their callers: the same program on stock's modules and on ours, and one on each side
+(P18-P21)."""
 
 from __future__ import annotations
 
@@ -7,7 +8,9 @@ import itertools
 import pytest
 from faces import FACES, same, start
 from harness import Master
-from rospy_programs import HEAD
+from rospy_programs import TOOLS
+
+HEAD = "import rospy\n" + TOOLS
 
 MASTERS = ("ours",)
 PAIRS = list(itertools.product(FACES, repeat=2))
@@ -43,7 +46,7 @@ t("wrong", lambda: proxy("4", b=1))
 t("wrong", lambda: proxy("x", 1))
 t("wrong", lambda: proxy(String("4")))
 t("wrong", lambda: proxy(c=4))
-t("attributes", lambda: (service.resolved_name, service.service_class is MuxSelect, service.uri.split(":")[0], service.done))
+t("attributes", lambda: (service.resolved_name, service.service_class is MuxSelect, service.uri[:9], service.done))
 t("attributes", lambda: (proxy.resolved_name, proxy.request_class is MuxSelectRequest, proxy.persistent))
 t("twice", lambda: rospy.Service("mux", MuxSelect, answer))
 t("class", lambda: (isinstance(service, rospy.service._Service), rospy.service.ServiceManager.__name__))

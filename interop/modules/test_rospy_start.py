@@ -1,10 +1,13 @@
-"""rospy before and at the start of a node, its names and parameters: the same program on stock's modules and on ours."""
+"""rospy before and at the start of a node, names and parameters: the same program on stock's modules and on ours
+(P01, P02, P06, P07, P10, P22-P28, P37, N07-N17)."""
 
 from __future__ import annotations
 
 from faces import run, same
 from harness import Master
-from rospy_programs import HEAD
+from rospy_programs import TOOLS
+
+HEAD = "import rospy\n" + TOOLS
 
 BEFORE = """
 for name in ("get_name", "get_namespace", "get_caller_id", "get_node_uri", "is_shutdown", "get_ros_root", "get_time",
@@ -67,7 +70,8 @@ rospy.init_node("given")
 t("name", lambda: (rospy.get_name(), rospy.get_namespace(), rospy.get_caller_id()))
 t("resolve", lambda: [rospy.resolve_name(name) for name in ("a", "/a", "~a", "b", "~z", "other/a", "c")])
 t("remap", lambda: [rospy.remap_name(name) for name in ("a", "/a", "b", "~z")])
-t("mappings", lambda: (sorted(rospy.names.get_mappings().items()), sorted(rospy.names.get_resolved_mappings().items())))
+t("mappings", lambda: sorted(rospy.names.get_mappings().items()))
+t("mappings", lambda: sorted(rospy.names.get_resolved_mappings().items()))
 t("private", lambda: sorted(rospy.get_param("~").items()))
 t("myargv", lambda: rospy.myargv()[1:])
 publisher = rospy.Publisher("a", String, queue_size=1)
@@ -98,11 +102,14 @@ print(rospy.get_node_uri().startswith("http://localhost:"))
 PARAMETERS = """
 rospy.init_node("params")
 master = rospy.get_master()
-t("tree", lambda: (rospy.set_param("tree", {"a": 1, "b": [1, 2.5, "x", True], "c": {"d": "e"}}), rospy.get_param("tree")))
-t("leaf", lambda: (rospy.get_param("/tree/b"), rospy.get_param("tree/c/d"), rospy.has_param("tree/c"), rospy.has_param("tr")))
+t("tree", lambda: (rospy.set_param("tree", {"a": 1, "b": [1, 2.5, "x", True], "c": {"d": "e"}}),
+    rospy.get_param("tree")))
+t("leaf", lambda: (rospy.get_param("/tree/b"), rospy.get_param("tree/c/d"), rospy.has_param("tree/c"),
+    rospy.has_param("tr")))
 t("delete", lambda: (rospy.delete_param("tree/c"), rospy.get_param("tree")))
 t("delete", lambda: rospy.delete_param("tree/c"))
-t("private", lambda: (rospy.set_param("~p", 3), rospy.get_param("~p"), rospy.get_param("/params/p"), rospy.search_param("p")))
+t("private", lambda: (rospy.set_param("~p", 3), rospy.get_param("~p"), rospy.get_param("/params/p"),
+    rospy.search_param("p")))
 t("cached", lambda: rospy.get_param_cached("nope"))
 t("cached", lambda: rospy.get_param_cached("nope", 5))
 t("cached", lambda: rospy.get_param_cached("~p"))
@@ -115,7 +122,8 @@ for bad in (None, object(), {1: 2}, 2**40):
     except (TypeError, OverflowError) as error:
         print(type(error).__name__)
 t("proxy", lambda: (master.getPid()[:2], master.getParam("nope"), master.hasParam("~p"), master.lookupService("/nope")))
-t("proxy", lambda: ("nope" in master, "~p" in master, master["~p"], master.search_param("p"), master.search_param("nope")))
+t("proxy", lambda: ("nope" in master, "~p" in master, master["~p"], master.search_param("p"),
+    master.search_param("nope")))
 t("proxy", lambda: master["nope"])
 def change():
     master["mine"] = 4

@@ -1,11 +1,14 @@
-"""rospy's times, rates, sleeps and timers: the same program on stock's modules and on ours, in wall and simulated time."""
+"""rospy's times, rates, sleeps and timers: the same program on stock's modules and on ours
+(P26-P32)."""
 
 from __future__ import annotations
 
 import pytest
 from faces import FACES, run, same
 from harness import Master
-from rospy_programs import HEAD
+from rospy_programs import TOOLS
+
+HEAD = "import rospy\n" + TOOLS
 
 MASTERS = ("ours",)
 
@@ -29,7 +32,8 @@ print(late.remaining() > rospy.Duration(0))
 events = []
 once = rospy.Timer(rospy.Duration(0.02), events.append, oneshot=True)
 once.join(10)
-t("once", lambda: (len(events), sorted(vars(events[0])), events[0].last_expected, events[0].last_real, events[0].last_duration))
+t("once", lambda: (len(events), sorted(vars(events[0])), events[0].last_expected, events[0].last_real,
+    events[0].last_duration))
 t("once", lambda: (once.is_alive(), once.daemon, isinstance(once, threading.Thread), once.shutdown()))
 often = rospy.Timer(period=rospy.Duration(0.01), callback=events.append)
 until(lambda: len(events) > 5)
@@ -37,23 +41,28 @@ often.shutdown()
 often.join(10)
 e = events[-1]
 t("often", lambda: (often.is_alive(), [type(v).__name__ for v in (e.last_expected, e.last_real, e.current_expected)]))
-t("often", lambda: (str(e.current_expected - e.last_expected), e.current_real >= e.current_expected, type(e.last_duration)))
+t("often", lambda: (str(e.current_expected - e.last_expected), e.current_real >= e.current_expected,
+    type(e.last_duration)))
 threading.excepthook = lambda args: print(args.exc_type.__name__, args.exc_value)
 def bad(event):
     raise ValueError("in a timer")
 failed = rospy.Timer(rospy.Duration(0.01), bad)
 failed.join(10)
 print(failed.is_alive())
-t("constructors", lambda: (rospy.Time(1.5), rospy.Time(secs=1, nsecs=2), rospy.Time.from_sec(2.25), rospy.Time.from_seconds(3)))
+t("constructors", lambda: (rospy.Time(1.5), rospy.Time(secs=1, nsecs=2), rospy.Time.from_sec(2.25),
+    rospy.Time.from_seconds(3)))
 t("constructors", lambda: (rospy.Duration(-0.5), rospy.Duration.from_sec(float_secs=0.25), rospy.Duration(1, -1)))
 t("bad", lambda: rospy.Time(-1))
 a, b = rospy.Time(3), rospy.Duration(2)
-t("results", lambda: (a + b, b + a, a - b, str(a - a), b + b, b - b, b * 2, 2 * b, b / 2, -b, abs(-b), b * 0.5, b // b, b / b))
-t("compare", lambda: (a > rospy.Time(2), b < rospy.Duration(3), a == b, a != b, bool(rospy.Duration(0)), hash(a) == hash(a)))
+t("results", lambda: (a + b, b + a, a - b, str(a - a), b + b, b - b, b * 2, 2 * b, b / 2, -b, abs(-b),
+    b * 0.5, b // b, b / b))
+t("compare", lambda: (a > rospy.Time(2), b < rospy.Duration(3), a == b, a != b, bool(rospy.Duration(0)),
+    hash(a) == hash(a)))
 t("compare", lambda: a < b)
 t("add", lambda: a + a)
 import copy, pickle
-t("copies", lambda: (pickle.loads(pickle.dumps(a)), copy.deepcopy(b), pickle.loads(pickle.dumps(String("x"))), copy.copy(Point(1, 2, 3))))
+t("copies", lambda: (pickle.loads(pickle.dumps(a)), copy.deepcopy(b),
+    pickle.loads(pickle.dumps(String("x"))), copy.copy(Point(1, 2, 3))))
 """
 
 SIMULATED = """

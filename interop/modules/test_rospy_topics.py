@@ -1,4 +1,5 @@
-"""rospy's publishers and subscribers: the same program on stock's modules and on ours, and one on each side."""
+"""rospy's publishers and subscribers: the same program on stock's modules and on ours, and one on each side
+(P08-P17)."""
 
 from __future__ import annotations
 
@@ -7,7 +8,9 @@ import itertools
 import pytest
 from faces import FACES, same, start
 from harness import Master
-from rospy_programs import HEAD
+from rospy_programs import TOOLS
+
+HEAD = "import rospy\n" + TOOLS
 
 MASTERS = ("ours",)
 PAIRS = list(itertools.product(FACES, repeat=2))
@@ -20,7 +23,8 @@ t("nobody", lambda: (p.publish(5), p.publish(), p.publish(None), p.publish("a"),
 for args, kwds in (((1, 2), {}), (("a",), {"data": "b"}), ((), {"dat": "b"}), ((Int32(4),), {}), ((Point(),), {})):
     t("wrong", lambda: p.publish(*args, **kwds))
 q = rospy.Publisher("point", Point, queue_size=10)
-for args, kwds in (((1, 2, 3), {}), ((1, 2), {}), ((1,), {}), ((String("a"),), {}), ((), {"z": 4}), ((PointStamped(),), {})):
+for args, kwds in (((1, 2, 3), {}), ((1, 2), {}), ((1,), {}), ((String("a"),), {}), ((), {"z": 4}),
+    ((PointStamped(),), {})):
     t("point", lambda: q.publish(*args, **kwds))
 s = rospy.Subscriber("x", String, got.append)
 until(lambda: p.get_num_connections() and s.get_num_connections())
@@ -30,7 +34,8 @@ until(lambda: len(got) >= 3)
 print([message.data for message in got], sorted(got[-1]._connection_header))
 print([type(message) is String for message in got], [str(message) for message in got])
 t("publisher", lambda: (p.name, p.resolved_name, p.type, p.md5sum, p.data_class is String, p.reg_type))
-t("impl", lambda: (p.impl.resolved_name, p.impl.name, p.impl.type, p.impl.has_connections(), p.impl.get_num_connections(),
+t("impl", lambda: (p.impl.resolved_name, p.impl.name, p.impl.type, p.impl.has_connections(),
+    p.impl.get_num_connections(),
                    p.impl.ref_count, p.impl.queue_size, p.impl.is_latch, p.impl.closed, p.impl.headers))
 t("subscriber", lambda: (s.name, s.type, s.callback_args, s.reg_type, s.impl.queue_size, s.impl.buff_size,
                          s.impl.tcp_nodelay, len(s.impl.callbacks), s.impl.ref_count))

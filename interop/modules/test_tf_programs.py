@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from shlex import split
 
@@ -151,6 +152,65 @@ def test_view_frames_of_tf2_tools(launcher: Master, frames: None, tmp_path: Path
         drawn[face] = sorted(re.sub(r"\d+\.\d+|(?<=}->).*;", "#", graph).splitlines())
     assert drawn["ours"] == drawn["stock"]
     assert any('"map" -> "base"' in line for line in drawn["ours"])
+
+
+SIMULATED = """
+import threading
+import rospy, tf2_ros
+from geometry_msgs.msg import TransformStamped
+from rosgraph_msgs.msg import Clock
+
+rospy.set_param("/use_sim_time", True)
+rospy.init_node("simulated")
+clock = rospy.Publisher("/clock", Clock, queue_size=1)
+now, ended = [100.0], threading.Event()
+
+def tick():
+    while not ended.wait(0.005):
+        now[0] += 0.05
+        clock.publish(Clock(rospy.Time.from_sec(now[0])))
+
+ticking = threading.Thread(target=tick)
+ticking.start()
+while rospy.get_time() < 100.0:
+    rospy.rostime.wallsleep(0.01)
+buffer = tf2_ros.Buffer()
+listener = tf2_ros.TransformListener(buffer)
+start = rospy.Time.now()
+print(buffer.can_transform("map", "base", rospy.Time(0), rospy.Duration(2.0), return_debug_tuple=True))
+waited = (rospy.Time.now() - start).to_sec()
+print(2.0 <= waited < 30.0)
+sender, static = tf2_ros.TransformBroadcaster(), tf2_ros.StaticTransformBroadcaster()
+
+def stamped(parent, child):
+    it = TransformStamped()
+    it.header.frame_id, it.child_frame_id, it.header.stamp = parent, child, rospy.Time.now()
+    it.transform.rotation.w = 1.0
+    return it
+
+static.sendTransform(stamped("base", "fixed"))
+while not buffer.can_transform("map", "fixed", rospy.Time(0)):
+    sender.sendTransform(stamped("map", "base"))
+    rospy.rostime.wallsleep(0.01)
+print("there")
+now[0] = 50.0  # as when a bag is played again
+while buffer.can_transform("map", "base", rospy.Time(0)):
+    sender.sendTransform(stamped("elsewhere", "other"))
+    rospy.rostime.wallsleep(0.01)
+print("cleared", buffer.can_transform("base", "fixed", rospy.Time(0)))
+ended.set()
+ticking.join()
+"""
+
+
+def test_simulated_time(own_master: Callable[[str], Master]) -> None:
+    said = {}
+    for face in FACES:
+        master = own_master("ours")
+        master.start()
+        said[face] = run(face, master, SIMULATED)
+    assert said["ours"] == said["stock"]
+    assert "True\nthere\ncleared 1" in said["ours"]
 
 
 OLD_SENDER = """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 
 import faces
 import pytest
@@ -47,8 +48,6 @@ PRIVATE = (
 )  # fmt: skip
 """What programs reach for, though it is private."""
 LEFT_OUT = {
-    "rostopic.argv_publish", "rostopic.param_publish", "rostopic.param_publish_once", "rostopic.stdin_publish",
-    "rostopic.file_yaml_arg", "rostopic.stdin_yaml_arg", "rostopic.create_value_transform",
     "rosmsg.rosmsg_cmd_prototype", "rosmsg.init_rosmsg_proto", "rosmsg.fullusage",
     "rosmsg.construct_ordered_mapping", "rosmsg.construct_yaml_map_with_ordered_dict",
     "rosmsg.represent_ordered_mapping",
@@ -148,6 +147,20 @@ echo(1, "/pose", None, filter_fn=lambda m: m.pose.position.x > 8)
 echo(1, "/other", None)
 echo(1, "/", None, echo_all_topics=True)
 echo(1, "/pose", None, field_filter_fn=rostopic.create_field_filter(True, True), echo_clear=True)
+for flags in ((True, False), (False, True), (True, True)):
+    change = rostopic.create_value_transform(*flags)
+    for each in (String("text"), scan, array):
+        print(change(each))
+    for value, kind in (("abc", "string"), ([1, 2], "int32[]"), ([1, 2], None), ("abc", None), (5, "int32")):
+        ask(change, value, kind)
+    echo(1, "/pose", None, value_transform_fn=change)
+with open(os.path.join(sys.argv[1], "values.yaml"), "w") as file:
+    file.write("data: hello\\n---\\ndata: two\\n")
+ask(lambda: list(rostopic.file_yaml_arg(file.name)()))
+try:
+    rostopic.file_yaml_arg("not_there.yaml")
+except rostopic.ROSTopicException as error:
+    print(error)
 print(issubclass(rostopic.ROSTopicIOException, rostopic.ROSTopicException), rostopic.NAME, rostopic.SUBSCRIBER_TIMEOUT)
 """
 
@@ -399,8 +412,50 @@ def test_signatures_are_stocks(master: Master) -> None:
 
 
 @pytest.mark.parametrize("program", [TOPICS, SERVICES, NODES], ids=["topics", "services", "nodes"])
-def test_questions_about_a_running_system(talker: Master, program: str) -> None:
-    faces.same(talker, HEAD + program)
+def test_questions_about_a_running_system(talker: Master, program: str, tmp_path: Path) -> None:
+    faces.same(talker, HEAD + program, str(tmp_path))
+
+
+PUBLISH = """
+import rostopic
+publisher, cls = rostopic.create_publisher("sent", "std_msgs/String", latch=True)
+print(cls._type)
+rostopic.wait_for_subscriber(publisher, 20)
+rostopic.publish_message(publisher, cls, ["one"], once=True, verbose=True)
+rostopic.argv_publish(publisher, cls, [{"data": "two"}], None, True, False)
+rospy.set_param("/to_send", ["three"])
+rostopic.param_publish_once(publisher, cls, "/to_send", False)
+for arguments in (["a", "b"], [{"other": 1}]):
+    try:
+        rostopic.publish_message(publisher, cls, arguments, once=True)
+    except rostopic.ROSTopicException as error:
+        print(str(error).splitlines()[-1])
+try:
+    rostopic.create_publisher("/x", "std_msgs/NotThere", latch=False)
+except rostopic.ROSTopicException as error:
+    print(str(error).splitlines()[0])
+"""
+HEAR = """
+import rospy
+from std_msgs.msg import String
+heard = []
+rospy.init_node("ear")
+rospy.Subscriber("/sent", String, lambda message: heard.append(message.data))
+deadline = rospy.get_time() + 30
+while heard[-1:] != ["three"] and rospy.get_time() < deadline:
+    rospy.sleep(0.02)
+print(heard)
+"""
+
+
+def test_publishing(launcher: Master) -> None:
+    said = []
+    for face in faces.FACES:
+        ear = faces.start("stock", launcher, HEAR)
+        said.append(faces.run(face, launcher, HEAD + PUBLISH))
+        ear.wait_line(r"^\['one', 'two', 'three'\]$")
+        ear.wait(20)
+    assert said[1] == said[0]
 
 
 def test_rates(talker: Master) -> None:

@@ -1,19 +1,22 @@
-"""What the programs of the tests of rospy begin with: ``t(label, function)`` prints what a call returns or raises."""
+"""What the programs of the tests of rospy begin with, after ``import rospy``.
 
-HEAD = """
+``t(label, function)`` prints what a call returns or raises.
+"""
+
+TOOLS = """
 import logging, os, sys, threading, time, warnings
 warnings.simplefilter("ignore")
-import rospy
 from std_msgs.msg import Float64, Header, Int32, String
 from geometry_msgs.msg import Point, PointStamped
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse, SetBool, SetBoolResponse, Trigger
+KINDS = ("ROS", "Ser", "Val", "Typ", "Key", "Att")
 def t(label, call):
     try:
         value = call()
         print(label, "->", type(value).__name__, repr(value))
     except BaseException as error:
         kind = type(error)
-        print(label, "!!", [each.__name__ for each in kind.__mro__ if each.__name__[:3] in ("ROS", "Ser", "Val", "Typ", "Key", "Att")], error)
+        print(label, "!!", [each.__name__ for each in kind.__mro__ if each.__name__[:3] in KINDS], error)
 def until(reached, seconds=15):
     end = time.monotonic() + seconds
     while not reached():

@@ -89,5 +89,5 @@ except AttributeError as error:
 
 def test_what_is_no_action(environ: dict[str, str]) -> None:
     out = run(NO_ACTION, environ)
-    assert "Type is not an action spec: <class 'pyros1.msgs.std_msgs.msg.String'>" in out
+    assert "Type is not an action spec: <class 'std_msgs.msg._String.String'>" in out
     assert "pyros1 has no actionlib.goal_id_generator.s_goalcount" in out

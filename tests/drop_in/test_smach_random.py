@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+import threading
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -135,3 +137,68 @@ def test_machines_do_as_a_plain_program(smach: Any, tree: Tree, words: list[str]
     data.x = 1
     assert (top.execute(data), data.x) == follow(tree, plain, 1)
     assert ours.trace == plain.trace
+
+
+def looping(smach: Any, chance: random.Random, depth: int) -> Any:
+    """Return a state, or a container of some, that ends with "next", or with "preempted" if it serviced that."""
+    kind = chance.choice(["machine", "concurrence", "iterator"]) if depth else "state"
+    if kind == "state":
+        state = smach.State(["next", "preempted"])
+
+        def execute(userdata: Any) -> str:
+            for _ in range(chance.randrange(3)):
+                if state.preempt_requested():
+                    state.service_preempt()
+                    return "preempted"
+            return "next"
+
+        state.execute = execute
+        return state
+    if kind == "machine":
+        machine = smach.StateMachine(["next", "preempted"])
+        with machine:
+            smach.StateMachine.add("0", looping(smach, chance, depth - 1), {"next": "1"})
+            smach.StateMachine.add("1", looping(smach, chance, depth - 1))
+        return machine
+    if kind == "concurrence":
+        both = smach.Concurrence(
+            ["next", "preempted"], "next", outcome_cb=lambda each: "preempted" if "preempted" in each.values() else None
+        )
+        with both:
+            for label in "01":
+                smach.Concurrence.add(label, looping(smach, chance, depth - 1))
+        return both
+    iterator = smach.Iterator(["next", "preempted"], [], [], it=range(2), exhausted_outcome="next")
+    with iterator:
+        state = looping(smach, chance, depth - 1)
+        smach.Iterator.set_contained_state("0", state, loop_outcomes=["next"])
+    return iterator
+
+
+def below(smach: Any, state: Any) -> Iterator[Any]:
+    """Return all states in a container."""
+    if isinstance(state, smach.Container):
+        for child in state.get_children().values():
+            yield child
+            yield from below(smach, child)
+
+
+def test_no_preemption_is_lost(smach: Any) -> None:
+    """Whenever it comes, it ends a machine that would go on for ever, and leaves nothing in its states."""
+    smach.set_shutdown_check(lambda: False)
+    for seed in range(150):
+        chance = random.Random(seed)
+        top = smach.StateMachine(["preempted"])
+        with top:
+            smach.StateMachine.add("LOOP", looping(smach, chance, 3), {"next": "LOOP"})
+        started, outcomes = threading.Event(), []
+        top.register_start_cb(lambda userdata, labels, started=started: started.set())
+        thread = threading.Thread(target=lambda top=top, outcomes=outcomes: outcomes.append(top.execute()), daemon=True)
+        thread.start()
+        assert started.wait(10)
+        for _ in range(seed * 20):
+            pass  # a moment, of which there are many
+        top.request_preempt()
+        thread.join(10)
+        assert outcomes == ["preempted"], seed
+        assert not any(state.preempt_requested() for state in below(smach, top)), seed

@@ -91,6 +91,9 @@ def execute(goal):
         server.set_aborted(FibonacciResult([goal.order]))
         return
     running.set()
+    if goal.order == 98:
+        server.set_preempted()
+        return
     while goal.order == 99 and not server.is_preempt_requested():
         rospy.sleep(0.01)
     running.clear()
@@ -128,6 +131,7 @@ once(goal_slots=["order"], userdata=[("order", 3)], result_slots=["sequence"])
 once(goal_key="g", userdata=[("g", FibonacciGoal(order=1))])
 once(goal_cb=goal_cb, goal_cb_args=[5], result_cb=result_cb)
 once(goal_cb=lambda userdata, goal: FibonacciGoal(order=-1))
+once(goal=FibonacciGoal(order=98))
 once(goal=FibonacciGoal(order=99), exec_timeout=rospy.Duration(0.2))
 once(goal=FibonacciGoal(order=99), preempt=True)
 
@@ -181,6 +185,7 @@ def test_actions(environ: dict[str, str]) -> None:
         "succeeded {'order': 3, 'sequence': (0, 1, 2)}",
         said[3],
         "long {'last': 4}",
+        "aborted {}",
         "aborted {}",
         "aborted {}",
         "preempted {}",
@@ -269,6 +274,104 @@ def test_introspection_and_ctrl_c(make_node: Callable[..., Node], environ: dict[
     finally:
         program.kill()
         program.communicate(timeout=10)
+
+
+IN_THE_MAIN_THREAD = """
+import rospy, smach, smach_ros
+rospy.init_node("machine")
+
+class Wait(smach.State):
+    def __init__(self):
+        smach.State.__init__(self, ["preempted"])
+    def execute(self, userdata):
+        print("waiting", flush=True)
+        while not self.preempt_requested():
+            rospy.rostime.wallsleep(0.01)
+        self.service_preempt()
+        return "preempted"
+
+sm = smach.StateMachine(["preempted"])
+with sm:
+    smach.StateMachine.add("WAIT", Wait())
+smach_ros.set_preempt_handler(sm)
+print("outcome", sm.execute())
+"""
+
+
+def test_ctrl_c_while_the_main_thread_runs_a_machine(environ: dict[str, str]) -> None:
+    with start(IN_THE_MAIN_THREAD, environ) as program:
+        try:
+            assert program.stdout is not None
+            while "waiting" not in program.stdout.readline():
+                assert program.poll() is None
+            program.send_signal(signal.SIGINT)
+            out, _ = program.communicate(timeout=20)
+            assert "outcome preempted" in out and "Traceback" not in out
+        finally:
+            program.kill()
+
+
+# As https://docs.ros.org/en/noetic/api/smach_ros has them.
+SIGNATURES = """
+import inspect, smach_ros
+for name, words in {
+    "SimpleActionState": "action_name action_spec goal goal_key goal_slots goal_cb goal_cb_args goal_cb_kwargs"
+        " result_key result_slots result_cb result_cb_args result_cb_kwargs input_keys output_keys outcomes"
+        " exec_timeout preempt_timeout server_wait_timeout",
+    "ServiceState": "service_name service_spec request request_cb request_cb_args request_cb_kwargs request_key"
+        " request_slots response_cb response_cb_args response_cb_kwargs response_key response_slots input_keys"
+        " output_keys outcomes",
+    "MonitorState": "topic msg_type cond_cb max_checks input_keys output_keys",
+    "ConditionState": "cond_cb input_keys poll_rate timeout max_checks",
+    "ActionServerWrapper": "server_name action_spec wrapped_container succeeded_outcomes aborted_outcomes"
+        " preempted_outcomes goal_key feedback_key result_key goal_slots_map feedback_slots_map result_slots_map"
+        " expand_goal_slots pack_result_slots",
+    "IntrospectionServer": "server_name state path",
+    "IntrospectionClient.set_initial_state": "self server path initial_states initial_userdata timeout",
+    "set_preempt_handler": "sc",
+}.items():
+    thing = smach_ros
+    for part in name.split("."):
+        thing = getattr(thing, part)
+    assert " ".join(inspect.signature(thing).parameters) == words, name
+try:
+    smach_ros.RosState
+except AttributeError as error:
+    print(error)
+"""
+
+
+def test_signatures(environ: dict[str, str]) -> None:
+    assert run(SIGNATURES, environ) == "pyros1 has no smach_ros.RosState: it is of ROS 2\n"
+
+
+CLIENT = """
+import rospy, smach, smach_ros
+rospy.init_node("client")
+top = smach.Concurrence(["done"], "done")
+with top:
+    inner = smach.StateMachine(["done"])
+    with inner:
+        smach.StateMachine.add("ONE", smach.CBState(lambda ud: "done", outcomes=["done"]))
+        smach.StateMachine.add("TWO", smach.CBState(lambda ud: "done", outcomes=["done"]))
+    smach.Concurrence.add("INNER", inner)
+server = smach_ros.IntrospectionServer("/robot", top, "/TOP")
+server.start()
+client = smach_ros.IntrospectionClient()
+data = smach.UserData()
+data.speed = [1, 2.5]
+print(client.get_servers(), client.set_initial_state("/robot", "/TOP/INNER", ["TWO"], data, rospy.Duration(20)))
+print(inner.get_initial_states(), inner.userdata.speed)
+print(client.set_initial_state("/robot", "/TOP/INNER", ["THREE"], timeout=rospy.Duration(0.3)),
+      inner.get_initial_states())
+server.stop()
+"""
+
+
+def test_the_initial_state_is_chosen_elsewhere(environ: dict[str, str]) -> None:
+    out = run(CLIENT, environ)
+    assert "['/robot'] True\n['TWO'] [1, 2.5]\n" in out
+    assert "False ['TWO']\n" in out and "Cannot begin with states" in out
 
 
 def test_userdata_of_messages() -> None:

@@ -41,6 +41,24 @@ def test_hooks_run_in_order_and_may_publish_p04_p05(make_node: Any, transport: s
     assert order == [("first", False), ("last", 1)]
 
 
+def test_early_hooks_run_while_all_works(make_node: Any) -> None:
+    node, order = make_node("a"), []
+    node.advertise_service("s", "std_srvs/Trigger", lambda _: (True, "served"))
+
+    def early() -> None:
+        answer = node.service("s", "std_srvs/Trigger")()
+        order.append((node.ok(), node.sleep(0.01), answer.message))
+
+    node.on_shutdown(lambda: order.append(node.ok()))
+    node.on_shutdown(early, early=True)
+    node.on_shutdown(lambda: 1 / 0, early=True)
+    node.on_shutdown(lambda: order.append("last early"), early=True)
+    node.shutdown()
+    assert order == [(True, True, "served"), "last early", False]
+    node.on_shutdown(lambda: order.append("at once"), early=True)
+    assert order[-1] == "at once"
+
+
 def test_a_bad_hook_stops_no_other(make_node: Any, capsys: Any) -> None:
     node, order = make_node("a"), []
     node.on_shutdown(lambda: 1 / 0)

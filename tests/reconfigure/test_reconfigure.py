@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.ground.errors import ServiceError, WaitTimeoutError
+from pyros1.ground.errors import NodeError, ServiceError, WaitTimeoutError
 from pyros1.msgs.dynamic_reconfigure.msg import BoolParameter, GroupState, IntParameter, StrParameter
 from pyros1.msgs.dynamic_reconfigure.msg import Config as Message
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
@@ -131,6 +131,17 @@ def test_strange_requests(make_node: Any, parameters: Parameters) -> None:
     )
     assert decode(answer.config) == {"rate": 5.0, "mode": 1, "on": False, "colour": "red"}
     assert node.params["~deep/rate"] == 5.0
+
+
+def test_servers_that_cannot_begin(make_node: Any, parameters: Parameters) -> None:
+    node = make_node("motor")
+    with pytest.raises(CallbackError):
+        Server(node, parameters, lambda config, level: None)
+    server = Server(node, parameters, lambda config, level: config)
+    with pytest.raises(NodeError, match="set_parameters"):
+        Server(node, parameters, lambda config, level: config)
+    assert Client(make_node("panel"), "motor", 10).update({"rate": 3}, 10).rate == 3.0
+    server.close()
 
 
 def test_nobody_there(make_node: Any) -> None:

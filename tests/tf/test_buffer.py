@@ -300,3 +300,33 @@ def test_wrong_arguments_are_named() -> None:
 def test_transforms_may_come_from_a_generator(buffer: Buffer) -> None:
     buffer.set_transforms((stamped("map", name, 101) for name in ("left", "right")), "/a")
     assert buffer.can_transform("left", "right", Time(101))
+
+
+def test_the_tree_in_the_dot_language() -> None:
+    buffer = Buffer()
+    assert "no tf data" in buffer.all_frames_as_dot()
+    buffer.set_transform(stamped("map", 'a "frame"', 2.0), "/me")
+    assert '"map" -> "a \\"frame\\""[label="Broadcaster: /me' in buffer.all_frames_as_dot()
+    assert "sec old" not in buffer.all_frames_as_dot()
+    drawn = buffer.all_frames_as_dot(5.0)
+    assert "( 3.000 sec old)" in drawn
+    assert '"Recorded at time: 5.000"[ shape=plaintext ] ;\n }->"map";' in drawn
+
+
+def test_times_of_a_wanted_class() -> None:
+    class Mine(Time):
+        __slots__ = ()
+
+    buffer = Buffer(time_class=Mine)
+    buffer.set_transform(stamped("map", "base", 2.0), "/me")
+    assert type(buffer.lookup_transform("map", "base").header.stamp) is Mine
+    assert type(buffer.get_latest_common_time("map", "base")) is Mine
+
+
+def test_chain_at_two_times() -> None:
+    buffer = Buffer()
+    buffer.set_transform(stamped("map", "base", 1.0), "/me")
+    buffer.set_transform(stamped("odom", "base", 2.0), "/me")
+    buffer.set_transform(stamped("map", "odom", 2.0), "/me")
+    assert buffer.chain_full("map", 1.0, "base", 1.0, "base") == ["base", "map"]
+    assert buffer.chain_full("map", 2.0, "base", 2.0, "map") == ["base", "odom", "map"]

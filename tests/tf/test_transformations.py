@@ -201,3 +201,22 @@ def test_an_array_for_the_result() -> None:
     assert same(lengths, [5.0, 2.0])
     tr.unit_vector(rows, 1, out=rows)
     assert same(rows, [[0.6, 0.8], [0.0, 1.0]])
+
+
+def test_an_arcball_turns_with_the_mouse() -> None:
+    ball = tr.Arcball()
+    ball.place([100, 100], 100)
+    ball.down([100, 100])
+    ball.drag([200, 100])
+    turned = ball.matrix()[:3, :3]
+    assert np.allclose(turned @ (0, 0, 1), (0, 0, -1))  # the angle is twice that between the points
+    ball.setaxes([0, 0, 1])
+    ball.setconstrain(True)
+    assert ball.getconstrain()
+    ball.down([150, 100])
+    ball.drag([100, 50])
+    assert np.allclose(ball.matrix()[:3, :3] @ turned.T, np.diag((-1, -1, 1)))  # half a turn about z
+    ball.next()
+    assert np.allclose(ball.matrix()[:3, :3], turned)  # and another
+    with pytest.raises(ValueError, match="quaternion or matrix"):
+        tr.Arcball([1, 2, 3])

@@ -24,6 +24,12 @@ def _xacro() -> int:
     return main()
 
 
+def _republish() -> int:
+    from pyros1.topic_tools.republish import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
 _TOPIC_TOOLS = """
 demux demux_add demux_delete demux_list demux_select drop mux mux_add mux_delete mux_list mux_select relay relay_field
 switch_mux throttle transform
@@ -32,6 +38,7 @@ _TEST_NODES = "advertisetest hztest paramtest publishtest subscribetest"
 
 SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "dynamic_reconfigure": {"dynparam": "dynparam"},
+    "image_transport": {"republish": _republish},
     "rosbag": {"play": "bag play", "record": "bag record"},
     "rostest": dict.fromkeys(_TEST_NODES.split(), _test_node),
     "tf": {

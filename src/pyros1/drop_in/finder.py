@@ -167,6 +167,8 @@ def install() -> Finder:
         if isinstance(each, Finder):
             return each
     finder = Finder()
+    if not finder.stock:
+        installed(os.environ).stock_names = True
     if os.environ.get(VARIABLE) == "pyros1":
         sys.meta_path.insert(0, finder)
     else:

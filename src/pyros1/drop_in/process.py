@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 import threading
-import traceback
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -111,6 +110,8 @@ class Process:
             try:
                 hooks.pop(0)(self._reason)
             except Exception:  # noqa: BLE001 - the program's code: the others run, too
+                import traceback  # noqa: PLC0415  it takes as long to load as much of rospy
+
                 traceback.print_exc(file=sys.stderr)
 
 

@@ -8,9 +8,13 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Sequence
+from operator import methodcaller
 from typing import Any
 
 from pyros1.ground.timing import Duration, Time
+
+_NANOSECONDS = methodcaller("to_nsec")
+"""Compares times; several times faster than their own comparison."""
 
 
 class ExactTime:
@@ -46,7 +50,7 @@ class ExactTime:
         queue = self.queues[index]
         queue[stamp] = message
         while len(queue) > self.queue_size:
-            del queue[min(queue)]
+            del queue[min(queue, key=_NANOSECONDS)]
 
     def _take(self, stamps: Sequence[Time]) -> tuple[Any, ...]:
         return tuple(queue.pop(stamp) for queue, stamp in zip(self.queues, stamps, strict=True))
@@ -75,15 +79,25 @@ class ApproximateTime(ExactTime):
         """Return the set that the newest message of topic ``index`` completes, if it does."""
         if stamp not in self.queues[index] or not self.slop > Duration():  # too old; or nothing is near enough
             return []
-        near = [[stamp] if each == index else self._near(each, stamp) for each in range(len(self.queues))]
-        stamps = self._choose(near, stamp, stamp)
-        return [self._take(stamps)] if stamps is not None else []
+        near: list[list[Time]] = []
+        for position in range(len(self.queues)):
+            stamps = [stamp] if position == index else self._near(position, stamp)
+            if not stamps:
+                return []
+            near.append(stamps)
+        found = self._choose(near, stamp, stamp)
+        return [self._take(found)] if found is not None else []
 
     def _near(self, index: int, stamp: Time) -> list[Time]:
         """Return the stamps of a topic that may match, the nearest first; of two, that which came first."""
-        distances = [(abs((each - stamp).to_nsec()), order, each) for order, each in enumerate(self.queues[index])]
-        most = self.slop.to_nsec()
-        return [each for distance, _, each in sorted(distances) if distance <= most]
+        middle, most = stamp.to_nsec(), self.slop.to_nsec()
+        found: list[tuple[int, int, Time]] = []
+        for order, each in enumerate(self.queues[index]):
+            distance = abs(each.to_nsec() - middle)
+            if distance <= most:
+                found.append((distance, order, each))
+        found.sort()
+        return [each for _, _, each in found]
 
     def _choose(self, near: list[list[Time]], low: Time, high: Time) -> list[Time] | None:
         """Return the first stamp of each topic that fits those before it, which lie from ``low`` to ``high``."""

@@ -27,12 +27,17 @@ class MessageFinder:
     Args:
         environ: environment variables, read when the first definition is needed.
         prefix: package below which modules are made.
+
+    Attributes:
+        stock_names: whether classes say that they are from the modules of stock's generator, ``std_msgs.msg._String``:
+            in programs for stock, some of which look there for the package, and whose pickles stock can read.
     """
 
     def __init__(self, environ: Mapping[str, str], prefix: str = PREFIX) -> None:
         self._environ = environ
         self._prefix = prefix
         self._library: Any = None
+        self.stock_names = False
 
     @property
     def library(self) -> Any:
@@ -122,7 +127,8 @@ class MessageFinder:
         """
 
         def make(module: str) -> type[Message]:
-            return make_message_class(self.library.message(name), self.library.digests, self.message, module)
+            home = self._home(name, "msg", module)
+            return make_message_class(self.library.message(name), self.library.digests, self.message, home)
 
         return self._kept(name, "msg", make)  # type: ignore[no-any-return]  # it is what make returns
 
@@ -130,9 +136,14 @@ class MessageFinder:
         """Return the class of a service type; raises as :meth:`message`."""
 
         def make(module: str) -> type[Service]:
-            return make_service_class(self.library.service(name), self.library.digests, self.message, module)
+            home = self._home(name, "srv", module)
+            return make_service_class(self.library.service(name), self.library.digests, self.message, home)
 
         return self._kept(name, "srv", make)  # type: ignore[no-any-return]  # it is what make returns
+
+    def _home(self, name: str, kind: str, module: str) -> str:
+        package, _, short = name.partition("/")
+        return f"{package}.{kind}._{short}" if self.stock_names else module
 
     def _service_part(self, name: str) -> type[Any]:
         """Return what a srv module holds under a name: a service, a request or a response class."""

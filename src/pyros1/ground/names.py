@@ -65,20 +65,21 @@ def ns_join(ns: str, name: str) -> str:
     return ns + name if ns[-1] == SEP else ns + SEP + name
 
 
-def resolve_name(name: str, node_name: str, remappings: dict[str, str] | None = None) -> str:
+def resolve_name(name: str, node_name: str, remappings: dict[str, str] | None = None, strict: bool = True) -> str:
     """Return the global name that ``name`` stands for inside a node.
 
     Args:
         name: relative, global or private (``~x``); empty means the node's namespace.
         node_name: the node's full name, for example ``/robot/talker``.
         remappings: resolved name -> resolved name; looked up once, exact match.
+        strict: whether names must keep to the grammar.
 
     Raises:
         InvalidNameError: ``name`` breaks the grammar.
     """
     if not name:
         return namespace(node_name)
-    if not is_legal_name(name):
+    if strict and not is_legal_name(name):
         raise InvalidNameError(
             f"{name!r} is not a legal ROS name: a name starts with a letter, '/' or '~' and holds "
             "letters, digits, '_' and '/'"
@@ -118,13 +119,16 @@ class Arguments:
         self.rest: list[str] = []
         self.malformed: list[str] = []
 
-    def resolved_remappings(self, node_name: str) -> dict[str, str]:
+    def resolved_remappings(self, node_name: str, strict: bool = True) -> dict[str, str]:
         """Return the remappings with both sides resolved for the node of that full name.
 
         Raises:
             InvalidNameError: one of the names is not legal.
         """
-        return {resolve_name(old, node_name): resolve_name(new, node_name) for old, new in self.remappings.items()}
+        return {
+            resolve_name(old, node_name, strict=strict): resolve_name(new, node_name, strict=strict)
+            for old, new in self.remappings.items()
+        }
 
 
 def parse_arguments(argv: list[str]) -> Arguments:

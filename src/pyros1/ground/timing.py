@@ -42,7 +42,8 @@ class TVal:
                     raise ValueError("if secs is a float, nsecs cannot be set")
                 whole = int(secs)
                 secs, nsecs = whole, int((secs - whole) * 1e9)  # cut, not rounded: stock's programs see the same value
-            secs = _whole(secs, "secs")
+            else:
+                secs = _whole(secs, "secs")
         if nsecs.__class__ is not int:
             nsecs = _whole(nsecs, "nsecs")
         if not 0 <= nsecs < _NS:
@@ -52,11 +53,11 @@ class TVal:
         self.nsecs = nsecs
 
     @classmethod
-    def from_sec(cls: type[_T], seconds: float) -> _T:
+    def from_sec(cls: type[_T], float_secs: float) -> _T:
         """Return a value made from seconds as a float."""
-        if not hasattr(type(seconds), "__float__"):
-            raise TypeError(f"seconds must be a number, not {seconds!r:.80}")
-        return cls(float(seconds))
+        if not hasattr(type(float_secs), "__float__"):
+            raise TypeError(f"seconds must be a number, not {float_secs!r:.80}")
+        return cls(float(float_secs))
 
     from_seconds = from_sec
 
@@ -89,21 +90,31 @@ class TVal:
         return bool(self.secs or self.nsecs)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, TVal) and _kind(self) is _kind(other) and self.to_nsec() == other.to_nsec()
+        if other.__class__ is not self.__class__ and (not isinstance(other, TVal) or _kind(self) is not _kind(other)):
+            return False
+        return self.secs == other.secs and self.nsecs == other.nsecs
 
     def __lt__(self, other: object) -> bool:
+        if other.__class__ is self.__class__:
+            return (self.secs, self.nsecs) < (other.secs, other.nsecs)
         difference = _compared(self, other)
         return NotImplemented if difference is None else difference < 0
 
     def __le__(self, other: object) -> bool:
+        if other.__class__ is self.__class__:
+            return (self.secs, self.nsecs) <= (other.secs, other.nsecs)
         difference = _compared(self, other)
         return NotImplemented if difference is None else difference <= 0
 
     def __gt__(self, other: object) -> bool:
+        if other.__class__ is self.__class__:
+            return (self.secs, self.nsecs) > (other.secs, other.nsecs)
         difference = _compared(self, other)
         return NotImplemented if difference is None else difference > 0
 
     def __ge__(self, other: object) -> bool:
+        if other.__class__ is self.__class__:
+            return (self.secs, self.nsecs) >= (other.secs, other.nsecs)
         difference = _compared(self, other)
         return NotImplemented if difference is None else difference >= 0
 
@@ -114,7 +125,9 @@ class TVal:
         return str(self.to_nsec())
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}[{self.to_nsec()}]"
+        home = type(self).__module__.partition(".")[0]  # stock's classes name theirs: genpy.Time, rospy.Time
+        name = type(self).__name__
+        return f"{name if home == 'pyros1' else f'{home}.{name}'}[{self.to_nsec()}]"
 
     def __getstate__(self) -> list[int]:
         return [self.secs, self.nsecs]

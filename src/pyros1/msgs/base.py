@@ -203,10 +203,7 @@ class Message(metaclass=MessageType):
             return False
         for name in message_class(type(self)).__slots__:
             mine, theirs = getattr(self, name, None), getattr(other, name, None)
-            if isinstance(mine, (list, tuple)) and isinstance(theirs, (list, tuple)):
-                if tuple(mine) != tuple(theirs):
-                    return False
-            elif mine is not theirs and not _same(mine, theirs):
+            if mine is not theirs and (mine == theirs) is not True and not _same(mine, theirs):
                 return False
         return True
 
@@ -220,6 +217,9 @@ class Message(metaclass=MessageType):
 
 
 def _same(a: object, b: object) -> bool:
+    """Compare values that are perhaps equal though they do not say so: a list and a tuple, arrays of numpy."""
+    if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
+        return tuple(a) == tuple(b)
     equal: Any = a == b
     if isinstance(equal, bool):
         return equal

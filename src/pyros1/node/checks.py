@@ -39,9 +39,15 @@ def service_class(given: Any, call: str) -> Any:
     """Return the service class that an argument stands for; like `message_class`."""
     if isinstance(given, str):
         return load_service(given)
-    if isinstance(given, type) and issubclass(given, Service):
+    if isinstance(given, type) and (issubclass(given, Service) or _is_generated(given)):
         return given
     raise TypeError(_no_type(given, call, "service"))
+
+
+def _is_generated(given: Any) -> bool:
+    """Return whether a class is a service's that genpy has generated, whose messages derive from our `Message`."""
+    parts = (getattr(given, name, None) for name in ("_request_class", "_response_class"))
+    return all(isinstance(part, type) and issubclass(part, Message) for part in parts)
 
 
 def check_callback(given: Any, call: str, what: str, type_: Any = "") -> None:

@@ -11,7 +11,12 @@ from pyros1.ground.errors import InvalidNameError
 
 
 def full_name(
-    name: str, anonymous: bool, namespace: str | None, special: Mapping[str, str], environ: Mapping[str, str]
+    name: str,
+    anonymous: bool,
+    namespace: str | None,
+    special: Mapping[str, str],
+    environ: Mapping[str, str],
+    strict: bool = True,
 ) -> tuple[str, str]:
     """Return (namespace, full name) of a node.
 
@@ -21,6 +26,7 @@ def full_name(
         namespace: namespace in the program; ``__ns`` takes precedence over it, and it over ROS_NAMESPACE.
         special: the command line's ``__key:=value`` arguments.
         environ: environment variables.
+        strict: whether the name must keep to the rules.
 
     Raises:
         InvalidNameError: the name or the namespace is not legal.
@@ -29,13 +35,13 @@ def full_name(
         name = special["__name"]
     elif anonymous:
         name = names.anonymous_name(name, os.getpid(), int(time.time() * 1000))
-    if not names.is_legal_base_name(name):
+    if strict and not names.is_legal_base_name(name):
         raise InvalidNameError(
             f"{name!r} is not a legal node name: it starts with a letter and holds letters, digits and '_' only "
             "(a namespace is given with __ns:= or ROS_NAMESPACE)"
         )
     ns = special.get("__ns") or namespace or environ.get("ROS_NAMESPACE") or names.SEP
     ns = names.canonicalize_name(names.SEP + ns.strip(names.SEP)) or names.SEP
-    if not names.is_legal_name(ns):
+    if strict and not names.is_legal_name(ns):
         raise InvalidNameError(f"{ns!r} is not a legal namespace")
     return ns, names.canonicalize_name(names.ns_join(ns, name))

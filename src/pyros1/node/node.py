@@ -25,8 +25,8 @@ from pyros1.node.clock import Clock, Rate, Timer, TimerEvent, Timers
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
 from pyros1.node.life import Life
-from pyros1.node.log.levels import ERROR, WARN, level_from_name
-from pyros1.node.log.logger import Log, trace_of
+from pyros1.node.log.levels import WARN, level_from_name
+from pyros1.node.log.logger import Log
 from pyros1.node.log.offered import offer_log
 from pyros1.node.log.sink import LogSink, default_log_file
 from pyros1.node.parameters.parameters import Parameters
@@ -71,6 +71,7 @@ class Node:
         wait_for_master: seconds to wait for a master that does not answer; None: no limit.
         wall_time: whether to ignore /use_sim_time.
         ports: of the slave API (XML-RPC) and of topics and services (TCPROS); 0: any.
+        strict_names: whether names that break the rules are refused. As rospy's, most masters accept them.
 
     Raises:
         InvalidNameError: the name is not legal.
@@ -96,6 +97,7 @@ class Node:
         wait_for_master: float | None = None,
         wall_time: bool = False,
         ports: _Ports = (0, 0),
+        strict_names: bool = True,
     ) -> None:
         argv = checks.check_node(name, namespace, argv, master_uri, environ, wait_for_master)
         if callbacks not in ("inline", "spin"):
@@ -103,8 +105,9 @@ class Node:
         self.environ = environ = os.environ if environ is None else environ
         self.arguments = names.parse_arguments(list(sys.argv[1:] if argv is None else argv))
         special = self.arguments.special
-        self.namespace, self.name = full_name(name, anonymous, namespace, special, environ)
-        self._remappings = self.arguments.resolved_remappings(self.name)
+        self.namespace, self.name = full_name(name, anonymous, namespace, special, environ, strict_names)
+        self._strict = strict_names
+        self._remappings = self.arguments.resolved_remappings(self.name, strict_names)
         self.master_uri = master_uri or find_master_uri(environ, special)
 
         stopping = Event()
@@ -113,7 +116,7 @@ class Node:
         self._sink = LogSink(self.name, environ, log_file, self._clock.read, self._later)
         self.log = Log(self._sink, level=level_from_name(log_level))
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
-        loop = Loop(f"{self.name}:loop", on_error=self._on_loop_error)
+        loop = Loop(f"{self.name}:loop", on_error=self.log.internal)
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
@@ -174,9 +177,6 @@ class Node:
     def _later(self, seconds: float, function: Callable[..., object], argument: object) -> None:
         self._context.loop.call_later(seconds, function, argument)
 
-    def _on_loop_error(self, error: BaseException) -> None:
-        self.log.peer(ERROR, shown.lines(f"internal error (please report it)\n{trace_of(error)}"))
-
     # Names ------------------------------------------------------------------------------------------------------------
 
     @property
@@ -191,7 +191,7 @@ class Node:
             InvalidNameError: ``name`` is not a legal name.
         """
         checks.check_text(name, "the name")
-        return names.resolve_name(name, self.name, self._remappings)
+        return names.resolve_name(name, self.name, self._remappings, self._strict)
 
     # Topics -----------------------------------------------------------------------------------------------------------
 

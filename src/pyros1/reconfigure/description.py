@@ -140,16 +140,33 @@ class Parameters(Group):
     def _by_name(self, field: str) -> dict[str, Any]:
         return {each["name"]: each[field] for group in self.all_groups() for each in group.parameters}
 
-    def __getattr__(self, name: str) -> Any:
-        fields = {"min": "min", "max": "max", "defaults": "default", "level": "level"}
-        if name in fields:
-            return self._by_name(fields[name])
-        if name == "all_level":
-            bits = 0
-            for level in self.level.values():
-                bits |= level
-            return bits
-        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """Parameter -> its value at first."""
+        return self._by_name("default")
+
+    @property
+    def min(self) -> dict[str, Any]:
+        """Parameter -> its smallest value."""
+        return self._by_name("min")
+
+    @property
+    def max(self) -> dict[str, Any]:
+        """Parameter -> its largest value."""
+        return self._by_name("max")
+
+    @property
+    def level(self) -> dict[str, int]:
+        """Parameter -> its level bits."""
+        return self._by_name("level")
+
+    @property
+    def all_level(self) -> int:
+        """The level bits of all parameters."""
+        bits = 0
+        for level in self.level.values():
+            bits |= level
+        return bits
 
 
 def checked(name: str, kind: str, field: str, value: Any) -> Any:

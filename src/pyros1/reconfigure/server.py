@@ -69,9 +69,14 @@ class Server:
         self.descriptions = node.advertise(f"{self.namespace}parameter_descriptions", ConfigDescription, latch=True)
         self.updates = node.advertise(f"{self.namespace}parameter_updates", ConfigMessage, latch=True)
         self.descriptions.publish(self.message)
-        with self._lock:
-            self._change(self.config, -1)
-        self.service = node.advertise_service(f"{self.namespace}set_parameters", Reconfigure, self._asked)
+        self.service: Any = None
+        try:
+            with self._lock:
+                self._change(self.config, -1)
+            self.service = node.advertise_service(f"{self.namespace}set_parameters", Reconfigure, self._asked)
+        except BaseException:
+            self.close()
+            raise
 
     def _defaults(self) -> list[tuple[str, Any]]:
         return list(self.description.defaults.items())
@@ -144,6 +149,7 @@ class Server:
 
     def close(self) -> None:
         """Offer the parameters no longer."""
-        self.service.shutdown()
+        if self.service is not None:
+            self.service.shutdown()
         self.updates.unregister()
         self.descriptions.unregister()

@@ -20,18 +20,18 @@ class Frame:
         static: whether its transform holds at all times; None while the frame is known only as a parent. As in tf2,
             the first transform decides for ever.
         authority: the node that sent the last transform.
+        stamps, entries: times and transforms, in order of time; those before the head are out of date.
     """
 
-    __slots__ = ("_entries", "_head", "_stamps", "authority", "name", "static")
+    __slots__ = ("_head", "authority", "entries", "name", "stamps", "static")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.static: bool | None = None
         self.authority = "no recorded authority"
-        # In order of time. Items before _head are out of date; they are removed many at a time.
-        self._stamps: list[int] = []
-        self._entries: list[Entry] = []
-        self._head = 0
+        self.stamps: list[int] = []
+        self.entries: list[Entry] = []
+        self._head = 0  # items before it are removed many at a time
 
     def insert(self, time: int, entry: Entry, keep: int) -> str | None:
         """Take a transform.
@@ -44,13 +44,13 @@ class Frame:
             None, or the reason why it is not taken, as tf2's text.
         """
         if self.static:
-            self._stamps = [0]
-            self._entries = [entry]
+            self.stamps = [0]
+            self.entries = [entry]
             return None
-        stamps = self._stamps
+        stamps = self.stamps
         if not stamps or time > stamps[-1]:
             stamps.append(time)
-            self._entries.append(entry)
+            self.entries.append(entry)
         else:
             if stamps[-1] > time + keep:
                 return (
@@ -61,23 +61,23 @@ class Frame:
             if place > self._head and stamps[place - 1] == time:
                 return "TF_REPEATED_DATA ignoring data with redundant timestamp"
             stamps.insert(place, time)
-            self._entries.insert(place, entry)
+            self.entries.insert(place, entry)
         oldest = stamps[-1] - keep
         head = self._head
         while stamps[head] < oldest:
             head += 1
         if head > _COMPACT:
-            del stamps[:head], self._entries[:head]
+            del stamps[:head], self.entries[:head]
             head = 0
         self._head = head
         return None
 
     def at(self, time: int) -> Entry | None:
         """Return parent and transform at a time, 0 for the newest; None if there are none, see `why_not`."""
-        entries = self._entries
+        entries = self.entries
         if self.static or (not time and entries):
             return entries[-1]
-        stamps = self._stamps
+        stamps = self.stamps
         if not stamps or time >= stamps[-1]:
             return entries[-1] if stamps and time == stamps[-1] else None
         place = bisect_right(stamps, time, self._head) - 1
@@ -94,10 +94,10 @@ class Frame:
 
     def before(self, time: int) -> Entry | None:
         """Return parent and transform as `at`, without interpolation: the transform is an earlier one."""
-        entries = self._entries
+        entries = self.entries
         if self.static or (not time and entries):
             return entries[-1]
-        stamps = self._stamps
+        stamps = self.stamps
         if not stamps or time >= stamps[-1]:
             return entries[-1] if stamps and time == stamps[-1] else None
         place = bisect_right(stamps, time, self._head) - 1
@@ -105,7 +105,7 @@ class Frame:
 
     def why_not(self, time: int) -> str:
         """Return the reason why there is no transform at a time, as tf2's text."""
-        if not self._stamps:
+        if not self.stamps:
             return ""
         earliest, latest = self.oldest, self.latest
         if len(self) == 1:
@@ -126,27 +126,27 @@ class Frame:
     def clear(self) -> None:
         """Remove all transforms, except a static one."""
         if not self.static:
-            self._stamps = []
-            self._entries = []
+            self.stamps = []
+            self.entries = []
             self._head = 0
 
     @property
     def latest(self) -> int:
         """Stamp of the newest transform; 0 without one and for a static one."""
-        return self._stamps[-1] if self._stamps else 0
+        return self.stamps[-1] if self.stamps else 0
 
     @property
     def oldest(self) -> int:
         """Stamp of the oldest transform; 0 without one and for a static one."""
-        return self._stamps[self._head] if self._stamps else 0
+        return self.stamps[self._head] if self.stamps else 0
 
     @property
     def parent(self) -> Frame | None:
         """The current parent."""
-        return self._entries[-1][0] if self._entries else None
+        return self.entries[-1][0] if self.entries else None
 
     def __len__(self) -> int:
-        return len(self._stamps) - self._head
+        return len(self.stamps) - self._head
 
     def __bool__(self) -> bool:
         return True

@@ -199,27 +199,27 @@ class Tree:
         times: dict[Frame, int] = {}  # ancestor of source -> newest time at which it can be reached from there
         frame = source
         common = 0
-        while (parent := frame.parent) is not None:
-            latest = frame.latest
+        while entries := frame.entries:
+            latest = frame.stamps[-1]
             if latest and (not common or latest < common):
                 common = latest
-            if parent is target:
+            frame = entries[-1][0]
+            if frame is target:
                 return common
-            frame = parent
             if frame in times:
                 raise self._loop()
             times[frame] = common
         frame = target
         common = 0
         seen = 0
-        while (parent := frame.parent) is not None:
-            latest = frame.latest
+        while entries := frame.entries:
+            latest = frame.stamps[-1]
             if latest and (not common or latest < common):
                 common = latest
-            if parent in times:
-                other = times[parent]
+            frame = entries[-1][0]
+            if frame in times:
+                other = times[frame]
                 return min(common, other) if common and other else common or other
-            frame = parent
             if frame is source:
                 return common
             seen += 1

@@ -18,7 +18,7 @@ from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
 from pyros1.net.log_file import LogFile
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, WARN, level_from_name
 from pyros1.node.log.logger import Log
-from pyros1.node.log.sink import LogSink, default_log_file
+from pyros1.node.log.sink import LogSink, Places, default_log_file
 from pyros1.node.publishing.publisher import Publisher
 
 
@@ -120,7 +120,7 @@ def test_format_n31(capsys: Any) -> None:
     head, _, times = capsys.readouterr().out.rstrip("\n").rpartition("|")
     year = re.escape(head.split("|")[6])
     assert re.fullmatch(r"20\d\d", year)
-    assert head == f"INFO|hi|rosout.child|test_log.py|test_format_n31|/n|{year}|${{nonsense}}"
+    assert head == f"INFO|hi|rosout.child|{__file__}|test_format_n31|/n|{year}|${{nonsense}}"
     assert re.fullmatch(r"\d+\.\d{6}, 1000\.000000", times)
 
 
@@ -367,3 +367,29 @@ def test_a_forked_process_may_log_whatever_other_threads_were_doing(
     assert status == 0
     lines = (tmp_path / "n.log").read_text().splitlines()
     assert [line.partition(": ")[2] for line in lines] == ["before", "in the child", "of a peer", "held", "after"]
+
+
+def test_messages_of_another_logging_system(tmp_path: Path, capsys: Any) -> None:
+    setting = Setting({"ROSCONSOLE_FORMAT": "${logger} ${message} ${file} ${line} ${function}"}, str(tmp_path / "log"))
+    place: dict[str, Any] = {"path": "/folder/own.py", "line": 7, "function": "f"}
+    setting.log.pass_on(FATAL, "all", **place)
+    setting.log.pass_on(WARN, "file", **place, name="other", places=Places(terminal=False, rosout=False))
+    setting.log.pass_on(INFO, "rosout", **place, places=Places(terminal=False, file=False))
+    assert capsys.readouterr().err == "rosout all /folder/own.py 7 f\n"
+    assert setting.texts == ["all", "rosout"] and setting.records[0].file == "own.py"
+    setting.sink.close()
+    lines = (tmp_path / "log").read_text().splitlines()
+    assert [re.sub(r"[\d:,-]+ [\d:,-]+", "D", line) for line in lines] == [
+        "[rosout][CRITICAL] D all",
+        "[other][WARNING] D file",
+    ]
+
+
+def test_levels_that_are_kept_elsewhere(capsys: Any) -> None:
+    setting, levels = Setting(), {"rosout": ERROR}
+    setting.log.use_levels(levels)
+    setting.log.warn("hidden")
+    levels["rosout"] = DEBUG
+    setting.log.debug("shown")
+    setting.log.level = FATAL
+    assert levels["rosout"] == FATAL and setting.texts == ["shown"]

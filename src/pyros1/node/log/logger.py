@@ -111,6 +111,10 @@ class Log:
         sink.settle()
         sink.repeats.say((code.co_filename, line), text % tuple(map(shown.one_line, args)) if args else text, emit)
 
+    def internal(self, error: BaseException) -> None:
+        """Log an error of pyros1 itself, which should not be."""
+        self.peer(ERROR, shown.lines(f"internal error (please report it)\n{trace_of(error)}"))
+
     def pass_on(
         self,
         level: int,
@@ -134,7 +138,7 @@ class Log:
         sink = self._sink
         stamp, simulated = sink.now()
         file = os.path.basename(path)
-        record = Record(level, text, name or self.name, file, line, function, time.time(), stamp)
+        record = Record(level, text, name or self.name, file, line, function, time.time(), stamp, path)
         sink.emit(record, simulated, places)
 
     def use_levels(self, levels: MutableMapping[str, int]) -> None:
@@ -166,7 +170,7 @@ class Log:
     ) -> None:
         stamp, simulated = self._sink.now()
         file = os.path.basename(code.co_filename)
-        record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp)
+        record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp, code.co_filename)
         self._sink.emit(record, simulated, EVERYWHERE if to_terminal else NOT_TERMINAL, by_program)
 
     def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:

@@ -32,6 +32,7 @@ DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
 MAX_FILE_SIZE = 50 << 20
 _COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
 _TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
+_FILE_NAMES = {**NAMES, WARN: "WARNING", FATAL: "CRITICAL"}  # stock's files have Python's names
 _MOST_WAITING = 100
 
 
@@ -42,9 +43,10 @@ class Record(NamedTuple):
         level: 1, 2, 4, 8 or 16, as rosgraph_msgs/Log.
         text: the message, with its arguments filled in.
         logger: name of the logger, ``rosout`` or below it.
-        file, line, function: where it was logged.
+        file, line, function: where it was logged; the file without its folder.
         wall: seconds since the epoch.
         stamp: the node's time (simulated, if it runs on simulated time).
+        path: of the file.
     """
 
     level: int
@@ -55,6 +57,7 @@ class Record(NamedTuple):
     function: str
     wall: float
     stamp: Time
+    path: str = ""
 
 
 class Places(NamedTuple):
@@ -210,7 +213,7 @@ class LogSink:
                 "severity": NAMES[record.level],
                 "message": record.text,
                 "logger": record.logger,
-                "file": record.file,
+                "file": record.path or record.file,
                 "line": str(record.line),
                 "function": record.function,
                 "node": self.node_name,
@@ -223,7 +226,7 @@ class LogSink:
     def _file_line(self, record: Record) -> str:
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.wall))
         text = shown.coloured_lines(record.text)
-        return f"[{record.logger}][{NAMES[record.level]}] {stamp},{int(record.wall % 1 * 1000):03d}: {text}\n"
+        return f"[{record.logger}][{_FILE_NAMES[record.level]}] {stamp},{int(record.wall % 1 * 1000):03d}: {text}\n"
 
     def _write_items(self, items: list[Item], _give_up: GiveUp) -> None:
         self._write_file("".join(text for _, text in items))

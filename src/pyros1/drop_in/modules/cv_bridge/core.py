@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from cv_bridge.encodings import NAMES, CvBridgeError, convert, cv_type, depth_of, encoding
+from cv_bridge.encodings import NAMES, CvBridgeError, convert, cv_type, depth_of
+from cv_bridge.encodings import encoding as _encoding
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
 
@@ -39,14 +40,14 @@ class CvBridge:
         """Return numpy's type and the number of channels of OpenCV's number of a type."""
         return depth_of(cvtype), cvtype // 8 % 64 + 1
 
-    def encoding_to_cvtype2(self, encoding_: str) -> int:
+    def encoding_to_cvtype2(self, encoding: str) -> int:
         """Return OpenCV's number of an encoding's type; raises CvBridgeError."""
-        found = encoding(encoding_)
+        found = _encoding(encoding)
         return cv_type(found.dtype, found.channels)
 
-    def encoding_to_dtype_with_channels(self, encoding_: str) -> tuple[str, int]:
+    def encoding_to_dtype_with_channels(self, encoding: str) -> tuple[str, int]:
         """Return numpy's type and the number of channels of an encoding; raises CvBridgeError."""
-        found = encoding(encoding_)
+        found = _encoding(encoding)
         return found.dtype, found.channels
 
     def imgmsg_to_cv2(self, img_msg: Any, desired_encoding: str = "passthrough") -> Any:
@@ -63,25 +64,23 @@ class CvBridge:
         Raises:
             CvBridgeError: the encoding is unknown, the data are too short, or there is no such conversion.
         """
-        source = encoding(img_msg.encoding)
+        source = _encoding(img_msg.encoding)
         dtype = np.dtype(source.dtype).newbyteorder(">" if img_msg.is_bigendian else "<")
         shape = (img_msg.height, img_msg.width, source.channels)[: 3 if source.channels > 1 else 2]
         inner = (source.channels * dtype.itemsize, dtype.itemsize)[: len(shape) - 1]
         step = img_msg.step or inner[0] * img_msg.width
-        data = (
-            img_msg.data
-            if isinstance(img_msg.data, (bytes, bytearray, memoryview, np.ndarray))
-            else bytes(img_msg.data)
-        )
-        try:
-            image: Any = np.ndarray(shape, dtype, data, strides=(step, *inner))
-        except (TypeError, ValueError) as error:
-            raise CvBridgeError(f"the data of the image do not fit its size: {error}") from error
+        data = bytes(img_msg.data) if isinstance(img_msg.data, (list, tuple)) else memoryview(img_msg.data)
+        size = memoryview(data).nbytes
+        needed = step * (img_msg.height - 1) + inner[0] * img_msg.width if img_msg.height and img_msg.width else 0
+        if step < inner[0] * img_msg.width or size < needed:  # numpy does not look at the size of empty buffers
+            rows = f"{img_msg.height} rows of {step} bytes"
+            raise CvBridgeError(f"the {size} bytes of the image do not fit its size: {rows}")
+        image: Any = np.ndarray(shape, dtype, data, strides=(step, *inner)) if needed else np.zeros(shape, dtype)
         if dtype != np.dtype(source.dtype):
             image = image.astype(source.dtype)
         if desired_encoding == "passthrough":
             return image
-        return convert(image, source, encoding(desired_encoding))
+        return convert(image, source, _encoding(desired_encoding))
 
     def cv2_to_imgmsg(self, cvim: Any, encoding: str = "passthrough", header: Any = None) -> Image:
         """Return the message of an image.
@@ -129,7 +128,7 @@ class CvBridge:
         if desired_encoding == "passthrough":
             return image
         source = {1: "mono", 3: "bgr", 4: "bgra"}[1 if image.ndim < 3 else image.shape[2]]
-        return convert(image, encoding(f"{source}{8 * image.itemsize}"), encoding(desired_encoding))
+        return convert(image, _encoding(f"{source}{8 * image.itemsize}"), _encoding(desired_encoding))
 
     def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> CompressedImage:
         """Return the compressed message of an image.

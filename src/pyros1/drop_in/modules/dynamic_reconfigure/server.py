@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rospy.exceptions import ROSInitException
+from rospy.service import ServiceException
 
 import pyros1.reconfigure
 from dynamic_reconfigure import DynamicReconfigureCallbackException
@@ -20,6 +21,7 @@ from dynamic_reconfigure.encoding import (
     initial_config,
 )
 from pyros1.drop_in.process import PROCESS
+from pyros1.ground.errors import NodeError
 from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMsg
 from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
@@ -39,6 +41,7 @@ class Server:
     Raises:
         DynamicReconfigureCallbackException: the callback has not returned a configuration.
         ROSInitException: there is no node yet.
+        ServiceException: the node has a server in this namespace already.
     """
 
     def __init__(self, type: Any, callback: Callable[[Any, int], Any], namespace: str = "") -> None:
@@ -51,6 +54,8 @@ class Server:
             self._server = pyros1.reconfigure.Server(PROCESS.node, type, self._changed, namespace, make=Config)
         except pyros1.reconfigure.CallbackError as error:
             raise DynamicReconfigureCallbackException(str(error)) from None
+        except NodeError as error:
+            raise ServiceException(str(error)) from None
         self.ns = self._server.namespace
         self.description = self._server.message
         self.descr_topic = self._server.descriptions

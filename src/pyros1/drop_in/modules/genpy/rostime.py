@@ -6,3 +6,6 @@ from pyros1.ground.timing import Duration, Time, TVal
 __all__ = ["Duration", "TVal", "Time"]
 
 __getattr__ = missing(__name__)
+
+for _kind in (TVal, Time, Duration):
+    _kind.__module__ = __name__  # in programs for stock they are genpy's, for which pickles and texts of values ask

@@ -81,6 +81,8 @@ def pointcloud2_to_array(cloud_msg: Any, squeeze: bool = True) -> Any:
     dtype = np.dtype(fields_to_dtype(cloud_msg.fields, cloud_msg.point_step, cloud_msg.is_bigendian))
     shape, step = (cloud_msg.height, cloud_msg.width), cloud_msg.row_step or cloud_msg.point_step * cloud_msg.width
     data = cloud_msg.data if isinstance(cloud_msg.data, (bytes, bytearray, memoryview)) else bytes(cloud_msg.data)
+    if len(data) < step * (shape[0] - 1) + cloud_msg.point_step * shape[1]:  # numpy does not look at empty buffers
+        raise ValueError(f"the {len(data)} bytes of the cloud do not fit its size: {shape[0]} rows of {step} bytes")
     points: Any = np.ndarray(shape, dtype, data, strides=(step, cloud_msg.point_step))
     points = points[[name for name in dtype.names or () if not name.startswith(DUMMY_FIELD_PREFIX)]]
     return points.reshape(cloud_msg.width) if squeeze and cloud_msg.height == 1 else points

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import io
 import os
-import sys
 import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from genpy.rostime import Time as AnyTime
 from rospy.rostime import Time
 
 import pyros1.bag.edit.reindex
@@ -20,12 +18,13 @@ from pyros1.bag.format.appending import append
 from pyros1.bag.format.compression import COMPRESSIONS
 from pyros1.bag.format.encryption import ENCRYPTORS, NONE, KeyUnavailableError, new_cipher
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.records import FIRST_LINE, NS
+from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.info import frequency_text as _human_readable_frequency
 from pyros1.bag.info import size_text as _human_readable_size
 from pyros1.drop_in.missing import missing
 from rosbag._facts import Facts
+from rosbag._messages import decoder, encoder, header_fields, limit, result, version_of
 from rosbag._parts import (
     BagMessage,
     BagMessageWithConnectionHeader,
@@ -102,7 +101,8 @@ class Bag(Facts):
         self._mode = mode
         self._version = 200
         self._cipher: Any = None
-        self._topic_connections: dict[tuple[str, str, str], int] = {}
+        self._topic_connections: dict[Any, int] = {}
+        self._encoders: dict[Any, Callable[[Any], bytes]] = {}
         path = isinstance(f, (str, os.PathLike))
         self._filename = os.fspath(f) if path else None
         self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if path else f  # noqa: SIM115
@@ -122,7 +122,7 @@ class Bag(Facts):
         if self._mode == "w":
             self._writer = BagWriter(self._target, self._compression, self._chunk_threshold)
             return
-        self._version = _version(self._file)
+        self._version = version_of(self._file)
         if self._mode == "a" and self._version != 200:
             raise ROSBagException(f"bag version {self._version} is unsupported for appending")
         if self._version not in (200, 102):
@@ -263,7 +263,7 @@ class Bag(Facts):
         return self._read(infos, start_time, end_time, raw, return_connection_header)
 
     def _read(self, infos: dict[int, Any], start_time: Any, end_time: Any, raw: bool, headers: bool) -> Iterator[Any]:
-        first, last = _limit(start_time), _limit(end_time)
+        first, last = limit(start_time), limit(end_time)
         ids = infos.keys()
         ranks = {number: rank for rank, number in enumerate(ids)}  # of messages with the same time
         reader = self._reader
@@ -273,16 +273,16 @@ class Bag(Facts):
                 for placed in reader.placed(ids, first, last, ranks=ranks):
                     info = infos[placed.connection.id]
                     message = (info.datatype, placed.data, info.md5sum, placed.place, _get_message_type(info))
-                    yield _result(info, message, Time.from_nsec(placed.time), headers)
+                    yield result(info, message, Time.from_nsec(placed.time), headers)
                 return
             for connection, nanoseconds, data in reader.messages(ids, first, last, ranks=ranks):
                 number = connection.id
                 decode = decoders.get(number)
                 if decode is None:
-                    decode = decoders[number] = _decoder(_get_message_type(infos[number]))
+                    decode = decoders[number] = decoder(_get_message_type(infos[number]))
                 message = decode(data, 0, len(data))
                 if headers:
-                    yield _result(infos[number], message, Time.from_nsec(nanoseconds), headers)
+                    yield result(infos[number], message, Time.from_nsec(nanoseconds), headers)
                 else:
                     yield BagMessage(connection.topic, message, Time.from_nsec(nanoseconds))
 
@@ -312,36 +312,46 @@ class Bag(Facts):
         if not msg:
             raise ValueError("msg is invalid")
         nanoseconds = time.time_ns() if t is None else t.secs * NS + t.nsecs
-        cls: Any
+        key: Any
         if not raw:
             cls = type(msg)
-            buffer = io.BytesIO()
-            msg.serialize(buffer)
-            kind, data, md5sum = cls._type, buffer.getvalue(), cls._md5sum
+            encode = self._encoders.get(cls)
+            if encode is None:
+                encode = self._encoders[cls] = encoder(cls)
+            kind, data, md5sum, key = cls._type, encode(msg), cls._md5sum, (topic, cls)
             if kind == "*":
                 connection_header = connection_header or getattr(msg, "_connection_header", None)
                 if not connection_header:
                     raise ValueError("msg is an AnyMsg that was not received: its type is not known")
                 kind, md5sum = connection_header["type"], connection_header["md5sum"]
+                key = (topic, kind, md5sum)
         elif len(msg) in (4, 5):
             kind, data, md5sum = msg[:3]
-            cls = msg[-1]
+            cls, key = msg[-1], (topic, kind, md5sum)
         else:
             raise ValueError("msg must be of length 4 or 5")
         with self._lock:
-            key = (topic, kind, md5sum)
             conn = self._topic_connections.get(key)
             if conn is None:
-                header = connection_header
-                if header is None:
-                    header = _header(topic, kind, md5sum, cls)
-                fields = {
-                    name: each.encode() if isinstance(each, str) else bytes(each) for name, each in header.items()
-                }
-                _ConnectionInfo(0, topic, fields)
-                conn = self._topic_connections[key] = self._writer.add_connection(topic, fields)
-            with stock_errors():
+                conn = self._connect(topic, kind, md5sum, cls, connection_header)
+                self._topic_connections[key] = conn
+            try:
                 self._writer.write(conn, nanoseconds, data)
+            except BagError as error:
+                raise ROSBagFormatException(str(error)) from error
+
+    def _connect(self, topic: str, kind: str, md5sum: str, cls: Any, header: Any) -> int:
+        """Return the connection of a topic and type; a new one gets the header, or one with the type's definition."""
+        key = (topic, kind, md5sum)
+        conn = self._topic_connections.get(key)
+        if conn is None:
+            if header is None:
+                header = header_fields(topic, kind, md5sum, cls)
+            fields = {name: each.encode() if isinstance(each, str) else bytes(each) for name, each in header.items()}
+            _ConnectionInfo(0, topic, fields)  # which tells if a field is missing
+            assert self._writer is not None
+            conn = self._topic_connections[key] = self._writer.add_connection(topic, fields)
+        return conn
 
     def flush(self) -> None:
         """Write the open chunk; raises ValueError if the bag is closed."""
@@ -427,53 +437,5 @@ class Bag(Facts):
             cls = _get_message_type(info)
             message: Any = (info.datatype, stored.data, info.md5sum, position, cls)
             if not raw:
-                message = _decoder(cls)(stored.data, 0, len(stored.data))
-        return _result(info, message, Time.from_nsec(stored.time), return_connection_header)
-
-
-def _result(info: Any, message: Any, stamp: Any, headers: bool) -> Any:
-    if headers:
-        return BagMessageWithConnectionHeader(info.topic, message, stamp, info.header)
-    return BagMessage(info.topic, message, stamp)
-
-
-def _limit(time: Any) -> int | None:
-    """Return a time in nanoseconds; raises TypeError for what is no time, as comparisons do."""
-    if time is None:
-        return None
-    if not isinstance(time, AnyTime):
-        raise TypeError(f"'<' not supported between instances of 'Time' and '{type(time).__name__}'")
-    nanoseconds: int = time.to_nsec()
-    return nanoseconds
-
-
-def _decoder(cls: Any) -> Callable[[bytes, int, int], Any]:
-    """Return the function that decodes messages of a class: of pyros1, or one that a program has set."""
-    own = getattr(cls, "_decode", None)
-    return own if own is not None else lambda data, start, end: cls().deserialize(data[start:end])
-
-
-def _header(topic: str, kind: str, md5sum: str, cls: Any) -> dict[str, str]:
-    if cls is None:
-        from roslib.message import get_message_class
-
-        cls = get_message_class(kind)
-        if cls is None:
-            raise ROSBagException(f"cannot locate message class and no message class provided for [{kind}]")
-    if cls._md5sum != md5sum:
-        print(f"WARNING: md5sum of loaded type [{kind}] does not match that specified", file=sys.stderr)
-    return {"topic": topic, "type": kind, "md5sum": md5sum, "message_definition": cls._full_text}
-
-
-def _version(file: Any) -> int:
-    """Return the version from a bag's first line; raises ROSBagException if it is no bag."""
-    file.seek(0)
-    line = file.read(64)
-    file.seek(0)
-    if not line:
-        raise ROSBagException("empty file")
-    found = FIRST_LINE.match(line)
-    if found is None:
-        raise ROSBagException("This does not appear to be a bag file")
-    major, minor = map(int, found.groups())
-    return 100 * major + minor
+                message = decoder(cls)(stored.data, 0, len(stored.data))
+        return result(info, message, Time.from_nsec(stored.time), return_connection_header)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,6 +18,12 @@ __getattr__ = missing(
     RuleChain="pyros1 plans its migrations in another way; see pyros1.bag.edit.migration",
     ScaffoldNode="pyros1 plans its migrations in another way; see pyros1.bag.edit.migration",
 )
+
+
+_BUILTIN = frozenset([
+    "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64", "bool", "char",
+    "byte", "string", "time", "duration",
+])  # fmt: skip
 
 
 class BagMigrationException(Exception):
@@ -36,6 +43,64 @@ class MessageMigrator(Migrator):
         for path in input_rule_files:
             self.read_rules(path)
 
+    def lookup_type(self, key: tuple[str, str]) -> Any:
+        """Return the class of a type with an md5 sum, as a rule describes it; None without one."""
+        for rule in self.rules.values():
+            for cls in (rule.old_class, rule.new_class):
+                if get_message_key(cls) == key:
+                    return cls
+        return None
+
+    def all_rules_valid(self) -> bool:
+        """Return whether all rules can be used; those of pyros1 are refused when they are read."""
+        return not self.get_invalid_rules()
+
+    def get_invalid_rules(self) -> list[Any]:
+        """Return the rules that cannot be used."""
+        return [rule for rule in self.rules.values() if not rule.valid]
+
+    def add_update_rule(self, r: Any) -> None:
+        """Add a rule."""
+        self.rules[get_message_key(r.old_class)] = r
+
+    def find_target(self, old_class: Any) -> Any:
+        """Return this system's class of a type, None without one."""
+        return self.target(old_class)
+
+    def migrate(self, msg_from: Any, msg_to: Any) -> None:
+        """Fill a message from one of an older definition.
+
+        Raises:
+            BagMigrationException: rules are missing.
+        """
+        lacking = self.missing(type(msg_from), type(msg_to))
+        if lacking:
+            raise BagMigrationException(f"Migrate called, but no valid migration path from [{msg_from._type}]")
+        made = self.convert(msg_from, type(msg_to))
+        for name in msg_to.__slots__:
+            setattr(msg_to, name, getattr(made, name))
+
+    def migrate_array(self, msg_from_array: Any, msg_to_array: Any) -> None:
+        """Fill the messages of a list from those of another, of the same length; errors as for `migrate`."""
+        if len(msg_from_array) != len(msg_to_array):
+            raise BagMigrationException("Migrate array called on arrays of unequal length.")
+        for old, new in zip(msg_from_array, msg_to_array, strict=True):
+            self.migrate(old, new)
+
+    def migrate_raw(self, msg_from: Any, msg_to: Any) -> tuple[Any, ...]:
+        """Return a raw message, converted.
+
+        Args:
+            msg_from: tuple of type, bytes, md5 sum, position and class, as `Bag.read_messages` yields it.
+            msg_to: such a tuple with the wanted class.
+        """
+        old = msg_from[4]().deserialize(msg_from[1])
+        new = msg_to[4]()
+        self.migrate(old, new)
+        buffer = io.BytesIO()
+        new.serialize(buffer)
+        return (new._type, buffer.getvalue(), new._md5sum, msg_to[3], type(new))
+
 
 class MessageUpdateRule(_MessageUpdateRule):
     """One step of a migration; rule files derive from it.
@@ -47,6 +112,43 @@ class MessageUpdateRule(_MessageUpdateRule):
 
     def __init__(self, migrator: Any, location: Any) -> None:
         super().__init__(migrator, location)
+
+
+def get_message_key(c: Any) -> tuple[str, str]:
+    """Return type and md5 sum of a class."""
+    return c._type, c._md5sum
+
+
+def get_path_key(c1: Any, c2: Any) -> tuple[tuple[str, str], tuple[str, str]]:
+    """Return the keys of two classes."""
+    return get_message_key(c1), get_message_key(c2)
+
+
+def qualified_name(name: str, top_name: str) -> str:
+    """Return a type's name with its package: that of another type if it has none, and std_msgs for Header."""
+    if "/" in name or name.partition("[")[0] in _BUILTIN:
+        return name
+    return "std_msgs/Header" if name == "Header" else f"{top_name.partition('/')[0]}/{name}"
+
+
+def clean_name(name: str, top_name: str) -> str:
+    """Return a type's name without the package of another type, or std_msgs of Header."""
+    package, _, bare = name.rpartition("/")
+    return bare if package == top_name.partition("/")[0] or name == "std_msgs/Header" else name
+
+
+def checkmessages(migrator: Any, messages: Any) -> list[Any]:
+    """Return what `checkbag` does, for the types of messages."""
+    found, done = [], set()
+    for message in messages:
+        old = type(message)
+        if get_message_key(old) in done:
+            continue
+        done.add(get_message_key(old))
+        new = migrator.target(old)
+        if new is None or get_message_key(old) != get_message_key(new):
+            found.append(([old, new], migrator.missing(old, new)))
+    return found
 
 
 def checkbag(migrator: Any, inbag: str) -> list[Any]:

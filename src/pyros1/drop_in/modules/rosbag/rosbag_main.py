@@ -1,13 +1,20 @@
-"""The tool rosbag, as functions: each takes the words after its verb."""
+"""The tool rosbag, as functions: each takes the words after its verb; and what it does to bags."""
 
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 from pyros1.drop_in.commands import main, run
 from pyros1.drop_in.missing import missing
 
-__getattr__ = missing(__name__)
+_METER = "the commands of pyros1 show their progress themselves"
+__getattr__ = missing(
+    __name__,
+    ProgressMeter=_METER,
+    RosbagCmds="call rosbagmain with a command line",
+    bag_op="use compress_cmd and its siblings",
+)
 
 
 def _verb(verb: str, argv: list[str]) -> None:
@@ -74,3 +81,25 @@ def decrypt_cmd(argv: list[str]) -> None:
 def rosbagmain(argv: list[str] | None = None) -> None:
     """Run the tool with a command line; None: that of the process."""
     main("rosbag", argv)
+
+
+# Operations ---------------------------------------------------------------------------------------------------------
+
+
+def change_compression_op(inbag: Any, outbag: Any, compression: str, quiet: bool) -> None:
+    """Write all messages of a bag into another, with a compression."""
+    outbag.compression = compression
+    for topic, message, stamp, header in inbag.read_messages(raw=True, return_connection_header=True):
+        outbag.write(topic, message, stamp, raw=True, connection_header=header)
+
+
+def change_encryption_op(inbag: Any, outbag: Any, plugin: str, param: str, compression: str, quiet: bool) -> None:
+    """Write all messages of a bag into another, encrypted."""
+    outbag.set_encryptor(plugin, param)
+    change_compression_op(inbag, outbag, compression, quiet)
+
+
+def reindex_op(inbag: Any, outbag: Any, quiet: bool) -> None:
+    """Reindex `outbag`, which is a copy of `inbag`."""
+    for _ in outbag.reindex():
+        pass

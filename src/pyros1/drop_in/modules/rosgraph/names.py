@@ -138,6 +138,6 @@ def load_mappings(argv: list[str]) -> dict[str, str]:
     found = {}
     for word in argv:
         key, separator, value = word.partition(REMAP)
-        if separator and key and value and REMAP not in value and (key[0] != "_" or key.startswith("__")):
+        if separator and key and value and REMAP not in value and (key[0] != "_" or key[1:2] in ("", "_")):
             found[key.strip()] = value.strip()
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -93,6 +94,9 @@ def init_node(
         return
     from rospy.impl import rosout
 
+    if not names.is_legal_base_name(name):
+        text = f"'{name}' is not a legal ROS base name. This may cause problems with other ROS tools."
+        warnings.warn(text, stacklevel=2)
     level = INFO if log_level is None else log_level
     rosout.python_level(level)  # KeyError: there is no such level
     if not disable_signals and not hasattr(sys, "ps1"):
@@ -109,6 +113,7 @@ def init_node(
             rosout=not disable_rosout,
             wall_time=disable_rostime,
             ports=(xmlrpc_port or 0, tcpros_port or 0),
+            strict_names=False,
         )
         rosout.connect(node, configured)
         return node

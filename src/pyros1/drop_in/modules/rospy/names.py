@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -112,6 +113,18 @@ def resolve_name(name: str, caller_id: str | None = None) -> str:
     if not name or PROCESS.node is None or not PROCESS.node.arguments.remappings:
         return full
     return _resolved(PROCESS.node.name).get(full, full)
+
+
+def warn_of_name(name: str, depth: int) -> None:
+    """Warn of a name that breaks the rules of names.
+
+    Args:
+        name: any name.
+        depth: number of calls between the program and the warning.
+    """
+    if not names.is_legal_name(canonicalize_name(name)):
+        text = f"'{name}' is not a legal ROS graph resource name. This may cause problems with other ROS tools"
+        warnings.warn(text, stacklevel=depth)
 
 
 def resolve_name_without_node_name(name: str) -> str:

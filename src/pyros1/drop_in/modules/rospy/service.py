@@ -9,7 +9,7 @@ from pyros1.drop_in.missing import names as _names
 from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names, too
 from rospy.impl.registration import Registration
-from rospy.names import LATE, resolve_name
+from rospy.names import LATE, resolve_name, warn_of_name
 
 
 class ServiceException(Exception):
@@ -31,6 +31,7 @@ class _Service:
         if not name or not isinstance(name, str):
             raise ValueError("service name is not a non-empty string")
         self._given = canonicalize_name(name)
+        warn_of_name(name, 4)
         self.resolved_name = resolve_name(name)
         self.service_class = service_class
         self.request_class = service_class._request_class

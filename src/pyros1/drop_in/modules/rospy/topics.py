@@ -9,18 +9,20 @@ from typing import Any
 import pyros1
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
-from pyros1.ground.errors import NodeError, SerializationError
-from pyros1.ground.names import canonicalize_name, is_legal_name
+from pyros1.ground.errors import MasterError, NodeError, SerializationError
+from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names, too
+from rospy.core import logfatal
 from rospy.exceptions import ROSException, ROSSerializationException
 from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.topic_views import PublisherImpl as _PublisherImpl
 from rospy.impl.topic_views import SubscriberImpl as _SubscriberImpl
 from rospy.impl.topic_views import TopicManager as _TopicManager
 from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message
-from rospy.names import LATE, resolve_name, resolve_name_without_node_name
+from rospy.names import LATE, resolve_name, resolve_name_without_node_name, warn_of_name
 
 DEFAULT_BUFF_SIZE = 65536
+python3 = 1
 TOPICS = _TopicManager()
 """The topics of this program."""
 _NO_QUEUE = (
@@ -78,8 +80,7 @@ class Topic:
         if not hasattr(data_class, "_md5sum"):
             raise ValueError(f"data_class [{data_class.__class__.__name__}] is not a message data class")
         self._given = canonicalize_name(name)
-        if not is_legal_name(self._given):
-            raise ValueError(f"topic name [{name}] is not a legal ROS name")
+        warn_of_name(name, 4)
         resolve = resolve_name if PROCESS.node is not None else resolve_name_without_node_name
         self.name = self.resolved_name = resolve(name)
         self.data_class = data_class
@@ -97,6 +98,9 @@ class Topic:
             self._handle = self._open(node, self.data_class)
         except NodeError:  # stock lets the class of the first one win
             self._handle = self._open(node, self.impl.data_class)
+        except MasterError as error:
+            logfatal("unable to register [%s] with the master: %s", self.name, error)
+            return
         self.impl.handles.append(self._handle)
 
     def _open(self, node: pyros1.Node, data_class: Any) -> Any:
@@ -251,6 +255,11 @@ class Subscriber(Topic):
                 call = _With(self.callback, None)
         return node.subscribe(self._given, data_class, call, queue_size=self._queue_size, tcp_nodelay=True)
 
+    def _begin(self, node: pyros1.Node) -> None:
+        super()._begin(node)
+        if self._handle is not None and self.impl.ref_count == 1:
+            self.impl.begin_statistics()
+
     def unregister(self) -> None:
         """End this subscriber; the topic is unregistered with the last one of the program."""
         if self.impl is not None and self.callback is not None:
@@ -282,6 +291,6 @@ class _With:
 _links = "pyros1's nodes have their own links; see Publisher.impl.connections"
 __getattr__, __dir__ = _names(
     __name__,
-    {**LATE, "Log": "rosgraph_msgs.msg"},
-    dict.fromkeys(("Poller", "QueuedConnection", "SubscriberStatisticsLogger", "get_tcpros_handler"), _links),
+    {**LATE, "Log": "rosgraph_msgs.msg", "SubscriberStatisticsLogger": "rospy.impl.statistics"},
+    dict.fromkeys(("Poller", "QueuedConnection", "get_tcpros_handler"), _links),
 )

@@ -182,7 +182,8 @@ def call_service(service_name: str, service_args: Any, service_class: Any = None
             f"Incompatible arguments to call service:\n{error}\nProvided arguments are:{given or chr(10)}"
             f"\n\nService arguments are: [{get_printable_message_args(request)}]"
         ) from None
-    rospy.init_node("rosservice", anonymous=True)
+    if not rospy.core.is_initialized():
+        rospy.init_node("rosservice", anonymous=True)
     try:
         return request, rospy.ServiceProxy(service_name, cls)(request)
     except rospy.ServiceException as error:

@@ -8,12 +8,9 @@ from collections.abc import Callable
 from typing import Any
 from urllib.parse import urlparse
 
-import genpy
 import rosgraph
 import roslib.message
 import rospy
-from genpy.message import fill_message_args
-from rosgraph.names import script_resolve_name
 
 from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.commands import run as _run
@@ -27,15 +24,23 @@ from rostopic._fields import (
     _sub_str_plot,
     _sub_str_plot_fields,
     create_field_filter,
+    create_value_transform,
     msgevalgen,
+)
+from rostopic._publishing import (
+    argv_publish,
+    create_publisher,
+    file_yaml_arg,
+    param_publish,
+    param_publish_once,
+    publish_message,
+    stdin_publish,
+    stdin_yaml_arg,
+    wait_for_subscriber,
 )
 from rostopic._rates import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz, _get_ascii_table
 
-_PUB = "use rostopic.publish_message, or the command `pyros1 topic pub`"
-__getattr__ = missing(
-    __name__,
-    **dict.fromkeys(("argv_publish", "param_publish", "stdin_publish", "file_yaml_arg", "stdin_yaml_arg"), _PUB),
-)
+__getattr__ = missing(__name__)
 
 NAME = "rostopic"
 SUBSCRIBER_TIMEOUT = 5.0
@@ -191,93 +196,6 @@ def get_info_text(topic: str) -> str:
         rows = "".join(f" * {node} ({get_api(master, node)})\n" for node in nodes)
         text += f"{title}: " + (f"\n{rows}\n" if rows else "None\n\n")
     return text
-
-
-# Publishing ----------------------------------------------------------------------------------------------------------
-
-
-def create_publisher(topic_name: str, topic_type: str, latch: bool, disable_rostime: bool = True) -> tuple[Any, Any]:
-    """Start a node, and return a publisher with the class of its messages.
-
-    Raises:
-        ROSTopicException: there is no definition of the type, or no package is named.
-    """
-    name = script_resolve_name(NAME, topic_name)
-    try:
-        cls = roslib.message.get_message_class(topic_type)
-    except ValueError:
-        raise ROSTopicException(f"invalid topic type: {topic_type}") from None
-    if cls is None:
-        package = topic_type.partition("/")[0]
-        raise ROSTopicException(
-            f"invalid message type: {topic_type}.\nIf this is a valid message type, perhaps you need to type "
-            f"'rosmake {package}'"
-        )
-    rospy.init_node(NAME, anonymous=True, disable_rosout=True, disable_rostime=disable_rostime)
-    return rospy.Publisher(name, cls, latch=latch, queue_size=100), cls
-
-
-def wait_for_subscriber(pub: Any, timeout: float) -> None:
-    """Wait until a publisher has a subscriber, or some seconds have passed."""
-    until = time.monotonic() + timeout
-    while pub.get_num_connections() == 0 and time.monotonic() < until and not rospy.is_shutdown():
-        time.sleep(0.01)
-
-
-def publish_message(
-    pub: Any,
-    msg_class: Any,
-    pub_args: Any,
-    rate: float | None = None,
-    once: bool = False,
-    verbose: bool = False,
-    substitute_keywords: bool = False,
-) -> None:
-    """Publish a message with given values.
-
-    Args:
-        pub: the publisher.
-        msg_class: class of the messages.
-        pub_args: list of values, or of one mapping.
-        rate: how often in Hz; None: once, and wait until the node ends.
-        once: whether to return a while after the message was sent.
-        verbose: whether to print the message.
-        substitute_keywords: whether the words ``now`` and ``auto`` stand for the time, anew with each message.
-
-    Raises:
-        ROSTopicException: the values do not fit.
-    """
-
-    def message() -> Any:
-        made = msg_class()
-        now = rospy.get_rostime() if substitute_keywords or not rate else None
-        try:
-            fill_message_args(made, pub_args, keys={} if now is None else {"now": now, "auto": genpy.message.Message})
-        except genpy.MessageException as error:
-            raise ROSTopicException(
-                f"{error}\n\nArgs are: [{genpy.message.get_printable_message_args(made)}]"
-            ) from None
-        return made
-
-    first = message()
-    if verbose:
-        print(first)
-    if rate is None:
-        pub.publish(first)
-        if once:
-            wait_for_subscriber(pub, 3.0)
-            time.sleep(0.2)
-        else:
-            rospy.spin()
-        return
-    pace = rospy.Rate(rate)
-    while not rospy.is_shutdown():
-        pub.publish(message() if substitute_keywords else first)
-        if verbose:
-            print("publishing message")
-        if once:
-            break
-        pace.sleep()
 
 
 # The tool ------------------------------------------------------------------------------------------------------------

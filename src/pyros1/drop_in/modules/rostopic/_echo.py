@@ -10,7 +10,7 @@ from genpy import Message
 from genpy.message import strify_message
 
 from pyros1.msgs.text import format_message
-from rostopic._fields import _str_plot, _str_plot_fields
+from rostopic._fields import Shown, _str_plot, _str_plot_fields
 
 _CLEAR = "\033[2J\033[;H"
 
@@ -82,7 +82,11 @@ class CallbackEcho:
         """Return a message, or the value of a field, as text."""
         if value_transform is not None:
             val = value_transform(val, type_information)
-        if isinstance(val, Message) or type_information is not None:
+        options: dict[str, bool] = {}
+        if isinstance(val, Shown):
+            options = {"no_string": val.no_string, "no_array": val.no_array}
+            val = val.message
+        if isinstance(val, Message) or (type_information is not None and not isinstance(val, str)):
             return format_message(
                 val,
                 width=fixed_numeric_width,
@@ -90,6 +94,7 @@ class CallbackEcho:
                 field_filter=field_filter,
                 type_name=type_information,
                 indent=indent,
+                **options,
             ).lstrip("\n")
         return strify_message(val, indent, time_offset=time_offset, current_time=current_time)
 

@@ -9,6 +9,8 @@ from typing import Any
 
 from genpy import Message, TVal
 
+from pyros1.msgs.text import format_message
+
 _STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)|\[(?P<index>[^\[\]]*)\]")
 
 
@@ -95,6 +97,45 @@ def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> Callable[[Any], I
                 yield name
 
     return field_filter
+
+
+class Shown:
+    """A message of which strings or arrays are shown by their length only."""
+
+    def __init__(self, message: Any, no_string: bool, no_array: bool) -> None:
+        self.message = message
+        self.no_string = no_string
+        self.no_array = no_array
+
+    def __str__(self) -> str:
+        return format_message(self.message, no_string=self.no_string, no_array=self.no_array)
+
+    __repr__ = __str__
+
+
+def create_value_transform(echo_nostr: bool, echo_noarr: bool) -> Callable[..., Any]:
+    """Return a function that replaces strings, arrays or both by their lengths.
+
+    Args:
+        echo_nostr: replace strings.
+        echo_noarr: replace arrays.
+
+    Returns:
+        A function of a message, or of a field's value and its type.
+    """
+
+    def value_transform(val: Any, type_information: str | None = None) -> Any:
+        if isinstance(val, Message):
+            return Shown(val, echo_nostr, echo_noarr)
+        if type_information is None:
+            return val
+        if echo_noarr and "[" in type_information:
+            return f"<array type: {type_information[: type_information.rfind('[')]}, length: {len(val)}>"
+        if echo_nostr and type_information == "string":
+            return f"<string length: {len(val)}>"
+        return val
+
+    return value_transform
 
 
 # Rows ----------------------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections import namedtuple
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import compress
+from itertools import compress, starmap
 from typing import Any
 
 import numpy as np
@@ -95,7 +95,7 @@ def read_points_list(
     assert getattr(cloud, "_type", "") == "sensor_msgs/PointCloud2", "cloud is not a sensor_msgs.msg.PointCloud2"
     names = [field.name for field in cloud.fields] if field_names is None else field_names
     kind = namedtuple("Point", names)  # type: ignore[misc]
-    return [kind._make(point) for point in read_points(cloud, field_names, skip_nans, uvs)]
+    return list(map(kind._make, read_points(cloud, field_names, skip_nans, uvs)))
 
 
 def create_cloud(header: Any, fields: Sequence[Any], points: Any) -> Any:
@@ -111,25 +111,24 @@ def create_cloud(header: Any, fields: Sequence[Any], points: Any) -> Any:
         struct.error: a point has another number of values, or a value does not fit its field.
     """
     layout = struct.Struct(_get_struct_fmt(False, fields))
+    width = len(points)
     data = _packed_array(layout, fields, points)
     if data is None:
-        data = bytearray(layout.size * len(points))
-        for start, point in zip(range(0, len(data) or 1, layout.size or 1), points, strict=False):
-            layout.pack_into(data, start, *point)
+        data = b"".join(starmap(layout.pack, points))
     return PointCloud2(
         header=header,
         height=1,
-        width=len(points),
+        width=width,
         is_dense=False,
         is_bigendian=False,
         fields=fields,
         point_step=layout.size,
-        row_step=layout.size * len(points),
+        row_step=layout.size * width,
         data=bytes(data),
     )
 
 
-def _packed_array(layout: struct.Struct, fields: Sequence[Any], points: Any) -> bytearray | None:
+def _packed_array(layout: struct.Struct, fields: Sequence[Any], points: Any) -> bytes | bytearray | None:
     """Return the data of an array of points if all fields are floats; None: they must be packed one by one."""
     if not isinstance(points, np.ndarray) or points.ndim != 2 or points.dtype.kind not in "fiu":
         return None

@@ -55,7 +55,9 @@ class Concurrence(Container):
         self._child_outcomes: Outcomes = {}
         self._error: Exception | None = None
         self._is_running = False
+        self._preempted_late = False  # when no state ran any more
         self._changing = threading.RLock()
+        self._calling = threading.Lock()
 
     @staticmethod
     def add(label: str, state: State, remapping: Mapping[str, str] | None = None) -> State:
@@ -69,9 +71,7 @@ class Concurrence(Container):
         Raises:
             InvalidStateError: the label is taken; or no concurrence is open.
         """
-        self = Container._currently_opened_container()
-        if not isinstance(self, Concurrence):
-            raise InvalidStateError(f"The open container is no Concurrence, but a {type(self).__name__}.")
+        self = Concurrence._currently_opened_container()
         if label in self._states:
             raise InvalidStateError(
                 f'Attempting to add state with label "{label}" to concurrence, but this label is already being used.'
@@ -106,6 +106,7 @@ class Concurrence(Container):
         with self._changing:
             self._child_outcomes = dict.fromkeys(self._states)
             self._is_running = True
+            self._preempted_late = False
             preempted = self.preempt_requested()
         try:
             self.call_start_cbs()
@@ -116,8 +117,7 @@ class Concurrence(Container):
             for thread in threads:
                 thread.join()  # each ends with its state, and those with the node
         finally:
-            self._is_running = False
-        self._finish_preemption()
+            self._finish()
         if self._error is not None:
             raise InvalidStateError(f"A concurrent state failed: {self._error}") from self._error
         if None in self._child_outcomes.values():
@@ -141,7 +141,7 @@ class Concurrence(Container):
                 )
             with self._changing:
                 self._child_outcomes[label] = outcome
-                ends = self._child_termination_cb is not None and self._child_termination_cb(dict(self._child_outcomes))
+            ends = self._asked_to_end()
         except Exception as error:  # noqa: BLE001  the thread that waits raises it
             logerr(f"Concurrent state '{label}' failed: {traceback.format_exc()}")
             with self._changing:
@@ -152,18 +152,26 @@ class Concurrence(Container):
             self._preempt_children()
         self.call_transition_cbs()
 
+    def _asked_to_end(self) -> bool:
+        """Return what the callback says, which is called by one thread at a time."""
+        if self._child_termination_cb is None:
+            return False
+        with self._calling:
+            return bool(self._child_termination_cb(dict(self._child_outcomes)))
+
     def _preempt_children(self) -> None:
         with self._changing:
             for label in self.get_active_states():
                 self._states[label].request_preempt()
 
-    def _finish_preemption(self) -> None:
-        """Take back what states have not serviced; it is serviced if all states have."""
+    def _finish(self) -> None:
+        """Take back a preemption that states have not serviced; it is serviced if all states have."""
         with self._changing:
+            self._is_running = False
             unserviced = [state for state in self._states.values() if state.preempt_requested()]
             for state in unserviced:
                 state.recall_preempt()
-            if not unserviced:
+            if not unserviced and not self._preempted_late:
                 self.service_preempt()
 
     def _outcome(self) -> str:
@@ -195,6 +203,7 @@ class Concurrence(Container):
         with self._changing:
             super().request_preempt()
             if self._is_running:
+                self._preempted_late = not self.get_active_states()
                 self._preempt_children()
 
     # Introspection ----------------------------------------------------------------------------------------------------

@@ -5,13 +5,15 @@ from __future__ import annotations
 import copy
 import operator
 from collections.abc import Callable
+from enum import Enum
+from pathlib import PurePath
 from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 from smach.log import logerr
 
 _VALUES = (str, bytes, int, float, complex, tuple, list, dict, set, frozenset)
-_PLAIN = (*_VALUES, type, ModuleType, FunctionType, BuiltinFunctionType, BaseException)
+_PLAIN = (*_VALUES, Enum, PurePath, type, ModuleType, FunctionType, BuiltinFunctionType, BaseException)
 
 
 def get_const(obj: Any) -> Any:

@@ -180,10 +180,13 @@ class Container(State):
 
     @classmethod
     def _currently_opened_container(cls) -> Any:
-        """Return the container to which states are added; raises InvalidStateError if there is none."""
+        """Return the container to which states are added; raises InvalidStateError if none of this class is open."""
         if not _OPENED.stack:
             raise InvalidStateError("No container is open: add states within 'with container:'.")
-        return _OPENED.stack[-1]
+        container = _OPENED.stack[-1]
+        if not isinstance(container, cls):
+            raise InvalidStateError(f"The open container is no {cls.__name__}, but a {type(container).__name__}.")
+        return container
 
     def _is_consistent(self) -> bool:
         try:

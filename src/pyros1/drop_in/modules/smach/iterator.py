@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -44,6 +45,7 @@ class Iterator(Container):
         self._break_outcomes: tuple[str, ...] = ()
         self._final_outcome_map: Mapping[str, str] = {}
         self._is_running = False
+        self._changing = threading.Lock()
 
     @staticmethod
     def set_contained_state(
@@ -62,9 +64,7 @@ class Iterator(Container):
             break_outcomes: outcomes that end the iterator.
             final_outcome_map: last outcome -> outcome of the iterator, where they differ.
         """
-        self = Container._currently_opened_container()
-        if not isinstance(self, Iterator):
-            raise InvalidStateError(f"The open container is no Iterator, but a {type(self).__name__}.")
+        self = Iterator._currently_opened_container()
         self._state_label, self._state = label, state
         self._loop_outcomes, self._break_outcomes = tuple(loop_outcomes), tuple(break_outcomes)
         self._final_outcome_map = final_outcome_map or {}
@@ -90,25 +90,29 @@ class Iterator(Container):
             self.call_termination_cbs([self._state_label], outcome)
             return outcome
         finally:
-            self._is_running = False
+            with self._changing:
+                self._is_running = False
+                self._state.recall_preempt()  # asked between two items, after which there was none
 
     def _iterate(self, state: State) -> str | None:
         """Return the last outcome of the state, or the outcome for no more items."""
         for item in self._items() if callable(self._items) else self._items:
             if is_shutdown():
                 return None
-            if self.preempt_requested():
-                state.request_preempt()
+            with self._changing:
+                if self.preempt_requested():
+                    state.request_preempt()
             logdebug(f"Iterator: next item for state '{self._state_label}'")
             self.userdata[self._items_label] = item
             outcome = self._run(state)
             if outcome is None:
                 return None
-            if self.preempt_requested():
-                if not state.preempt_requested():
-                    self.service_preempt()
-                state.recall_preempt()
-                return outcome
+            with self._changing:
+                if self.preempt_requested():
+                    if not state.preempt_requested():
+                        self.service_preempt()
+                    state.recall_preempt()
+                    return outcome
             loops = outcome in self._loop_outcomes or not self._loop_outcomes
             if outcome in self._break_outcomes or not loops:
                 return outcome
@@ -140,9 +144,10 @@ class Iterator(Container):
 
     def request_preempt(self) -> None:
         """Ask the state to end early, and the iterator with it."""
-        super().request_preempt()
-        if self._is_running and self._state is not None:
-            self._state.request_preempt()
+        with self._changing:
+            super().request_preempt()
+            if self._is_running and self._state is not None:
+                self._state.request_preempt()
 
     def check_consistency(self) -> None:
         """Raise InvalidStateError if there is no state, InvalidTransitionError if an outcome is not one of its."""

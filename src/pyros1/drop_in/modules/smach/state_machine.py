@@ -59,7 +59,8 @@ class StateMachine(Container):
             InvalidStateError: the label is taken; or no machine is open.
             InvalidTransitionError: a transition is for what is not an outcome of the state.
         """
-        return _opened()._add(label, state, transitions or {}, remapping or {}, ())
+        machine: StateMachine = StateMachine._currently_opened_container()
+        return machine._add(label, state, transitions or {}, remapping or {}, ())
 
     @staticmethod
     def add_auto(
@@ -70,7 +71,8 @@ class StateMachine(Container):
         remapping: Any = None,
     ) -> State:
         """Add a state, of which some outcomes lead to the state that is added next; the rest as `add`."""
-        return _opened()._add(label, state, transitions or {}, remapping or {}, tuple(connector_outcomes))
+        machine: StateMachine = StateMachine._currently_opened_container()
+        return machine._add(label, state, transitions or {}, remapping or {}, tuple(connector_outcomes))
 
     def _add(
         self,
@@ -258,13 +260,6 @@ class StateMachine(Container):
             for label, transitions in self._transitions.items()
             for outcome, target in transitions.items()
         ]
-
-
-def _opened() -> StateMachine:
-    container = Container._currently_opened_container()
-    if not isinstance(container, StateMachine):
-        raise InvalidStateError(f"The open container is no StateMachine, but a {type(container).__name__}.")
-    return container
 
 
 __all__ = ["StateMachine"]

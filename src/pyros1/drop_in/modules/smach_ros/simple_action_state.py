@@ -92,11 +92,11 @@ class SimpleActionState(CallState):
         self._done.clear()
         self._status = self.ACTIVE
         self._action_client.send_goal(goal, done_cb=lambda state, result: self._done.set())
-        timed_out = not self._wait_for_result()
+        self._wait_for_result()
         self._status = self.COMPLETED
         if rospy.is_shutdown() and not self._done.is_set():
             return self._preempted()
-        return self._outcome(ud, timed_out)
+        return self._outcome(ud)
 
     def _wait_for_server(self) -> bool:
         self._status = self.WAITING_FOR_SERVER
@@ -109,16 +109,14 @@ class SimpleActionState(CallState):
             rospy.logwarn("Still waiting for action server '%s' to start... is it running?", self._action_name)
         return False
 
-    def _wait_for_result(self) -> bool:
-        """Wait for the end of the goal; false if it took too long."""
+    def _wait_for_result(self) -> None:
+        """Wait for the end of the goal, and cancel it if it takes too long."""
         begin = rospy.Time.now()
         canceled: float | None = None
-        timed_out = False
         while not self._done.wait(0.02) and not rospy.is_shutdown():
             if canceled is None:
                 late = self._exec_timeout is not None and rospy.Time.now() - begin > self._exec_timeout
                 if late or self.preempt_requested():
-                    timed_out = late
                     if late:
                         rospy.logwarn("Action '%s' timed out: canceling its goal.", self._action_name)
                     self._status = self.PREEMPTING
@@ -128,24 +126,25 @@ class SimpleActionState(CallState):
                 rospy.logerr("Action server '%s' did not end a canceled goal in time.", self._action_name)
                 self._action_client.stop_tracking_goal()
                 break
-        return not timed_out
 
-    def _outcome(self, ud: Any, timed_out: bool) -> Any:
+    def _outcome(self, ud: Any) -> Any:
         from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 
+        if not self._done.is_set():
+            return "aborted"
         status, result = self._action_client.get_state(), self._action_client.get_result()
-        if self._done.is_set() and result is not None:
+        if result is not None:
             self._keep(ud, result)
-        said = self._back_call(ud, status, result) if self._done.is_set() else None
-        preempted = self.preempt_requested()
-        self.service_preempt()
+        said = self._back_call(ud, status, result)
+        preempted = status in (GoalStatus.PREEMPTED, GoalStatus.RECALLED) and self.preempt_requested()
+        if preempted:
+            self.service_preempt()
         if said is not None:
             return said
-        if self._done.is_set() and status == GoalStatus.SUCCEEDED:
+        if status == GoalStatus.SUCCEEDED:
             return "succeeded"
-        if timed_out:
-            return "aborted"
-        return "preempted" if preempted or status in (GoalStatus.PREEMPTED, GoalStatus.RECALLED) else "aborted"
+        # "preempted" is for those who preempt this state: if another client did it, or the time is over, it has failed.
+        return "preempted" if preempted else "aborted"
 
     def _preempted(self) -> str:
         self.service_preempt()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from typing import Any
 
@@ -15,17 +16,22 @@ PATIENCE = 60.0
 def set_preempt_handler(sc: Any) -> None:
     """Preempt a container when the node ends, and wait until it has ended, at most a minute.
 
-    Run the container in a thread of its own, and ``rospy.spin()`` in the main thread: a container that runs in the main
-    thread cannot go on while the main thread handles Ctrl-C.
+    Run the container in a thread of its own, and ``rospy.spin()`` in the main thread: a container in the main thread
+    cannot go on while the main thread handles Ctrl-C. Then there is no wait: the current state still ends as it wants,
+    but no other one begins.
 
     Args:
         sc: a `smach.StateMachine`, `smach.Concurrence` or other container.
     """
+    runs_in: list[int] = []
+    sc.register_start_cb(lambda userdata, labels: runs_in.append(threading.get_ident()))
 
     def preempt(reason: str) -> None:
         if not sc.is_running():
             return
         sc.request_preempt()
+        if runs_in[-1:] == [threading.get_ident()]:
+            return
         rospy.loginfo("Shutdown requested: preempting the state machine, and waiting for its end.")
         end = time.monotonic() + PATIENCE
         while sc.is_running() and time.monotonic() < end:

@@ -10,8 +10,12 @@ from tf2_py import (
     TransformException,
 )
 
-from tf2_ros._messages import __getattr__
-from tf2_ros.buffer import Buffer
+from pyros1.msgs.actionlib_msgs.msg import GoalStatus
+from pyros1.msgs.geometry_msgs.msg import TransformStamped
+from pyros1.msgs.std_msgs.msg import Header
+from pyros1.msgs.tf2_msgs.msg import LookupTransformAction, LookupTransformGoal, TFMessage
+from pyros1.msgs.tf2_msgs.srv import FrameGraph, FrameGraphResponse
+from tf2_ros.buffer import DEFAULT_CAN_TRANSFORM_POLLING_SCALE, Buffer
 from tf2_ros.buffer_client import BufferClient
 from tf2_ros.buffer_interface import (
     BufferInterface,

@@ -12,6 +12,8 @@ import pyros1.tf
 import tf2_ros.buffer_interface
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import NodeShutdownError
+from pyros1.msgs.actionlib_msgs.msg import GoalStatus
+from pyros1.msgs.tf2_msgs.msg import LookupTransformAction, LookupTransformGoal
 
 _NOW = rospy.Duration(0.0)
 _PADDING = rospy.Duration(2)

@@ -89,8 +89,11 @@ def _emit(name: str, level: int, frame: FrameType, msg: Any, args: tuple[Any, ..
     if kwargs:
         raise TypeError(f"a log function got an unexpected keyword argument {next(iter(kwargs))!r}")
     code = frame.f_code
+    function = code.co_name
+    if "self" in code.co_varnames and "self" in frame.f_locals:
+        function = f"{type(frame.f_locals['self']).__name__}.{function}"
     record = logger.makeRecord(
-        logger.name, level, code.co_filename, frame.f_lineno, msg, args, exc_info, code.co_name, extra, stack
+        logger.name, level, code.co_filename, frame.f_lineno, msg, args, exc_info, function, extra, stack
     )
     logger.handle(record)
 

@@ -7,6 +7,8 @@ from typing import Any
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 
+SEP = GLOBALNS = "/"
+
 
 class ParamServerCache:
     """Copies of parameters that the master keeps up to date; `rospy.get_param_cached` makes them."""

@@ -9,16 +9,16 @@ import os
 from collections.abc import Iterator, MutableMapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.node.log.sink import Places
+from pyros1.node.log.sink import EVERYWHERE, Places
 
 if TYPE_CHECKING:
     from pyros1.node import Node
+    from pyros1.node.log.logger import Log
 
 _PYTHON = {1: logging.DEBUG, 2: logging.INFO, 4: logging.WARNING, 8: logging.ERROR, 16: logging.CRITICAL}
 _STOCK = ("rospy", "rospy.internal", "rospy.service", "rospy.tcpros", "rospy.topics")
 """Loggers that stock has, too."""
 _CONFIG = "ROS_PYTHON_LOG_CONFIG_FILE"
-_SHOWN = Places(rosout=False)
 _PUBLISHED = Places(terminal=False, file=False)
 _FILED = Places(terminal=False, rosout=False)
 
@@ -53,6 +53,18 @@ class Levels(MutableMapping[str, int]):
         return len(list(iter(self)))
 
 
+def _pass_on(log: Log, record: logging.LogRecord, text: str, places: Places) -> None:
+    log.pass_on(
+        ros_level(record.levelno),
+        text,
+        path=record.pathname,
+        line=record.lineno,
+        function=record.funcName or "",
+        name=record.name,
+        places=places,
+    )
+
+
 class RosOutHandler(logging.Handler):
     """Gives the records of the logger ``rosout`` to the node.
 
@@ -68,18 +80,10 @@ class RosOutHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write one record."""
-        text = record.getMessage()  # arguments that do not fit raise in the program, as in stock
-        level = ros_level(record.levelno)
+        text = self.format(record)  # arguments that do not fit raise in the program, as in stock
+        places = EVERYWHERE if self._shows else _PUBLISHED
         try:
-            place: dict[str, Any] = {"path": record.pathname, "line": record.lineno, "function": record.funcName or ""}
-            if record.exc_info or record.stack_info:
-                if self._shows:
-                    self._log.pass_on(level, self.format(record), **place, name=record.name, places=_SHOWN)
-                self._log.pass_on(level, text, **place, name=record.name, places=_PUBLISHED)
-            elif self._shows:
-                self._log.pass_on(level, text, **place, name=record.name)
-            else:
-                self._log.pass_on(level, text, **place, name=record.name, places=_PUBLISHED)
+            _pass_on(self._log, record, text, places)
         except Exception:  # noqa: BLE001 - as Python's handlers do it
             self.handleError(record)
 
@@ -95,9 +99,7 @@ class _FileHandler(logging.Handler):
         if record.name.partition(".")[0] == "rosout":
             return  # it has been written
         try:
-            text, level = self.format(record), ros_level(record.levelno)
-            place: dict[str, Any] = {"path": record.pathname, "line": record.lineno, "function": record.funcName or ""}
-            self._log.pass_on(level, text, **place, name=record.name, places=_FILED)
+            _pass_on(self._log, record, self.format(record), _FILED)
         except Exception:  # noqa: BLE001 - as above
             self.handleError(record)
 

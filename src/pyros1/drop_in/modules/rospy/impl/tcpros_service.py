@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any
@@ -16,6 +15,7 @@ from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import (
     ConnectionRefusedByPeerError,
     Error,
+    MasterError,
     NodeError,
     NodeShutdownError,
     SerializationError,
@@ -26,7 +26,7 @@ from pyros1.ground.errors import (
 )
 from pyros1.node.services.client import ServiceClient
 from pyros1.node.services.client import wait_for_service as _wait
-from rospy.core import logerr, logwarn
+from rospy.core import logerr, logfatal, logwarn
 from rospy.exceptions import ROSException, ROSInterruptException
 from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
 from rospy.msg import args_kwds_to_message
@@ -100,6 +100,8 @@ class ServiceImpl(_Service):
         self, e: BaseException, exc_type: type[BaseException], exc_value: BaseException, tb: TracebackType
     ) -> None:
         """Log what the handler raised."""
+        import traceback
+
         logerr("Error processing request: %s\n%s", e, "".join(traceback.format_exception(exc_type, exc_value, tb)))
 
     def _begin(self, node: pyros1.Node) -> None:
@@ -110,15 +112,16 @@ class ServiceImpl(_Service):
         except NodeError as error:
             SERVICES.unregister(self.resolved_name, self)
             raise ServiceException(str(error)) from error
+        except MasterError as error:
+            logfatal("unable to register service [%s] with the master: %s", self.resolved_name, error)
+            return
         self.uri = self._server.uri
         self.registered = True
 
     def _answer(self, request: Any) -> Any:
         self.seq += 1
         try:
-            response = convert_return_to_response(self.handler(request), self.response_class)
-            response.__class__._encode_frame(response)  # what cannot be sent is the handler's fault, too
-            return response
+            return convert_return_to_response(self.handler(request), self.response_class)
         except ServiceException as error:
             raise ServiceRefusal(f"service cannot process request: {error}") from None
         except Exception as error:  # noqa: BLE001 - the program's code: its caller is told

@@ -99,6 +99,10 @@ class TopicImpl:
         """Return whether a peer is connected."""
         return any(each.endpoint_id == endpoint_id for each in self.connections)
 
+    def close(self) -> None:
+        """End what belongs to the topic."""
+        self.closed = True
+
     def check(self) -> None:
         """Do nothing: connections that have ended are noticed at once."""
 
@@ -198,7 +202,22 @@ class SubscriberImpl(TopicImpl):
         self.queue_size: int | None = None
         self.buff_size = 65536
         self.tcp_nodelay = False
+        self.statistics_logger: Any = None
         self._added: list[tuple[Any, Any, Any]] = []
+
+    def begin_statistics(self) -> None:
+        """Publish statistics of the topic, if /enable_statistics is true."""
+        from rospy.impl.statistics import SubscriberStatisticsLogger
+
+        if self.name not in ("/clock", "/statistics") and SubscriberStatisticsLogger.is_enabled():
+            self.statistics_logger = SubscriberStatisticsLogger(self)
+
+    def close(self) -> None:
+        """End what belongs to the topic."""
+        super().close()
+        if self.statistics_logger is not None:
+            self.statistics_logger.shutdown()
+            self.statistics_logger = None
 
     def set_queue_size(self, queue_size: int | None) -> None:
         """Set how many messages may wait; -1 and None: no limit.
@@ -295,7 +314,7 @@ class TopicManager:
                 return
             impl.ref_count -= 1
             if impl.ref_count <= 0:
-                impl.closed = True
+                impl.close()
                 del self._table(reg_type)[resolved_name]
 
     def get_impl(self, reg_type: str, resolved_name: str) -> Any:

@@ -1,0 +1,105 @@
+"""Statistics of the messages of one publisher, for rosgraph_msgs/TopicStatistics
+(https://wiki.ros.org/Topics#Topic_statistics). Pure.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+
+class Limits(NamedTuple):
+    """How many messages a window should have, and how many seconds it may take."""
+
+    fewest: int = 10
+    most: int = 100
+    shortest: float = 4
+    longest: float = 64
+
+
+class Spread(NamedTuple):
+    """Mean, standard deviation and maximum of values; 0 of none."""
+
+    mean: float
+    deviation: float
+    maximum: float
+
+
+class Report(NamedTuple):
+    """What came in a window.
+
+    Attributes:
+        start, stop: seconds.
+        messages, lost, size: numbers of messages, of those missing between them, and of bytes.
+        period: between two messages, in seconds. age: of the stamps on arrival, in seconds.
+    """
+
+    start: float
+    stop: float
+    messages: int
+    lost: int
+    size: int
+    period: Spread
+    age: Spread
+
+
+def spread(values: Sequence[float]) -> Spread:
+    """Return mean, standard deviation and maximum of values."""
+    if not values:
+        return Spread(0.0, 0.0, 0.0)
+    mean = math.fsum(values) / len(values)
+    squares = math.fsum((value - mean) ** 2 for value in values)
+    return Spread(mean, math.sqrt(squares / (len(values) - 1)) if len(values) > 1 else 0.0, max(values))
+
+
+class Window:
+    """The messages since the last report.
+
+    Args:
+        now: seconds.
+        limits: the length of the window, at first a second, is doubled or halved to keep them.
+    """
+
+    def __init__(self, now: float, limits: Limits = Limits()) -> None:  # noqa: B008 - immutable
+        self._limits = limits
+        self._length = 1.0
+        self._last_seq: int | None = None
+        self._clear(now)
+
+    def _clear(self, now: float) -> None:
+        self._start = now
+        self._arrivals: list[float] = []
+        self._ages: list[float] = []
+        self._lost = 0
+        self._size = 0
+
+    def add(self, now: float, size: int, seq: int | None = None, stamp: float | None = None) -> Report | None:
+        """Take note of a message; return a report if the window is over.
+
+        Args:
+            now: seconds.
+            size: bytes.
+            seq, stamp: of its header, if it has one.
+        """
+        self._arrivals.append(now)
+        self._size += size
+        if stamp is not None:
+            self._ages.append(now - stamp)
+        if seq is not None:
+            if self._last_seq is not None and seq > self._last_seq + 1:
+                self._lost += seq - self._last_seq - 1
+            self._last_seq = seq
+        if now - self._start < self._length:
+            return None
+        times = self._arrivals
+        periods = [b - a for a, b in pairwise(times)]
+        report = Report(self._start, now, len(times), self._lost, self._size, spread(periods), spread(self._ages))
+        limits = self._limits
+        if len(times) > limits.most and self._length / 2 >= limits.shortest:
+            self._length /= 2
+        elif len(times) < limits.fewest and self._length * 2 <= limits.longest:
+            self._length *= 2
+        self._clear(now)
+        return report

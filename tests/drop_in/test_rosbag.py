@@ -1,0 +1,141 @@
+"""rosbag by pyros1, in programs as users write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from programs import run
+
+BAG = """
+import os, sys
+import genpy, rosbag, rospy
+from std_msgs.msg import Int32, String
+from sensor_msgs.msg import Imu
+os.chdir(sys.argv[1])
+def refused(function, *arguments, **named):
+    try:
+        function(*arguments, **named)
+    except Exception as error:
+        return type(error).__name__, str(error)
+    raise AssertionError("not refused")
+"""
+
+MODES = """
+with rosbag.Bag("a.bag", "w", compression="lz4", chunk_threshold=100) as bag:
+    for number in range(20):
+        bag.write("/number", Int32(number), genpy.Time(100 + number))
+        bag.write("/text", String(str(number)), rospy.Time(100 + number))
+    assert bag.get_message_count() == 40 and bag.mode == "w"
+    assert [message.data for _, message, _ in bag.read_messages("/number")] == list(range(20))  # while it is written
+    bag.write("/number", Int32(20), genpy.Time(120))
+    assert bag.get_end_time() == 120.0
+with rosbag.Bag("a.bag", "a") as bag:
+    bag.write("/number", Int32(21), genpy.Time(121))
+    assert bag.get_message_count(["/number"]) == 22
+bag = rosbag.Bag("a.bag")
+topic, message, stamp = next(bag.read_messages(start_time=genpy.Time(110), topics=["/text"]))
+assert (topic, message.data) == ("/text", "10") and isinstance(stamp, rospy.Time) and stamp.to_sec() == 110.0
+assert isinstance(message, genpy.Message) and message._type == "std_msgs/String"
+assert bag.get_compression_info().compression == "lz4"
+bag.close()
+assert refused(bag.read_messages) == ("ValueError", "I/O operation on closed bag")
+assert refused(rosbag.Bag, "a.bag", "x") == ("ValueError", 'mode "x" is invalid')
+print("done")
+"""
+
+UNFINISHED = """
+bag = rosbag.Bag("a.bag", "w", chunk_threshold=0)
+for number in range(5):
+    bag.write("/number", Int32(number), genpy.Time(number + 1))
+open("b.bag", "wb").write(open("a.bag", "rb").read())
+bag.close()
+assert refused(rosbag.Bag, "b.bag") == ("ROSBagUnindexedException", "Unindexed bag")
+with rosbag.Bag("b.bag", allow_unindexed=True) as bag:
+    assert not list(bag) and len(list(bag.reindex())) == 5 and len(list(bag)) == 5
+with rosbag.Bag("b.bag", "a", allow_unindexed=True) as bag:
+    for offset in bag.reindex():
+        assert offset > 0
+    bag.write("/number", Int32(5), genpy.Time(6))
+assert [message.data for _, message, _ in rosbag.Bag("b.bag")] == list(range(6))
+print("done")
+"""
+
+TYPES = """
+class Own:
+    _type, _md5sum, _full_text = "own_msgs/Pair", "*", "int32 a\\nint32 b"
+    def serialize(self, buffer):
+        buffer.write(bytes([1, 0, 0, 0, 2, 0, 0, 0]))
+with rosbag.Bag("a.bag", "w") as bag:
+    bag.write("/t", Own(), genpy.Time(1))
+    bag.write("/t", String("x"), genpy.Time(2))  # another type on the same topic gets a connection of its own
+    assert refused(bag.write, "/t", String(5), genpy.Time(3))[0] == "SerializationError"
+    assert refused(bag.write, "/t", rospy.AnyMsg(), genpy.Time(3))[0] in ("ValueError", "ROSException")
+    assert refused(bag.set_encryptor, "other/Encryptor")[0] == "ROSBagEncryptNotSupportedException"
+    assert refused(bag.set_encryptor, "rosbag/AesCbcEncryptor")[0] == "ROSBagException"  # it holds messages already
+    bag.set_encryptor()
+    assert refused(bag.write, "/u", String("x"), genpy.Time(3), connection_header={"topic": "/u"}) == (
+        "ROSBagFormatException", 'expected "type" field in record')
+pair, text = [message for _, message, _ in rosbag.Bag("a.bag")]
+assert (pair.a, pair.b, text.data) == (1, 2, "x")
+with rosbag.Bag("a.bag") as source, rosbag.Bag("b.bag", "w") as target:
+    for topic, message, stamp in source.read_messages(raw=True):
+        assert len(message) == 5 and message[4]._type == message[0]
+        target.write(topic, message, stamp, raw=True)
+assert [str(message) for _, message, _ in rosbag.Bag("b.bag")] == [str(pair), str(text)]
+print("done")
+"""
+
+THREADS = """
+import threading
+with rosbag.Bag("a.bag", "w", chunk_threshold=300) as bag:
+    def write(topic):
+        for number in range(300):
+            bag.write(topic, Int32(number), genpy.Time(number + 1))
+    threads = [threading.Thread(target=write, args=("/t%d" % number,)) for number in range(4)]
+    [thread.start() for thread in threads]
+    [thread.join(30) for thread in threads]
+with rosbag.Bag("a.bag") as bag:
+    for number in range(4):
+        assert [message.data for _, message, _ in bag.read_messages("/t%d" % number)] == list(range(300))
+print("done")
+"""
+
+TOOL = """
+import rosbag.bag, rosbag.migration, rosbag.rosbag_main
+with rosbag.Bag("a.bag", "w", compression="bz2") as bag:
+    bag.write("/number", Int32(1), genpy.Time(1))
+rosbag.rosbag_main.decompress_cmd(["-q", "a.bag"])
+assert rosbag.Bag("a.bag").get_compression_info().compression == "none"
+rosbag.rosbag_main.info_cmd(["-y", "-k", "messages", "a.bag"])
+rosbag.rosbagmain(["rosbag", "check", "a.bag"])
+try:
+    rosbag.rosbag_main.info_cmd(["not_there.bag"])
+except SystemExit as error:
+    assert error.code == 1
+migrator = rosbag.migration.MessageMigrator()
+assert rosbag.migration.checkbag(migrator, "a.bag") == [] and rosbag.migration.fixbag(migrator, "a.bag", "b.bag")
+assert rosbag.Bag("b.bag").get_message_count() == 1
+assert refused(getattr, rosbag.bag, "ComparableMixin") == ("AttributeError", "pyros1 has no rosbag.bag.ComparableMixin")
+print("done")
+"""
+
+
+def test_modes(tmp_path: Path) -> None:
+    assert run(BAG + MODES, {}, str(tmp_path)) == "done\n"
+
+
+def test_bags_that_were_not_closed(tmp_path: Path) -> None:
+    assert run(BAG + UNFINISHED, {}, str(tmp_path)) == "done\n"
+
+
+def test_types_and_raw_messages(tmp_path: Path) -> None:
+    assert run(BAG + TYPES, {}, str(tmp_path)) == "done\n"
+
+
+def test_threads_write_at_once(tmp_path: Path) -> None:
+    assert run(BAG + THREADS, {}, str(tmp_path)) == "done\n"
+
+
+def test_the_tool_and_migration(tmp_path: Path) -> None:
+    said = run(BAG + TOOL, {}, str(tmp_path))
+    assert said.endswith("done\n") and "\n1\n" in f"\n{said}" and "does not need any migrations" in said

@@ -1,0 +1,57 @@
+"""Options of a node that programs written for rospy need: ports, wall time, names that break the rules."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import pyros1
+from pyros1.net.hosts import parse_uri
+
+from ..parts import tcpros_port
+
+
+def test_ports(make_node: Any, free_port: int) -> None:
+    assert tcpros_port(make_node("a", ports=(0, free_port))) == free_port
+    b = make_node("b", ports=(free_port + 1, 0))
+    assert parse_uri(b.uri)[1] == free_port + 1
+
+
+def test_names_that_break_the_rules(make_node: Any, collect: Any) -> None:
+    with pytest.raises(pyros1.InvalidNameError):
+        make_node("my-node")
+    node = make_node("my-node", strict_names=False, argv=["ab:=c.d"])
+    assert node.name == "/my-node" and node.resolve("ab") == "/c.d"
+    got = collect()
+    node.subscribe("2d", "std_msgs/Float64", got)
+    publisher = node.advertise("2d", "std_msgs/Float64")
+    assert publisher.wait_for_subscribers(timeout=5)
+    publisher.publish(3)
+    assert got.wait() and got.data == [3]
+
+
+def test_wall_time_in_a_simulation(make_node: Any) -> None:
+    make_node("world").params["/use_sim_time"] = True
+    assert make_node("simulated").simulated_time
+    assert not make_node("real", wall_time=True).simulated_time
+
+
+def test_a_handler_that_refuses(make_node: Any, watch_log: Any) -> None:
+    node = make_node("a")
+    log = watch_log(node)
+
+    def refuse(_: Any) -> None:
+        raise pyros1.ServiceRefusal("not today")
+
+    node.advertise_service("s", "std_srvs/Trigger", refuse)
+    with pytest.raises(pyros1.ServiceError, match=r"responded with an error: not today\Z") as failure:
+        node.service("s", "std_srvs/Trigger")()
+    assert failure.value.answer == b"not today"
+    assert not [text for text in log.texts if "error processing" in text]
+
+
+def test_the_masters_whole_answer(make_node: Any) -> None:
+    node = make_node("a")
+    assert node.master.ask("getParam", "/nope")[::2] == [-1, 0]
+    assert node.master.ask("lookupNode", "/a")[::2] == [1, node.uri]

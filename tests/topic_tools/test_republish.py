@@ -1,0 +1,112 @@
+"""Images republished in other forms."""
+
+from __future__ import annotations
+
+import queue
+import random
+from typing import Any
+
+import pytest
+
+from pyros1.ground.errors import MessageError
+from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
+from pyros1.reconfigure import Client
+from pyros1.topic_tools.republish import Republisher, main
+
+pytest.importorskip("PIL", reason="the extra `images` brings it")
+
+from pyros1.topic_tools.pictures import compress, decompress
+
+SIZES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "mono16": 2}
+
+
+def image(encoding: str = "bgr8", width: int = 8, height: int = 6, more: int = 0) -> Image:
+    """An image with smooth colours, and unused bytes in each row."""
+    size = SIZES[encoding]
+    row = bytes(20 * (place % size) + place for place in range(width * size)) + bytes(more)
+    found = Image(height=height, width=width, encoding=encoding, step=len(row), data=row * height)
+    found.header.frame_id = "camera"
+    return found
+
+
+def rows(message: Any) -> list[bytes]:
+    size = SIZES[message.encoding] * message.width
+    return [bytes(message.data[i * message.step : i * message.step + size]) for i in range(message.height)]
+
+
+@pytest.mark.parametrize("encoding", SIZES)
+@pytest.mark.parametrize("more", [0, 5])
+def test_png_loses_nothing(encoding: str, more: int) -> None:
+    before = image(encoding, more=more)
+    packed = compress(before, "png")
+    assert packed.format.startswith(f"{encoding}; png compressed") and packed.header.frame_id == "camera"
+    after = decompress(packed)
+    assert (after.encoding, after.width, after.height, rows(after)) == (encoding, 8, 6, rows(before))
+
+
+@pytest.mark.parametrize("encoding", ["rgb8", "bgr8", "mono8", "bgra8"])
+def test_jpeg_is_similar(encoding: str) -> None:
+    before = image(encoding, 32, 32)
+    after = decompress(compress(before, quality=100))
+    size = SIZES[encoding]
+    pairs = [(a, b) for i, (a, b) in enumerate(zip(before.data, after.data, strict=True)) if size < 4 or i % size != 3]
+    assert max(abs(a - b) for a, b in pairs) < 40
+
+
+def test_pictures_that_are_not_of_ros() -> None:
+    packed = compress(image("rgb8"), "png")
+    packed.format = "png"
+    after = decompress(packed)
+    assert after.encoding == "bgr8" and rows(after) != rows(image("rgb8"))
+
+
+def test_what_cannot_be_converted() -> None:
+    for wrong in (
+        Image(encoding="bayer_rggb8", width=1, height=1, step=1, data=b"a"),
+        Image(encoding="rgb8", width=2, height=2, step=6, data=b"a"),
+        Image(encoding="rgb8"),
+    ):
+        with pytest.raises(MessageError):
+            compress(wrong)
+    with pytest.raises(MessageError, match="cannot become"):
+        compress(image("mono16"), "jpeg")
+    rng = random.Random(3)
+    whole = compress(image(), "png")
+    for data in (b"", b"nothing", whole.data[:40], bytes(rng.randrange(256) for _ in range(200))):
+        with pytest.raises(MessageError):
+            decompress(CompressedImage(format="bgr8; png compressed bgr8", data=data))
+    with pytest.raises(MessageError):
+        decompress(CompressedImage(format="32FC1; png", data=whole.data))
+
+
+def test_both_ways(make_node: Any) -> None:
+    node = make_node("republisher")
+    Republisher(node, "camera", "raw", "camera_small", "compressed")
+    Republisher(node, "camera_small", "compressed", "camera_again", "raw")
+    seen: queue.Queue[Any] = queue.Queue()
+    other = make_node("viewer")
+    other.subscribe("camera_again", Image, seen.put)
+    packed: queue.Queue[Any] = queue.Queue()
+    other.subscribe("camera_small/compressed", CompressedImage, packed.put)
+    Client(other, "camera_small/compressed", 10).update({"format": "png", "png_level": 1}, 10)
+    camera = other.advertise("camera", Image)
+    assert camera.wait_for_subscribers(1, 10.0)
+    found = None
+    for _ in range(200):  # until all links are there
+        camera.publish(image())
+        try:
+            found = seen.get(timeout=0.1)
+            break
+        except queue.Empty:
+            continue
+    assert found is not None and rows(found) == rows(image())
+    assert packed.get(timeout=10).format == "bgr8; png compressed bgr8"
+    with pytest.raises(ValueError, match="to itself"):
+        Republisher(node, "x", "raw", "x", "raw")
+    with pytest.raises(ValueError, match="no image transport 'theora'"):
+        Republisher(node, "x", "theora", "y", "raw")
+
+
+def test_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["republish"]) == 1
+    assert capsys.readouterr().err.startswith("Usage: republish in_transport in:=")
