@@ -5,6 +5,7 @@ The ``format`` of compressed images is that of https://wiki.ros.org/compressed_i
 
 from __future__ import annotations
 
+from importlib import import_module
 import io
 from typing import Any
 
@@ -28,10 +29,9 @@ FORMATS = ("jpeg", "png")
 
 def _pillow() -> Any:
     try:
-        import PIL.Image  # noqa: PLC0415
+        return import_module("PIL.Image")
     except ImportError as error:
         raise Error(f"compressed images need Pillow ({error}): pip install 'pyros1[images]'") from None
-    return PIL.Image
 
 
 def _kind(encoding: str) -> tuple[str, str, int]:
