@@ -5,8 +5,8 @@ The ``format`` of compressed images is that of https://wiki.ros.org/compressed_i
 
 from __future__ import annotations
 
-from importlib import import_module
 import io
+from importlib import import_module
 from typing import Any
 
 from pyros1.ground.errors import Error, MessageError
