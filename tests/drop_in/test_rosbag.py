@@ -139,3 +139,23 @@ def test_threads_write_at_once(tmp_path: Path) -> None:
 def test_the_tool_and_migration(tmp_path: Path) -> None:
     said = run(BAG + TOOL, {}, str(tmp_path))
     assert said.endswith("done\n") and "\n1\n" in f"\n{said}" and "does not need any migrations" in said
+
+
+MEANWHILE = """
+with rosbag.Bag("a.bag", "w", chunk_threshold=100) as bag:
+    for number in range(50):
+        bag.write("/number", Int32(number), genpy.Time(1 + number))
+    copied = 0
+    for _, message, stamp in bag.read_messages("/number"):
+        bag.write("/copy", message, stamp)
+        copied += 1
+        assert sum(1 for _ in bag.read_messages("/copy")) == copied == bag.get_message_count("/copy")
+    assert copied == 50
+with rosbag.Bag("a.bag") as bag:
+    assert bag.get_message_count() == 100
+print("done")
+"""
+
+
+def test_a_bag_is_written_and_read_while_an_iterator_is_in_its_middle(tmp_path: Path) -> None:
+    assert run(BAG + MEANWHILE, {}, str(tmp_path)) == "done\n"
