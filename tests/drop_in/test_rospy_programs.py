@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import signal
+import time
+from collections import deque
+from typing import Any
 
 from programs import run, start
 
@@ -111,20 +114,14 @@ except ModuleNotFoundError:
 LOOP = """
 rospy.init_node("loop")
 p = rospy.Publisher("cmd_vel", Float64, queue_size=10)
-out = []
-rospy.Subscriber("cmd_vel", Float64, lambda message: out.append(message.data))
-until(lambda: p.get_num_connections())
 def stop():
     p.publish(0)
-    rospy.sleep(0.1)
     print("stopped", threading.current_thread() is threading.main_thread(), rospy.is_shutdown(), flush=True)
 rospy.on_shutdown(stop)
-rate = rospy.Rate(200)
+until(lambda: p.get_num_connections())
 print("ready", flush=True)
 while not rospy.is_shutdown():
     p.publish(1)
-    rate.sleep()
-print("last", out[-1], flush=True)
 """
 
 STUCK = """
@@ -204,12 +201,18 @@ def test_names_that_are_missing(environ: dict[str, str]) -> None:
     assert "pyros1 has no rospy.impl.udpros" in run(HEAD + NAMES, environ, code=1)
 
 
-def test_a_robot_stops_on_ctrl_c(environ: dict[str, str]) -> None:
+def test_a_robot_stops_on_ctrl_c(environ: dict[str, str], make_node: Any) -> None:
+    got: deque[float] = deque(maxlen=1)
+    make_node("motor").subscribe("cmd_vel", "std_msgs/Float64", lambda message: got.append(message.data))
     with start(HEAD + LOOP, environ) as child:
         assert child.stdout is not None and child.stdout.readline() == "ready\n"
         child.send_signal(signal.SIGINT)
         out, _ = child.communicate(timeout=20)
-    assert out == "stopped True False\nlast 0.0\n" and child.returncode == 0
+    assert out == "stopped True False\n" and child.returncode == 0
+    end = time.monotonic() + 10
+    while list(got) != [0.0]:
+        assert time.monotonic() < end, got
+        time.sleep(0.01)
 
 
 def test_a_second_ctrl_c_interrupts_a_program_that_does_not_look(environ: dict[str, str]) -> None:
@@ -227,6 +230,23 @@ def test_a_second_ctrl_c_interrupts_a_program_that_does_not_look(environ: dict[s
         finally:
             child.kill()
     assert out == "interrupted True\n" and child.returncode == 0
+
+
+FAILED = """
+try:
+    rospy.init_node("failed", tcpros_port=1 << 20)
+except OverflowError:
+    print("ready", flush=True)
+time.sleep(30)
+"""
+
+
+def test_ctrl_c_after_a_start_that_failed(environ: dict[str, str]) -> None:
+    with start(HEAD + FAILED, environ) as child:
+        assert child.stdout is not None and child.stdout.readline() == "ready\n"
+        child.send_signal(signal.SIGINT)
+        out, _ = child.communicate(timeout=20)
+    assert "KeyboardInterrupt" in out and child.returncode == -signal.SIGINT
 
 
 def test_callbacks_of_different_topics_run_at_once(environ: dict[str, str]) -> None:

@@ -23,6 +23,7 @@ class Process:
     Attributes:
         node: the node, once it has started; it stays after its end.
         arguments: what it was started with, so that the same call again does nothing.
+        starting: whether it is being started.
         wall_time: whether there is a clock without a node.
         ending: whether the end was asked for.
         is_shutdown: whether the node has ended, or its waits have.
@@ -31,6 +32,7 @@ class Process:
     def __init__(self) -> None:
         self.node: Node | None = None
         self.arguments: tuple[Any, ...] | None = None
+        self.starting = False
         self.wall_time = False
         self.ending = False
         self.is_shutdown = False
@@ -43,7 +45,11 @@ class Process:
 
     def start(self, make: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
         """Start the node, and all that waits for it, in the order of its coming."""
-        node = make()
+        self.starting = True
+        try:
+            node = make()
+        finally:
+            self.starting = False
         with self._lock:
             self.node = node
             self.arguments = arguments

@@ -92,19 +92,30 @@ _insistence = Insistence()
 def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
     """End the node in the main thread, so that the program stands still meanwhile; then call the former handler."""
     counts = _insistence.again()
-    if PROCESS.node is None:
-        return  # it is starting: pyros1's own handler ends it
+    if PROCESS.starting:
+        return  # pyros1's own handler ends it
+    if PROCESS.node is None:  # it could not start
+        _former(sig, stackframe)
+        return
     if counts and _insistence.count > 1:  # the program goes on in spite of the first
         if sig == signal.SIGINT:
             raise KeyboardInterrupt
         die(sig)
     signal_shutdown(f"signal-{sig}")
-    former = _signalChain.get(sig)
-    if callable(former):
+    if _signalChain.get(sig) != signal.SIG_DFL:
         with contextlib.suppress(
             KeyboardInterrupt
         ):  # of Python's own handler: the program sees that the node has ended
-            former(sig, stackframe)
+            _former(sig, stackframe)
+
+
+def _former(sig: int, stackframe: FrameType | None) -> None:
+    """Do what the former handler of a signal did."""
+    former = _signalChain.get(sig)
+    if callable(former):
+        former(sig, stackframe)
+    elif former == signal.SIG_DFL:
+        die(sig)
 
 
 def register_signals() -> None:
