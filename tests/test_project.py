@@ -172,7 +172,8 @@ def names_used(node: ast.AST) -> list[str]:
         words = [each.value for each in node.args[:2] if isinstance(each, ast.Constant)]
         return [str(word).rpartition(".")[2] for word in words]
     if isinstance(node, ast.Constant) and isinstance(node.value, str) and "import" in node.value:
-        return re.findall(r"(?<!self)\.(_\w+)", node.value)
+        # Programs import std_msgs.msg._String, a module that stock's generator makes.
+        return re.findall(r"(?<!self)(?<!\.msg)(?<!\.srv)\.(_\w+)", node.value)
     return []
 
 

@@ -203,6 +203,75 @@ say("listener", tf2_ros.TransformListener, buffer)
 )
 
 
+MATHS = (
+    START
+    + """
+from tf.transformations import *
+
+def axis():
+    return [chance.gauss(0, 1) for _ in range(3)]
+
+def rotation():
+    return quaternion_matrix(quaternion())
+
+for _ in range(100):
+    a, b, c = (chance.uniform(-3, 3) for _ in range(3))
+    order = chance.choice("sxyz sxyx sxzy szyx rxyz rzyx rzyz ryxy".split())
+    p, q, v, w, m, n = quaternion(), quaternion(), axis(), axis(), rotation(), rotation()
+    say("euler", euler_matrix, a, b, c, order)
+    say("euler", euler_matrix, ai=a, aj=b, ak=c)
+    say("angles", euler_from_matrix, m, order)
+    say("angles", euler_from_quaternion, q, axes=order)
+    say("quaternion", quaternion_from_euler, a, b, c, order)
+    say("about", quaternion_about_axis, a, v)
+    say("matrix", quaternion_matrix, q)
+    say("of matrix", quaternion_from_matrix, m)
+    say("product", quaternion_multiply, p, q)
+    say("conjugate", quaternion_conjugate, q)
+    say("inverse", quaternion_inverse, q)
+    say("slerp", quaternion_slerp, p, q, 0.3)
+    say("slerp", quaternion_slerp, p, q, 0.3, spin=1, shortestpath=False)
+    say("random", random_quaternion, [0.1, 0.5, 0.9])
+    say("random", random_rotation_matrix, [0.1, 0.5, 0.9])
+    say("identity", identity_matrix)
+    say("move", translation_matrix, v)
+    say("moved", translation_from_matrix, translation_matrix(v))
+    say("turn", rotation_matrix, a, v, w)
+    angle, direction, point = rotation_from_matrix(rotation_matrix(a, v))
+    say("turned", lambda: rotation_matrix(angle, direction, point))
+    say("mirror", reflection_matrix, v, w)
+    say("mirrored", lambda: reflection_matrix(*reflection_from_matrix(reflection_matrix(v, w))))
+    say("scale", scale_matrix, a, v, w)
+    say("scaled", lambda: scale_matrix(*scale_from_matrix(scale_matrix(a, v, w))))
+    say("project", projection_matrix, v, w, direction=axis())
+    say("project", projection_matrix, v, w, perspective=axis(), pseudo=True)
+    say("projected", lambda: projection_matrix(*projection_from_matrix(projection_matrix(v, w))))
+    say("clip", clip_matrix, -1, 2, -3, 4, 0.5, 9, perspective=chance.random() < 0.5)
+    normal = numpy.cross(v, w)
+    say("shear", shear_matrix, 0.4, v, w, normal)
+    sheared = shear_matrix(0.4, unit_vector(v), [0, 0, 0], unit_vector(normal))
+    say("sheared", lambda: len(shear_from_matrix(sheared)))  # stock's is sometimes off by half
+    made = compose_matrix([1, 2, 3], [0.1, 0.2, 0.3], (a, b / 3, c), v)
+    say("compose", lambda: made)
+    say("decompose", decompose_matrix, made)
+    say("orthogonal", orthogonalization_matrix, (10.0, 11.0, 12.0), (90.0, 80.0, 70.0))
+    points = numpy.array([[chance.uniform(-1, 1) for _ in range(8)] for _ in range(3)])
+    say("superimpose", superimposition_matrix, points, numpy.dot(m[:3, :3], points), False, True)
+    say("chain", concatenate_matrices, m, n, made)
+    say("inverse", inverse_matrix, made)
+    say("same", is_same_transform, m, n)
+    say("length", vector_norm, v)
+    say("unit", unit_vector, [v, w], axis=1)
+numpy.random.seed(3)
+say("random", random_vector, 5)
+"""
+)
+
+
+def test_functions_of_transformations(master: Master) -> None:
+    assert "superimpose array(4, 4)" in same(master, MATHS)
+
+
 def test_transformer_and_messages(master: Master) -> None:
     said = same(master, TRANSFORMER)
     for word in ("LookupException", "ExtrapolationException", "PoseStamped{", "twist tuple"):

@@ -6,6 +6,7 @@ The ``format`` of compressed images is that of https://wiki.ros.org/compressed_i
 from __future__ import annotations
 
 import io
+from importlib import import_module
 from typing import Any
 
 from pyros1.ground.errors import Error, MessageError
@@ -28,10 +29,9 @@ FORMATS = ("jpeg", "png")
 
 def _pillow() -> Any:
     try:
-        import PIL.Image  # noqa: PLC0415
+        return import_module("PIL.Image")
     except ImportError as error:
         raise Error(f"compressed images need Pillow ({error}): pip install 'pyros1[images]'") from None
-    return PIL.Image
 
 
 def _kind(encoding: str) -> tuple[str, str, int]:

@@ -19,6 +19,7 @@ from actionlib.comm_state import (
 )
 from actionlib.exceptions import ActionException
 from actionlib.goal_manager import GoalManager
+from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 __all__ = [
@@ -38,6 +39,8 @@ __all__ = [
     "get_name_of_constant",
     "rospy",
 ]
+
+__getattr__ = missing("actionlib.action_client", g_goal_id="goals get their numbers from a counter")
 
 
 class ActionClient:

@@ -6,6 +6,7 @@ import sys
 from dataclasses import replace
 from typing import Any
 
+from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import Error
 from pyros1.launch.plan import Plan
 from pyros1.launch.reading.loader import ATTRIBUTES, load_plan
@@ -28,6 +29,14 @@ __all__ = [
     "XmlLoader",
     "XmlParseException",
 ]
+
+NS = "ns"
+CLEAR_PARAMS = "clear_params"
+__getattr__ = missing(
+    "roslaunch.xmlloader",
+    ifunless="launch files are read by pyros1.launch.reading",
+    ifunless_test="launch files are read by pyros1.launch.reading",
+)
 
 
 class XmlParseException(RLException):
