@@ -12,7 +12,6 @@ from programs import run
 NAMES = Path(__file__).with_name("used_names.txt").read_text(encoding="utf-8").split()
 LACKING = {
     "dynamic_reconfigure.cfg.TestConfig.Test_Medium",  # of that package's own tests
-    "rospy.impl.tcpros_service.ServiceImpl._handle_request",  # replaced by one program; ours does not call it
 }
 PROGRAM = """
 import importlib, sys
