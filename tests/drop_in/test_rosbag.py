@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+import pytest
 from programs import run
 
 BAG = """
@@ -169,3 +171,32 @@ print("done")
 
 def test_a_bag_is_written_and_read_while_an_iterator_is_in_its_middle(tmp_path: Path) -> None:
     assert run(BAG + MEANWHILE, {}, str(tmp_path)) == "done\n"
+
+
+PICKLED = """
+import copy, pickle
+from multiprocessing import get_context
+import genpy.dynamic
+from geometry_msgs.msg import PolygonStamped, Point32
+with rosbag.Bag("a.bag", "w") as bag:
+    message = PolygonStamped()
+    message.header.frame_id = "map"
+    message.polygon.points.append(Point32(1, 2, 3))
+    bag.write("/area", message, genpy.Time(1))
+_, read, _ = next(rosbag.Bag("a.bag").read_messages())
+again = pickle.loads(pickle.dumps(read))
+assert type(again) is type(read) and again == read == copy.deepcopy(read)
+with get_context("fork").Pool(1) as pool:
+    assert pool.map(copy.copy, [read]) == [read]
+text = "std_msgs/Header header\\n" + "=" * 80 + "\\nMSG: std_msgs/Header\\nuint32 seq\\ntime stamp\\nstring frame_id\\n"
+for cls in (genpy.dynamic.generate_dynamic("my_msgs/A", text)["my_msgs/A"] for _ in range(2)):
+    value = cls()
+    value.header.frame_id = "odom"
+    assert pickle.loads(pickle.dumps(value)) == value
+print("done")
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_messages_of_definitions_in_bags_are_pickled(tmp_path: Path) -> None:
+    assert run(BAG + PICKLED, {}, str(tmp_path)) == "done\n"
