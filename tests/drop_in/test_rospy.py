@@ -38,3 +38,10 @@ def test_talker_and_listener(environ: dict[str, str]) -> None:
         out, _ = talker.communicate(timeout=10)
     assert "received 2.5 on /topic1" in said
     assert not out
+
+
+def test_at_debug_level_a_program_says_which_rospy_runs(environ: dict[str, str]) -> None:
+    program = "import rospy; rospy.init_node('asker', log_level=rospy.{}); print(rospy.__path__[0])"
+    said = run(program.format("DEBUG"), environ).splitlines()
+    assert said.pop(-1) in said[0] and "init_node, name[/asker], pid[" in said[0]
+    assert "init_node" not in run(program.format("INFO"), environ)
