@@ -107,6 +107,14 @@ def test_all_programs_of_an_environment(tmp_path: Path) -> None:
     assert not disable(str(tmp_path))
 
 
+def test_the_file_of_an_environment_is_plain_ascii(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "pyros1.drop_in.environment.START", "/home/J\xf6rg/\udcff"
+    )  # Python reads it as the locale says
+    assert enable(str(tmp_path)).read_bytes().isascii()
+    assert is_enabled(str(tmp_path))
+
+
 def test_a_folder_that_cannot_be_written_is_named() -> None:
     with pytest.raises(Error, match=r"cannot write /dev/null/pyros1-rospy\.pth: Not a directory; use a virtual env"):
         enable("/dev/null")
