@@ -217,5 +217,5 @@ class ComparableMixin:
 
     def _compared(self, other: Any, how: Callable[[Any, Any], bool]) -> bool:
         if not (callable(getattr(self, "_cmpkey", None)) and callable(getattr(other, "_cmpkey", None))):
-            return NotImplemented  # type: ignore[no-any-return]  # Python asks the other side
+            return NotImplemented
         return how(self._cmpkey(), other._cmpkey())

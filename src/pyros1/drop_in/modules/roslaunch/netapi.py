@@ -63,10 +63,11 @@ class _Patient(Transport):
 
 
 def _processes(uri: str) -> list[NetProcess]:
+    proxy: Any = ServerProxy(uri, _Patient())
     try:
-        code, _, (alive, dead) = ServerProxy(uri, _Patient()).list_processes()  # type: ignore[misc]
+        code, _, (alive, dead) = proxy.list_processes()
+        if code != 1:
+            return []
+        return [NetProcess(name, count, where is alive, uri) for where in (alive, dead) for name, count in where]
     except (OSError, Error, ValueError, TypeError, http.client.HTTPException):
         return []
-    if code != 1:
-        return []
-    return [NetProcess(name, count, where is alive, uri) for where in (alive, dead) for name, count in where]
