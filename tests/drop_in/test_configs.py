@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -64,6 +65,17 @@ def test_a_package_with_an_own_python_module(package: Path, environ: dict[str, s
 def test_files_that_describe_nothing(package: Path, environ: dict[str, str], text: str, error: str) -> None:
     (package / "cfg" / "Motor.cfg").write_text(text)
     assert f"{error}" in run("import robot.cfg.MotorConfig", environ, code=1)
+
+
+def test_a_cfg_file_that_never_ends_is_none(package: Path, environ: dict[str, str]) -> None:
+    os.mkfifo(package / "cfg" / "Pipe.cfg")
+    (package / "cfg" / "Motor.cfg").write_bytes(b"\0")
+    program = """
+import robot.cfg.{}Config
+"""
+    out = run(program.format("Pipe"), environ, code=1)
+    assert "No module named 'robot.cfg.PipeConfig'" in out or "has no robot.cfg" in out
+    assert "Motor.cfg: source code string cannot contain null bytes" in run(program.format("Motor"), environ, code=1)
 
 
 def test_modules_that_there_are_not(package: Path, environ: dict[str, str]) -> None:

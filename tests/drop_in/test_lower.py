@@ -95,6 +95,24 @@ for read in (lambda: list(pc2.read_points(empty, skip_nans=True)), lambda: ros_n
     except (struct.error, ValueError):
         continue
     raise AssertionError(read)
+
+# Clouds that claim more than any memory holds.
+import resource
+resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+most = 2**32 - 1
+lying = (
+    (PointField("x", 0, PointField.FLOAT32, 1), most),
+    (PointField("x", 0, PointField.FLOAT32, most), 1),
+    (PointField("x", most, PointField.FLOAT32, 1), 1),
+)
+for field, size in lying:
+    short = PointCloud2(fields=[field], height=size, width=size, point_step=4, row_step=4, data=bytes(8))
+    points = pc2.read_points(short)
+    try:
+        assert [next(points), next(points)] == [(0,), (0,)] and list(points)
+    except struct.error:
+        continue
+    raise AssertionError(field)
 print("done")
 """
 

@@ -57,6 +57,16 @@ with rosbag.Bag("b.bag", "a", allow_unindexed=True) as bag:
         assert offset > 0
     bag.write("/number", Int32(5), genpy.Time(6))
 assert [message.data for _, message, _ in rosbag.Bag("b.bag")] == list(range(6))
+
+# An index that lies: the first chunk is not there.
+data = open("b.bag", "rb").read()
+place = data.index(b"chunk_pos=") + 10
+open("b.bag", "wb").write(data[:place] + bytes([255]) * 7 + bytes([0]) + data[place + 8:])
+assert refused(list, rosbag.Bag("b.bag"))[0] == "ROSBagFormatException"
+with rosbag.Bag("b.bag", "a") as bag:
+    assert max(bag.reindex()) < bag.size
+    bag.write("/number", Int32(6), genpy.Time(7))
+assert [message.data for _, message, _ in rosbag.Bag("b.bag")] == list(range(7))
 print("done")
 """
 

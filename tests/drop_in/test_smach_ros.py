@@ -383,6 +383,15 @@ def test_userdata_of_messages() -> None:
         assert module.decode(module.encode(values)) == values
         assert module.decode(module.encode({"a": 1, "f": lambda: 0})) == {"a": 1}
         assert module.decode("") == {}
-        for bad in (b"cos\nsystem\n(S'true'\ntR.", b"\x80\x02r\xff\xff\xff\x7f.", pickle.dumps([1]), b"\x80\x02"):
+        shared = tuple([("x", 1)] * 100)
+        values = {"a": {("k", (1, 2)): [shared, shared]}, "b": {1, 2}, "c": [[[shared] * 10]], "d": 2**70}
+        values.update(e=b"x\xff", f=b"", g=frozenset("x"))
+        assert module.decode(module.encode(values)) == values
+        for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+            assert module.decode(base64.b64encode(pickle.dumps(values, protocol)).decode()) == values
+        deep = b"\x80\x02})" + 1_000_000 * b"\x85" + b"Ns."
+        often = b"\x80\x02})" + 60 * b"2\x86" + b"Ns."
+        bads = (b"cos\nsystem\n(S'true'\ntR.", b"\x80\x02r\xff\xff\xff\x7f.", pickle.dumps([1]), b"\x80\x02", b"0.")
+        for bad in (*bads, deep, often):
             with pytest.raises(ValueError, match="cannot read userdata"):
                 module.decode(base64.b64encode(bad).decode())

@@ -38,6 +38,8 @@ def test_ours_in_front_of_everything_imports_any_module() -> None:
 def test_the_users_sitecustomize_runs_too(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text("print('mine')")
     assert run("import rospy, sitecustomize", {"PYTHONPATH": f"{START}:{tmp_path}"}) == "mine\n"
+    (tmp_path / "sitecustomize.py").write_text("raise RuntimeError('an error of theirs')")
+    run("import rospy", {"PYTHONPATH": f"{START}:{tmp_path}"})
 
 
 def test_threads_that_import_at_once_do_not_wait_for_each_other() -> None:

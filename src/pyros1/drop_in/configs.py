@@ -31,7 +31,7 @@ def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
         case [module] if module.endswith(_SUFFIX):
             wanted = f"{module.removesuffix(_SUFFIX)}.cfg"
             for path in _files(folder):
-                if os.path.basename(path) == wanted:
+                if os.path.basename(path) == wanted and os.path.isfile(path):  # a pipe or a device may never end
                     return ModuleSpec(name, _Config(path), origin=path)  # type: ignore[arg-type]
     return None
 
@@ -106,7 +106,8 @@ def run(path: str) -> dict[str, Any]:
     except SystemExit:  # the usual end: exit(gen.generate(...))
         pass
     except SyntaxError as error:
-        raise ImportError(f"{path}, line {error.lineno}: {error.msg}. Is it in Python 2?", path=path) from error
+        place = f"{path}, line {error.lineno}" if error.lineno else path
+        raise ImportError(f"{place}: {error.msg}. Is it in Python 2?", path=path) from error
     except Exception as error:
         raise ImportError(f"{path}: {type(error).__name__}: {error}", path=path) from error
     finally:

@@ -21,5 +21,7 @@ def _others():
 
 import pyros1_modules  # noqa: E402
 
-_others()
-pyros1_modules.install()
+try:
+    _others()
+finally:  # Python reports an error in theirs, and goes on
+    pyros1_modules.install()

@@ -379,7 +379,7 @@ class Bag(Facts):
                 file.close()
 
     def reindex(self) -> Iterator[int]:
-        """Find all messages of a bag that was not closed; with mode ``a`` the file gets its index.
+        """Find all messages of a bag, whatever its index says; with mode ``a`` the file gets a new one.
 
         Yields:
             Offset in the file, in bytes, of each chunk.
@@ -390,23 +390,30 @@ class Bag(Facts):
 
     def _reindex(self) -> Iterator[int]:
         with stock_errors():
-            if self._writer is not None:
+            if self._writer is not None and (self._mode == "w" or self._filename is None):
                 self.flush()
                 yield from [chunk.pos for chunk in self._reader.chunks]
                 return
-            reader = BagReader(self._target, unindexed=True)
-            for chunk in reader.chunks:
-                yield chunk.pos
-            self._known = -1, reader
             if self._mode == "a":
-                if self._filename is None:
-                    raise ROSBagException("pyros1 reindexes bags in files only, not in file objects")
-                with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.abspath(self._filename))) as folder:
-                    part = os.path.join(folder, "part.bag")
-                    pyros1.bag.edit.reindex.reindex(self._filename, part)
-                    os.replace(part, self._filename)
+                self._repair()
+            reader = BagReader(self._target, unindexed=True)
+            yield from [chunk.pos for chunk in reader.chunks]
+            if self._mode == "a":
                 reader.close()
-                self._writer = append(self._filename, self._compression, self._chunk_threshold)
+            else:
+                self._known = -1, reader
+
+    def _repair(self) -> None:
+        """Replace the file by one with all of its messages and a new index, and go on with that."""
+        if self._writer is not None:
+            self._writer.close()
+        if self._filename is None:
+            raise ROSBagException("pyros1 reindexes bags in files only, not in file objects")
+        with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.abspath(self._filename))) as folder:
+            part = os.path.join(folder, "part.bag")
+            pyros1.bag.edit.reindex.reindex(self._filename, part)
+            os.replace(part, self._filename)
+        self._writer = append(self._filename, self._compression, self._chunk_threshold)
 
     def set_encryptor(self, encryptor: str | None = None, param: str | None = None) -> None:
         """Encrypt the bag; before the first message is written.

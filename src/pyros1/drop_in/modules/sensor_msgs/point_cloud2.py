@@ -23,6 +23,7 @@ _DATATYPES = {
     PointField.FLOAT32: ("f", 4),
     PointField.FLOAT64: ("d", 8),
 }
+_MANY = 4096
 
 __getattr__ = missing(__name__)
 
@@ -67,9 +68,8 @@ def read_points(
 def _read_one_by_one(
     cloud: Any, data: Any, layout: struct.Struct, places: list[Any], skip_nans: bool
 ) -> Iterator[tuple[Any, ...]]:
-    if not places:
-        places = [(u, v) for v in range(cloud.height) for u in range(cloud.width)]
-    for u, v in places:
+    # A cloud may say that it has more points than there is memory for.
+    for u, v in places or ((u, v) for v in range(cloud.height) for u in range(cloud.width)):
         point = layout.unpack_from(data, cloud.row_step * v + cloud.point_step * u)
         if not (skip_nans and any(value != value for value in point)):  # noqa: PLR0124  only NaN is not itself
             yield point
@@ -160,9 +160,14 @@ def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequ
         if field.datatype not in _DATATYPES:
             raise ValueError(f"field [{field.name}] has the unknown type {field.datatype}")
         if field.offset > end:
-            parts.append("x" * (field.offset - end))
+            parts.append(_repeated("x", field.offset - end))
             end = field.offset
         kind, size = _DATATYPES[field.datatype]
-        parts.append(kind * field.count)
+        parts.append(_repeated(kind, field.count))
         end += size * field.count
     return "".join(parts)
+
+
+def _repeated(kind: str, count: int) -> str:
+    """Return the format of equal items; that of stock unless a field lies, and says that it has millions of them."""
+    return kind * count if count <= _MANY else f"{count}{kind}"

@@ -16,6 +16,15 @@ from typing import Any
 
 class _Plain(pickle.Unpickler):
     def find_class(self, module_name: str, global_name: str) -> Any:
+        match module_name, global_name:  # protocol 2 writes sets and bytes as calls
+            case (("__builtin__" | "builtins"), "set"):
+                return set
+            case (("__builtin__" | "builtins"), "frozenset"):
+                return frozenset
+            case (("__builtin__" | "builtins"), "bytes"):
+                return lambda: b""
+            case "_codecs", "encode":
+                return lambda text, _: str(text).encode("latin-1")
         raise pickle.UnpicklingError(f"{module_name}.{global_name} is not a plain value")
 
 
@@ -49,9 +58,7 @@ def decode(text: str) -> dict[str, Any]:
     except (binascii.Error, ValueError):
         data = text.encode("latin-1", "replace")  # older senders leave the base64 out
     try:
-        # A place in the reader's memo costs memory up to that place.
-        if any(isinstance(arg, int) and arg > len(data) for op, arg, _ in pickletools.genops(data) if "PUT" in op.name):
-            raise ValueError("not userdata")
+        _check(data)
         values = _Plain(io.BytesIO(data)).load()
     except Exception as error:  # a broken pickle raises nearly anything
         raise ValueError(f"cannot read userdata: {error}") from error
@@ -59,5 +66,44 @@ def decode(text: str) -> dict[str, Any]:
         raise ValueError("cannot read userdata: not a dictionary of names")
     return values
 
+
+def _check(data: bytes) -> None:
+    """Refuse pickles that harm the reader without any class.
+
+    Places in its memo cost memory up to the highest. Keys are hashed: with a tuple of a tuple of a tuple ... Python
+    crashes, and tuples that hold the same tuple twice take twice as long with each level.
+    """
+    stack: list[tuple[int, int] | None] = []  # of each value: how deep and how large it is; None: a mark
+    memo: dict[int, tuple[int, int] | None] = {}
+    for op, arg, _ in pickletools.genops(data):
+        if "PUT" in op.name or op.name == "MEMOIZE":
+            place = int(arg) if "PUT" in op.name else len(memo)
+            if place > len(data):
+                raise ValueError("not userdata")
+            memo[place] = stack[-1]
+        elif "GET" in op.name:
+            stack.append(memo[int(arg)])
+        elif op.name == "DUP":
+            stack.append(stack[-1])
+        elif op.name == "MARK":
+            stack.append(None)
+        else:
+            parts = []
+            before = op.stack_before
+            if pickletools.markobject in before or (op.name == "POP" and stack[-1] is None):
+                while (part := stack.pop()) is not None:
+                    parts.append(part)
+                before = before[: before.index(pickletools.markobject)] if op.name != "POP" else []
+            parts += [part for part in (stack.pop() for _ in before) if part is not None]
+            depth = 1 + max((deep for deep, _ in parts), default=0)
+            size = 1 + sum(size for _, size in parts)
+            if op.name in _HASHED and (depth > _DEEPEST or size > max(len(data), _LARGEST)):
+                raise ValueError("too deep, or the same value too often")
+            stack += [(depth, size)] * len(op.stack_after)
+
+
+_HASHED = ("TUPLE", "TUPLE1", "TUPLE2", "TUPLE3", "FROZENSET")
+_DEEPEST = 500
+_LARGEST = 1_000_000
 
 __all__ = ["decode", "encode"]
