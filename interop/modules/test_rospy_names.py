@@ -25,9 +25,7 @@ MODULES = [
     *("rospy.impl." + name for name in ["paramserver", "tcpros_base", "tcpros_service"]),
 ]
 LACKING = {
-    "rospy.names": {"reload_mappings"},
     "rospy.rostime": {"get_rostime_cond"},
-    "rospy.service": {"logger"},
     "rospy.impl.paramserver": {"ParamServerCache.set", "ParamServerCache.set_notifier"},
 }
 """What ours do not have: the inside of stock's connections and registrations, and what its modules only import."""

@@ -22,7 +22,7 @@ from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.info import frequency_text as _human_readable_frequency
 from pyros1.bag.info import size_text as _human_readable_size
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.missing import names
 from rosbag._facts import Facts
 from rosbag._lending import Lending
 from rosbag._messages import decoder, encoder, header_fields, limit, result, version_of
@@ -48,7 +48,9 @@ from rosbag._parts import (
     stock_errors,
 )
 
-__getattr__ = missing(__name__)
+found_lz4 = True
+"""Whether chunks can be compressed with lz4: pyros1 always can."""
+__getattr__, __dir__ = names(__name__, {"ComparableMixin": "rosbag._facts"})
 _CLOSED = "I/O operation on closed bag"
 
 

@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections import OrderedDict
 from collections.abc import Iterator
-from typing import Any, NoReturn
+from typing import Any
 
 import yaml
 
@@ -119,12 +119,14 @@ def rosmsg_cmd_prototype(args: list[str]) -> str | None:
     """
     options = _options(args)
     if len(options.words) < 2 or options.words[0] not in ("msg", "srv"):
-        return _fail(options.silent, _USAGE, "Insufficient arguments")
+        _fail(options.silent, _USAGE, "Insufficient arguments")
+        return None
     mode, name = options.words[:2]
     try:
         cls = _class(mode, name)
     except (Error, StopIteration):
-        return _fail(options.silent, _FAILED, f"Unknown {'message' if mode == 'msg' else 'service'} class: {name}")
+        _fail(options.silent, _FAILED, f"Unknown {'message' if mode == 'msg' else 'service'} class: {name}")
+        return None
     made = _Maker(set(options.excluded.split(",")), not options.empty).message(cls)
     _set_flow(made, options.flow)
     text: str = yaml.dump(made, Dumper=_Dumper, sort_keys=False).rstrip("\n")
@@ -145,14 +147,10 @@ def _options(args: list[str]) -> Any:
 
 
 def _fail(silent: bool, code: int, text: str) -> None:
-    if silent:
-        return
-    _leave(code, text)
-
-
-def _leave(code: int, text: str) -> NoReturn:
-    sys.stderr.write(text)
-    sys.exit(code)
+    """Say what is wrong, and end the program; nothing of both if it is to be silent."""
+    if not silent:
+        sys.stderr.write(text)
+        sys.exit(code)
 
 
 def _class(mode: str, name: str) -> Any:
