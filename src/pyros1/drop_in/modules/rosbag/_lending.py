@@ -36,9 +36,9 @@ class Lending:
                     self._retired.remove(reader)
                     reader.close()
 
-    def retire(self, reader: BagReader) -> None:
+    def retire(self, reader: BagReader | None) -> None:
         """Close a reader that has a successor: now, or when the last iterator has given it back."""
-        if reader in self._lent:
+        if reader is not None and reader in self._lent:
             self._retired.append(reader)
-        else:
+        elif reader is not None:
             reader.close()

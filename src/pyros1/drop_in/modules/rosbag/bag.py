@@ -234,8 +234,7 @@ class Bag(Facts):
                 self._writer.flush()
             state = len(self._writer.chunks)
             if self._known is None or self._known[0] != state:
-                if self._known is not None:
-                    self._readers.retire(self._known[1])
+                self._readers.retire(self._known and self._known[1])
                 self._known = state, BagReader(self._target, written=self._writer)
             return self._known[1]
 
