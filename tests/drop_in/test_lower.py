@@ -107,12 +107,26 @@ lying = (
 )
 for field, size in lying:
     short = PointCloud2(fields=[field], height=size, width=size, point_step=4, row_step=4, data=bytes(8))
-    points = pc2.read_points(short)
     try:
-        assert [next(points), next(points)] == [(0,), (0,)] and list(points)
+        list(pc2.read_points(short))
     except struct.error:
         continue
     raise AssertionError(field)
+fields = [PointField("x", 0, PointField.FLOAT32, 1)]
+assert not list(pc2.read_points(PointCloud2(fields=fields, height=most, width=0, point_step=1)))
+wrong = (
+    PointCloud2(fields=[PointField("x", most, PointField.FLOAT32, 1)], height=1, width=1, point_step=4, data=bytes(8)),
+    PointCloud2(fields=[PointField("x", 0, PointField.FLOAT32, most)], height=1, width=1, point_step=4, data=bytes(8)),
+    PointCloud2(fields=fields, height=1, width=0, point_step=most),
+    PointCloud2(fields=fields, height=most, width=1, point_step=0, data=bytes(8)),
+    PointCloud2(fields=fields, height=5, width=2, point_step=4, row_step=1, data=bytes(12)),
+)
+for cloud in wrong:
+    try:
+        ros_numpy.numpify(cloud)
+    except ValueError:
+        continue
+    raise AssertionError(cloud)
 print("done")
 """
 
@@ -134,6 +148,7 @@ assert bridge.imgmsg_to_cv2(wide).tolist() == [[1, 256]]
 assert bridge.imgmsg_to_cv2(wide, "32FC1").dtype == np.float32
 for make in (
     lambda: bridge.cv2_to_imgmsg(picture, "mono8"), lambda: bridge.imgmsg_to_cv2(Image(encoding="no")),
+    lambda: bridge.imgmsg_to_cv2(Image(encoding="8UC0", height=2**32 - 1, width=2**32 - 1)),
     lambda: bridge.imgmsg_to_cv2(wide, "bgr8"),
     lambda: bridge.imgmsg_to_cv2(Image(encoding="mono8", width=9, height=9)),
 ):

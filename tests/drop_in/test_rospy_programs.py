@@ -73,10 +73,18 @@ assert [(each.category, each.filename) for each in caught] == [(SyntaxWarning, "
 """
 
 SERVICES = """
-try:
-    rospy.wait_for_service("none", 0.05)
-except rospy.ROSException as error:
-    assert "timeout exceeded" in str(error)
+for timeout in (0.05, -1, float("nan"), rospy.Duration(-1)):
+    try:
+        rospy.wait_for_service("none", timeout)
+        raise AssertionError
+    except rospy.ROSException as error:
+        assert "timeout exceeded" in str(error)
+for make in (rospy.Publisher, rospy.Subscriber):
+    try:
+        make("x", SetBool, queue_size=1)
+        raise AssertionError
+    except ValueError as error:
+        assert "is not a message data class" in str(error)
 rospy.init_node("services")
 service = rospy.Service("s", SetBool, lambda request: {"success": request.data, "message": "told"})
 proxy = rospy.ServiceProxy("s", SetBool, persistent=True, headers={"own": "field"})

@@ -228,6 +228,13 @@ def test_numbers_from_an_array_object_are_not_converted_one_by_one() -> None:
     )  # another format: element by element
 
 
+class NotOneNumber:
+    """As numpy's arrays, which have the method, too."""
+
+    def __index__(self) -> int:
+        raise TypeError("only integer scalar arrays can be converted to a scalar index")
+
+
 @pytest.mark.parametrize(
     ("text", "value", "reason"),
     [
@@ -236,6 +243,8 @@ def test_numbers_from_an_array_object_are_not_converted_one_by_one() -> None:
         ("uint64 x", 2**64, "field x exceeds specified width [uint64]"),
         ("int32 x", 1.5, "field x must be an integer type"),
         ("int32 x", "a", "field x must be an integer type"),
+        ("int32 x", NotOneNumber(), "field x must be an integer type"),
+        ("uint8 x", NotOneNumber(), "field x must be unsigned integer type"),
         ("char x", "a", "field x must be unsigned integer type"),
         ("float64 x", "a", "field x must be float type"),
         ("float32 x", 1e300, "field x exceeds specified width [float32]"),

@@ -83,4 +83,4 @@ def installed_rospy() -> str | None:
 
 def _text() -> str:
     call = "sys.path.append(p), __import__('pyros1_modules').install(), sys.path.remove(p)"
-    return f"import os, sys; p = {START!r}; os.path.isdir(p) and ({call})\n"  # one line: Python wants it so
+    return f"import os, sys; p = {START!a}; os.path.isdir(p) and ({call})\n"  # one line: Python wants it so, in ASCII

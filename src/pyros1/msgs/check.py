@@ -6,6 +6,7 @@ It goes slowly through the fields in the order of the class's ``_slot_types``, a
 from __future__ import annotations
 
 import codecs
+import operator
 import struct
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -112,14 +113,16 @@ def _check_single(cls: Any, base: str, value: Any, name: str) -> None:
             raise SerializationError(f"field {name} exceeds specified width [{base}]") from None
         except (struct.error, TypeError, ValueError):
             raise SerializationError(f"field {name} must be float type, not {_show(value)}") from None
-    elif not hasattr(value, "__index__"):
-        kind = "an integer" if code.islower() else "unsigned integer"
-        raise SerializationError(f"field {name} must be {kind} type, not {_show(value)}")
-    elif code.isupper() and value < 0:
-        raise SerializationError(f"field {name} must be unsigned integer type, not {_show(value)}")
     else:
         try:
-            struct.pack("<" + code, value)
+            number = operator.index(value)  # arrays have __index__, too, but most are no integers
+        except TypeError:
+            kind = "an integer" if code.islower() else "unsigned integer"
+            raise SerializationError(f"field {name} must be {kind} type, not {_show(value)}") from None
+        if code.isupper() and number < 0:
+            raise SerializationError(f"field {name} must be unsigned integer type, not {_show(value)}")
+        try:
+            struct.pack("<" + code, number)
         except (struct.error, OverflowError):
             raise SerializationError(f"field {name} exceeds specified width [{base}]") from None
 

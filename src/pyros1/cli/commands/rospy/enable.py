@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 from pyros1.cli.invocation import Invocation
@@ -11,11 +12,16 @@ from pyros1.cli.records import Verb
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Write the file that offers the modules."""
     from pyros1.drop_in.environment import enable, installed_rospy  # noqa: PLC0415
+    from pyros1.drop_in.finder import MODULES, VARIABLE  # noqa: PLC0415
 
     print(f"wrote {enable()}")
     found = installed_rospy()
-    if found is None or "pyros1" not in found:
-        print(f"a real rospy is installed, and wins: {found}. PYROS1_ROSPY=pyros1 in the environment prefers ours.")
+    if found is None and os.environ.get(VARIABLE):
+        print(f"programs do not import rospy all the same: {VARIABLE}={os.environ[VARIABLE]} is in the environment")
+    elif found is None:
+        print("programs of this environment do not import rospy all the same: does its Python start?")
+    elif not found.startswith(MODULES):
+        print(f"a real rospy is installed, and wins: {found}. {VARIABLE}=pyros1 in the environment prefers ours.")
     else:
         print("programs of this environment can now import rospy, std_msgs.msg and the other modules of ROS 1")
 

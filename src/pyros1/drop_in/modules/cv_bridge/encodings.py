@@ -38,6 +38,10 @@ class Encoding(NamedTuple):
         return bool(self.order)
 
 
+_MOST_CHANNELS = 512
+"""OpenCV's limit."""
+
+
 def encoding(name: str) -> Encoding:
     """Return an encoding; raises CvBridgeError if there is no such one."""
     match = _COLOR.match(name)
@@ -50,7 +54,7 @@ def encoding(name: str) -> Encoding:
     if name in _YUV:
         return Encoding("uint8", 2, "yuv", name)
     match = _GENERIC.match(name)
-    if not match:
+    if not match or not 1 <= int(match[2]) <= _MOST_CHANNELS:
         raise CvBridgeError(f"Unrecognized image encoding [{name}]")
     depth = next(depth for depth, short in NAMES.items() if short == match[1])
     return Encoding(depth, int(match[2]), "", name)

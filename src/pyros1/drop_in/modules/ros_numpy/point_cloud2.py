@@ -14,6 +14,8 @@ from ros_numpy.registry import converts_from_numpy, converts_to_numpy
 
 DUMMY_FIELD_PREFIX = "__"
 """Begin of the names of fields that are only there to fill gaps."""
+_LARGEST = 1 << 16
+"""Most bytes of a point in an empty cloud."""
 type_mappings: list[tuple[int, Any]] = [
     (PointField.INT8, np.dtype("int8")),
     (PointField.UINT8, np.dtype("uint8")),
@@ -77,13 +79,24 @@ def pointcloud2_to_array(cloud_msg: Any, squeeze: bool = True) -> Any:
     Args:
         cloud_msg: the cloud.
         squeeze: whether a cloud of one row has the shape (width,), not (1, width).
+
+    Raises:
+        ValueError: data, points and fields do not fit each other.
     """
-    dtype = np.dtype(fields_to_dtype(cloud_msg.fields, cloud_msg.point_step, cloud_msg.is_bigendian))
-    shape, step = (cloud_msg.height, cloud_msg.width), cloud_msg.row_step or cloud_msg.point_step * cloud_msg.width
+    shape, point = (cloud_msg.height, cloud_msg.width), cloud_msg.point_step
+    step = cloud_msg.row_step or point * cloud_msg.width
     data = cloud_msg.data if isinstance(cloud_msg.data, (bytes, bytearray, memoryview)) else bytes(cloud_msg.data)
-    if len(data) < step * (shape[0] - 1) + cloud_msg.point_step * shape[1]:  # numpy does not look at empty buffers
+    # numpy does not look at empty buffers, and a description of gigabytes takes more of them to make.
+    if len(data) < step * (shape[0] - 1) + point * shape[1] or step < point * shape[1]:
         raise ValueError(f"the {len(data)} bytes of the cloud do not fit its size: {shape[0]} rows of {step} bytes")
-    points: Any = np.ndarray(shape, dtype, data, strides=(step, cloud_msg.point_step))
+    for field in cloud_msg.fields:
+        end = field.offset + field.count * pftype_sizes.get(field.datatype, 0)
+        if end > point:
+            raise ValueError(f"the field {field.name} ends at byte {end} of points that have {point}")
+    if point > max(len(data), _LARGEST):
+        raise ValueError(f"the cloud has points of {point} bytes, but {len(data)} bytes in all")
+    dtype = np.dtype(fields_to_dtype(cloud_msg.fields, point, cloud_msg.is_bigendian))
+    points: Any = np.ndarray(shape, dtype, data, strides=(step, point))
     points = points[[name for name in dtype.names or () if not name.startswith(DUMMY_FIELD_PREFIX)]]
     return points.reshape(cloud_msg.width) if squeeze and cloud_msg.height == 1 else points
 

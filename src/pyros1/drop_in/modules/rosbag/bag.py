@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import tempfile
@@ -109,6 +110,7 @@ class Bag(Facts):
         self._filename = os.fspath(f) if path else None
         self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if path else f  # noqa: SIM115
         self._known: tuple[int, BagReader] | None = None
+        self._in_use: list[BagReader] = []  # by iterators; an older reader is closed by the last one
         try:
             with stock_errors():
                 self._open(allow_unindexed)
@@ -232,7 +234,7 @@ class Bag(Facts):
                 self._writer.flush()
             state = len(self._writer.chunks)
             if self._known is None or self._known[0] != state:
-                if self._known is not None:
+                if self._known is not None and self._known[1] not in self._in_use:
                     self._known[1].close()
                 self._known = state, BagReader(self._target, written=self._writer)
             return self._known[1]
@@ -268,9 +270,8 @@ class Bag(Facts):
         first, last = limit(start_time), limit(end_time)
         ids = infos.keys()
         ranks = {number: rank for rank, number in enumerate(ids)}  # of messages with the same time
-        reader = self._reader
         decoders: dict[int, Any] = {}
-        with stock_errors():
+        with self._lending() as reader, stock_errors():
             if raw:
                 for placed in reader.placed(ids, first, last, ranks=ranks):
                     info = infos[placed.connection.id]
@@ -287,6 +288,20 @@ class Bag(Facts):
                     yield result(infos[number], message, Time.from_nsec(nanoseconds), headers)
                 else:
                     yield BagMessage(connection.topic, message, Time.from_nsec(nanoseconds))
+
+    @contextlib.contextmanager
+    def _lending(self) -> Iterator[BagReader]:
+        """Keep the reader open while an iterator uses it, though more is written and read meanwhile."""
+        with self._lock:
+            reader = self._reader
+            self._in_use.append(reader)
+        try:
+            yield reader
+        finally:
+            with self._lock:
+                self._in_use.remove(reader)
+                if reader not in self._in_use and (self._known is None or self._known[1] is not reader):
+                    reader.close()
 
     # Writing ----------------------------------------------------------------------------------------------------------
 

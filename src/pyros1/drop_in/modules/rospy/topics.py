@@ -77,7 +77,7 @@ class Topic:
             raise ValueError("topic parameter 'data_class' is not initialized")
         if not isinstance(data_class, type):
             raise ValueError(f"data_class [{data_class}] is not a class")
-        if not hasattr(data_class, "_md5sum"):
+        if not hasattr(data_class, "_md5sum") or hasattr(data_class, "_request_class"):  # services are no messages
             raise ValueError(f"data_class [{data_class.__class__.__name__}] is not a message data class")
         self._given = canonicalize_name(name)
         warn_of_name(name, 4)

@@ -47,6 +47,8 @@ def read_points(
     layout = struct.Struct(_get_struct_fmt(cloud.is_bigendian, cloud.fields, field_names))
     data = bytes(cloud.data) if isinstance(cloud.data, (list, tuple)) else cloud.data
     places = list(uvs)
+    if layout.size and not places and cloud.width * cloud.height > len(data):
+        raise struct.error(f"the cloud has {cloud.height} rows of {cloud.width} points, but {len(data)} bytes of data")
     if (
         places
         or layout.size > cloud.point_step
@@ -69,7 +71,7 @@ def _read_one_by_one(
     cloud: Any, data: Any, layout: struct.Struct, places: list[Any], skip_nans: bool
 ) -> Iterator[tuple[Any, ...]]:
     # A cloud may say that it has more points than there is memory for.
-    for u, v in places or ((u, v) for v in range(cloud.height) for u in range(cloud.width)):
+    for u, v in places or ((u, v) for v in range(cloud.height if cloud.width else 0) for u in range(cloud.width)):
         point = layout.unpack_from(data, cloud.row_step * v + cloud.point_step * u)
         if not (skip_nans and any(value != value for value in point)):  # noqa: PLR0124  only NaN is not itself
             yield point

@@ -77,12 +77,12 @@ def _check(data: bytes) -> None:
     memo: dict[int, tuple[int, int] | None] = {}
     for op, arg, _ in pickletools.genops(data):
         if "PUT" in op.name or op.name == "MEMOIZE":
-            place = int(arg) if "PUT" in op.name else len(memo)
+            place = int(arg or 0) if "PUT" in op.name else len(memo)
             if place > len(data):
                 raise ValueError("not userdata")
             memo[place] = stack[-1]
         elif "GET" in op.name:
-            stack.append(memo[int(arg)])
+            stack.append(memo[int(arg or 0)])
         elif op.name == "DUP":
             stack.append(stack[-1])
         elif op.name == "MARK":

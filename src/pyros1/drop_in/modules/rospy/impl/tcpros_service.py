@@ -305,7 +305,9 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
     if PROCESS.is_shutdown:
         raise ROSInterruptException("rospy shutdown")
     name = resolve_name(service)
-    limit = None if seconds is None or seconds < 0 else seconds
+    if seconds is not None and not seconds > 0:  # what is left until a time that has passed
+        raise ROSException(f"timeout exceeded while waiting for service {name}")
+    limit = None if seconds == float("inf") else seconds
     try:
         if PROCESS.node is not None:
             PROCESS.node.wait_for_service(service, limit)
