@@ -21,7 +21,7 @@ def form(function):
 found = {}
 for module in (rosbag.bag, rosbag.rosbag_main, rosbag.migration):
     for name, value in vars(module).items():
-        if name.startswith("_") or inspect.ismodule(value) or getattr(value, "__module__", "") != module.__name__:
+        if name.startswith("_") or inspect.ismodule(value) or getattr(value, "__module__", "") not in (module.__name__, "rosbag._tool"):
             continue
         if inspect.isfunction(value):
             found[module.__name__ + "." + name] = form(value)
@@ -53,14 +53,8 @@ RULE = (
     "migrate",
 )
 LEFT_OUT = {
-    "rosbag.bag.ComparableMixin",  # stock's own scaffolding
-    "rosbag.rosbag_main.ProgressMeter",
-    "rosbag.rosbag_main.RosbagCmds",
-    "rosbag.rosbag_main.bag_op",
-    "rosbag.rosbag_main.handle_pause_topics",
-    "rosbag.rosbag_main.handle_split",
-    "rosbag.rosbag_main.handle_topics",
-    "rosbag.rosbag_main.print_trans",
+    "rosbag.rosbag_main.RosbagCmds",  # nearly all of it is Python's UserDict
+    "rosbag.bag.ComparableMixin",  # of which only the comparisons count
     *(f"rosbag.migration.MessageMigrator.{name}" for name in MIGRATOR),
     *(f"rosbag.migration.MessageUpdateRule.{name}" for name in RULE),
     "rosbag.migration.RuleChain",

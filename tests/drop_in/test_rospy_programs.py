@@ -106,8 +106,8 @@ import rospy.impl.udpros
 """
 
 MISSING = """
-for module, name in ((rospy, "nothing"), (rospy.impl, "udpros"), (rospy.core, "configure_logging"),
-                     (rospy.topics, "Poller")):
+for module, name in ((rospy, "nothing"), (rospy.impl, "udpros"), (rospy.rostime, "get_rostime_cond"),
+                     (rospy.topics, "QueuedConnection")):
     try:
         getattr(module, name)
         raise SystemError(name)

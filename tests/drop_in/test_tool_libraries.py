@@ -87,9 +87,9 @@ assert rosmsg.list_types("std_srvs", rosmsg.MODE_SRV)[:1] == ["std_srvs/Empty"]
 assert rosmsg.get_msg_text("geometry_msgs/PointStamped").splitlines()[-1] == "  float64 z"
 assert rosmsg.rosmsg_md5(rosmsg.MODE_SRV, "std_srvs/Trigger") == "937c9679a518e3a18d831e57125ea522"
 try:
-    rosmsg.rosmsg_cmd_prototype
+    rosmsg.no_name
 except AttributeError as error:
-    assert "pyros1 has no rosmsg.rosmsg_cmd_prototype: " in str(error)
+    assert "pyros1 has no rosmsg.no_name" in str(error)
 print("done")
 """
 

@@ -22,8 +22,8 @@ from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.info import frequency_text as _human_readable_frequency
 from pyros1.bag.info import size_text as _human_readable_size
-from pyros1.drop_in.missing import names
-from rosbag._facts import Facts
+from pyros1.drop_in.missing import missing
+from rosbag._facts import ComparableMixin, Facts
 from rosbag._lending import Lending
 from rosbag._messages import decoder, encoder, header_fields, limit, result, version_of
 from rosbag._parts import (
@@ -50,7 +50,7 @@ from rosbag._parts import (
 
 found_lz4 = True
 """Whether chunks can be compressed with lz4: pyros1 always can."""
-__getattr__, __dir__ = names(__name__, {"ComparableMixin": "rosbag._facts"})
+__getattr__ = missing(__name__)
 _CLOSED = "I/O operation on closed bag"
 
 

@@ -6,10 +6,18 @@ import sys
 from typing import Any
 
 from pyros1.drop_in.commands import main, run
-from pyros1.drop_in.missing import names
+from pyros1.drop_in.missing import missing
+from rosbag._tool import (
+    ProgressMeter,
+    RosbagCmds,
+    bag_op,
+    handle_pause_topics,
+    handle_split,
+    handle_topics,
+    print_trans,
+)
 
-_TOOL = ("ProgressMeter", "RosbagCmds", "bag_op", "handle_pause_topics", "handle_split", "handle_topics", "print_trans")
-__getattr__, __dir__ = names(__name__, dict.fromkeys(_TOOL, "rosbag._tool"))
+__getattr__ = missing(__name__)
 
 
 def _verb(verb: str, argv: list[str]) -> None:
