@@ -224,3 +224,11 @@ def test_each_fact_names_tests_that_there_are_or_says_why_not() -> None:
         for file, name in named:
             text = (ROOT / file).read_text(encoding="utf-8")
             assert not name or re.search(rf"def {name}\b", text), f"{code}: no {name} in {file}"
+
+
+def test_all_tests_beside_stock_are_run() -> None:
+    text = (ROOT / "tests" / "run").read_text(encoding="utf-8")
+    listed = {
+        word for found in re.findall(r"interop/(?:\{([\w,]+)\}|(\w+)\n)", text) for word in ",".join(found).split(",")
+    }
+    assert listed - {""} == {path.parent.name for path in (ROOT / "interop").rglob("test_*.py")}

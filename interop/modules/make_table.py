@@ -11,6 +11,7 @@ uses it. Names that ``Class.member`` inherits count once for each class.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import re
@@ -109,8 +110,11 @@ def page() -> str:
 
 def main() -> int:
     """Write or check the page; return the exit code."""
+    parser = argparse.ArgumentParser(description="Write interop/modules.md from stock's modules and ours.")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 if the page is not current")
+    options = parser.parse_args()
     text = page()
-    if "--check" in sys.argv:
+    if options.check:
         return int(not PAGE.exists() or PAGE.read_text(encoding="utf-8") != text)
     PAGE.write_text(text, encoding="utf-8")
     return 0

@@ -25,20 +25,8 @@ MODULES = [
     *("rospy.impl." + name for name in ["paramserver", "tcpros_base", "tcpros_service"]),
 ]
 LACKING = {
-    "rospy.core": {"configure_logging", "deprecated", "set_initialized", "set_node_uri"},
-    "rospy.names": {"reload_mappings"},
     "rospy.rostime": {"get_rostime_cond"},
-    "rospy.service": {"logger"},
-    "rospy.topics": {"Poller"},
     "rospy.impl.paramserver": {"ParamServerCache.set", "ParamServerCache.set_notifier"},
-    "rospy.impl.tcpros_base": {
-        *("EAGAIN", "EWOULDBLOCK", "TCPROSServer", "TCPROSTransport.receive_loop", "TCPROSTransport.set_socket"),
-        *("TCPROSTransportProtocol.read_messages", "TCPServer", "get_tcpros_server_address", "init_tcpros_server"),
-        *("logger", "python3", "recv_buff", "start_tcpros_server"),
-    },
-    "rospy.impl.tcpros_service": {
-        *("TCPROSServiceClient.read_messages", "TCPService", "logger", "service_connection_handler"),
-    },
 }
 """What ours do not have: the inside of stock's connections and registrations, and what its modules only import."""
 

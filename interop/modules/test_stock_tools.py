@@ -5,6 +5,7 @@ The tools' modules are stock's, found through links; everything else that they i
 
 from __future__ import annotations
 
+import re
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,7 +15,7 @@ from faces import start
 from harness import Master, Process
 from stock_programs import CATKIN, begin, link_modules, said
 
-STOCK = ("rostopic", "rosnode", "rosservice", "rosparam", "rosmsg", *CATKIN)
+STOCK = ("rostopic", "rosnode", "rosservice", "rosparam", "rosmsg", "roswtf", *CATKIN)
 MASTERS = ("ours",)
 OWN_MASTER = True
 
@@ -162,6 +163,18 @@ def test_a_node_is_killed(launcher: Master, stock_modules: Path, face: str) -> N
     assert code == 0
     assert out.splitlines()[-1] == "killed"
     victim.wait()
+
+
+@pytest.mark.parametrize("words", ["roswtf", "roswtf --offline", "roswtf --help"])
+def test_roswtf_finds_the_same(
+    master: Master, talker: Process, stock_modules: Path, words: str, tmp_path: Path
+) -> None:
+    """It also says that rosdep is not there: that is no module of ours, and its findings are left out."""
+    stock, ours = (said(face, master, stock_modules, words.split(" "), cwd=tmp_path) for face in ("stock", "ours"))
+    assert ours[0] == stock[0] == 0
+    left_out = re.compile(r".*ROS Dep database.*|.*rosdep2.*|Found \d+ warning\(s\)\.")
+    assert left_out.sub("", ours[1]).split() == left_out.sub("", stock[1]).split()
+    assert "/command" in stock[1] or words != "roswtf"
 
 
 @pytest.mark.parametrize("words", ["rostopic list", "rosnode list", "rosservice list", "rosparam list", "rosmsg list"])

@@ -211,3 +211,13 @@ def test_modules_that_genpy_generated(tmp_path: Path) -> None:
 def test_the_start_folder_hides_no_other_sitecustomize(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text("import sys; sys.mine = True")
     assert run("import sys, std_msgs.msg; print(sys.mine)", {"PYTHONPATH": f"{START}:{tmp_path}"}) == "True\n"
+
+
+def test_the_messages_of_an_imported_package_are_there(path: Path) -> None:
+    text = "import rospy, {0}; print({0}.{1}.__name__, {0}.__name__)"
+    for name in ("std_msgs.msg.Header", "diagnostic_msgs.msg.KeyValue", "std_srvs.srv.Empty", "sensor_msgs.msg.Imu"):
+        top, _, rest = name.partition(".")
+        assert output(path, text.format(top, rest)).split() == [name.rpartition(".")[2], top]
+    assert output(path, "import rospy, std_msgs; print(hasattr(std_msgs, 'srv_'), hasattr(std_msgs, 'cfg'))") == (
+        "False False\n"
+    )

@@ -233,8 +233,38 @@ assert not graph.Graph().update() and graph.topic_node("/a") == " /a"
 print("done")
 """
 
+ROSLIB = """
+import logging, os, roslib.names, roslib.msgs, roslib.srvs, roslib.rosenv, roslib.scriptutil, roslib.network, roslib.msg
+import roslib.rospack, roslib.resources, roslib.rostime, roslib.genpy, rosgraph.roslogging
+assert roslib.names.resource_name("std_msgs", "String") == "std_msgs/String" and roslib.names.TYPE_SEPARATOR == "/"
+assert roslib.names.resource_name_package("a/B") == "a" and roslib.names.is_legal_resource_name("a/B")
+assert roslib.msgs.parse_type("int8[3]") == ("int8", True, 3) and roslib.msgs.is_valid_constant_type("int8")
+name, spec = roslib.msgs.load_by_type("std_msgs/String")
+assert spec.fields() == [("string", "data")] and "String" in roslib.msgs.list_msg_types("std_msgs", False)
+assert roslib.msgs.resolve_type("String", "std_msgs") == "std_msgs/String"
+assert roslib.msgs.base_msg_type("a/B[]") == "a/B"
+assert roslib.msgs.get_pkg_msg_specs("std_msgs")[1] == []
+assert roslib.srvs.load_from_string("int8 a\\n---\\n", "p").request.names == ["a"]
+assert "SetBool" in roslib.srvs.list_srv_types("std_srvs", False)
+for wrong in ("int8", "int8["):
+    try:
+        roslib.msgs.parse_type(wrong + "[")
+    except roslib.msgs.MsgSpecException:
+        continue
+    raise AssertionError(wrong)
+assert roslib.rosenv.get_master_uri() == os.environ["ROS_MASTER_URI"]
+assert roslib.rosenv.get_ros_root(required=False) is None
+assert roslib.scriptutil.script_resolve_name("/s", "~a") == "/s/a" and roslib.scriptutil.get_master() is not None
+assert roslib.network.parse_http_host_and_port("http://a:5/") == ("a", 5) and roslib.msg.Header().seq == 0
+assert roslib.rospack.rospackexec(["find", "nothing"]) == "" and roslib.rostime.Time(1) > roslib.rostime.Time()
+path = rosgraph.roslogging.configure_logging("tool", logging.INFO)
+logging.getLogger("x").info("written")
+assert "written" in open(path).read()
+print("done")
+"""
 
-@pytest.mark.parametrize("program", [GENPY, GENMSG, CLOUDS, IMAGES, GEOMETRY, CAMERA, ROSGRAPH])
+
+@pytest.mark.parametrize("program", [ROSLIB, GENPY, GENMSG, CLOUDS, IMAGES, GEOMETRY, CAMERA, ROSGRAPH])
 def test_a_program(program: str, tmp_path: Path) -> None:
     environ = {"ROS_MASTER_URI": "http://127.0.0.1:1/", "ROS_HOSTNAME": "127.0.0.1", "ROS_HOME": str(tmp_path)}
     assert run(program, environ, str(tmp_path)).splitlines()[-1] == "done"

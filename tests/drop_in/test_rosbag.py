@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+import pytest
 from programs import run
 
 BAG = """
@@ -149,3 +151,52 @@ def test_threads_write_at_once(tmp_path: Path) -> None:
 def test_the_tool_and_migration(tmp_path: Path) -> None:
     said = run(BAG + TOOL, {}, str(tmp_path))
     assert said.endswith("done\n") and "\n1\n" in f"\n{said}" and "does not need any migrations" in said
+
+
+MEANWHILE = """
+with rosbag.Bag("a.bag", "w", chunk_threshold=100) as bag:
+    for number in range(50):
+        bag.write("/number", Int32(number), genpy.Time(1 + number))
+    copied = 0
+    for _, message, stamp in bag.read_messages("/number"):
+        bag.write("/copy", message, stamp)
+        copied += 1
+        assert sum(1 for _ in bag.read_messages("/copy")) == copied == bag.get_message_count("/copy")
+    assert copied == 50
+with rosbag.Bag("a.bag") as bag:
+    assert bag.get_message_count() == 100
+print("done")
+"""
+
+
+def test_a_bag_is_written_and_read_while_an_iterator_is_in_its_middle(tmp_path: Path) -> None:
+    assert run(BAG + MEANWHILE, {}, str(tmp_path)) == "done\n"
+
+
+PICKLED = """
+import copy, pickle
+from multiprocessing import get_context
+import genpy.dynamic
+from geometry_msgs.msg import PolygonStamped, Point32
+with rosbag.Bag("a.bag", "w") as bag:
+    message = PolygonStamped()
+    message.header.frame_id = "map"
+    message.polygon.points.append(Point32(1, 2, 3))
+    bag.write("/area", message, genpy.Time(1))
+_, read, _ = next(rosbag.Bag("a.bag").read_messages())
+again = pickle.loads(pickle.dumps(read))
+assert type(again) is type(read) and again == read == copy.deepcopy(read)
+with get_context("fork").Pool(1) as pool:
+    assert pool.map(copy.copy, [read]) == [read]
+text = "std_msgs/Header header\\n" + "=" * 80 + "\\nMSG: std_msgs/Header\\nuint32 seq\\ntime stamp\\nstring frame_id\\n"
+for cls in (genpy.dynamic.generate_dynamic("my_msgs/A", text)["my_msgs/A"] for _ in range(2)):
+    value = cls()
+    value.header.frame_id = "odom"
+    assert pickle.loads(pickle.dumps(value)) == value
+print("done")
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_messages_of_definitions_in_bags_are_pickled(tmp_path: Path) -> None:
+    assert run(BAG + PICKLED, {}, str(tmp_path)) == "done\n"

@@ -38,3 +38,17 @@ def test_talker_and_listener(environ: dict[str, str]) -> None:
         out, _ = talker.communicate(timeout=10)
     assert "received 2.5 on /topic1" in said
     assert not out
+
+
+def test_at_debug_level_a_program_says_which_rospy_runs(environ: dict[str, str]) -> None:
+    program = "import rospy; rospy.init_node('asker', log_level=rospy.{}); print(rospy.__path__[0])"
+    said = run(program.format("DEBUG"), environ).splitlines()
+    assert said.pop(-1) in said[0] and "init_node, name[/asker], pid[" in said[0]
+    assert "init_node" not in run(program.format("INFO"), environ)
+
+
+def test_a_wrong_address_of_the_master_is_an_error_of_init_node(environ: dict[str, str]) -> None:
+    program = "import rospy\ntry: rospy.init_node('asker')\nexcept rospy.ROSInitException as error: print(error)"
+    assert "not a URI of the form http://host:port/: 'nonsense'" in run(
+        program, {**environ, "ROS_MASTER_URI": "nonsense"}
+    )

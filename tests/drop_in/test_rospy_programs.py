@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
 from collections import deque
 from typing import Any
 
+import pytest
 from programs import run, start
 
 HEAD = """
@@ -245,7 +247,8 @@ try:
     rospy.init_node("failed", tcpros_port=1 << 20)
 except OverflowError:
     print("ready", flush=True)
-time.sleep(30)
+for _ in range(3000):  # a signal just before a long sleep would wait for its end
+    time.sleep(0.01)
 """
 
 
@@ -267,3 +270,48 @@ def test_copies_of_parameters(environ: dict[str, str]) -> None:
 
 def test_messages_and_times(environ: dict[str, str]) -> None:
     run(HEAD + PLAIN, environ)
+
+
+FORKED = """
+import multiprocessing, os, signal, rospy
+from std_msgs.msg import String
+def work(ready):
+    ready.set()
+    while not rospy.is_shutdown():
+        rospy.rostime.wallsleep(0.01)
+rospy.init_node("parent")
+parent = os.getpid()
+rospy.on_shutdown(lambda: print("hook of", "parent" if os.getpid() == parent else "child", flush=True))
+publisher = rospy.Publisher("chatter", String, queue_size=10)
+context = multiprocessing.get_context("fork")
+for end in (lambda pid: os.kill(pid, signal.SIGINT), lambda pid: os.kill(pid, signal.SIGTERM)):
+    ready = context.Event()
+    child = context.Process(target=work, args=(ready,))
+    child.start()
+    ready.wait(10)
+    end(child.pid)
+    child.join(10)
+    print("child:", child.exitcode, flush=True)
+child = context.Process(target=rospy.signal_shutdown, args=("enough",))
+child.start()
+child.join(10)
+print("child:", child.exitcode, flush=True)
+assert not rospy.is_shutdown()
+assert ["/chatter", ["/parent"]] in rospy.get_master().getSystemState()[2][0]
+heard = []
+rospy.Subscriber("chatter", String, heard.append)
+publisher.publish("here")
+while not heard:
+    publisher.publish("here")
+    rospy.sleep(0.01)
+print("parent hears", heard[0].data, flush=True)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_the_end_of_a_forked_process_leaves_the_node_alone(environ: dict[str, str]) -> None:
+    said = run(FORKED, environ)
+    assert said.splitlines() == [
+        *("hook of child", "child: 0", "hook of child", "child: -15", "hook of child", "child: 0"),
+        *("parent hears here", "hook of parent"),
+    ]

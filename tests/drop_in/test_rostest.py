@@ -33,6 +33,26 @@ def test_a_unit_test(environ: dict[str, str], limit: int, code: int) -> None:
     assert f'failures="{code}"' in results.read_text()
 
 
+OLD_TEST = """
+import unittest
+for name in ("assert_", "assertEquals", "failUnless", "assertItemsEqual"):
+    if hasattr(unittest.TestCase, name):
+        delattr(unittest.TestCase, name)  # as Python 3.12 and newer ones do
+import rosunit
+class TestThing(unittest.TestCase):
+    def test_sum(self):
+        self.assertEquals(4, 2 + 2)
+        self.assert_(True)
+        self.assertRaises(AssertionError, self.failUnless, False)
+        assert not hasattr(self, "assertItemsEqual")  # stock with Python 3 had it neither
+rosunit.unitrun("my_package", "test_thing", TestThing)
+"""
+
+
+def test_names_that_newer_pythons_have_removed_from_unittest(environ: dict[str, str]) -> None:
+    assert " * FAILURES: 0" in run(OLD_TEST, environ)
+
+
 PROGRAM = """#!{python}
 import sys, unittest
 import rospy, rostest

@@ -77,6 +77,22 @@ def test_a_program_for_python_2_gets_a_word(tmp_path: Path, text: str) -> None:
     assert ("for Python 2, which ended in 2020" in run(text, {}, code=1)) == known
 
 
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("import yaml; yaml.load('a: 1')", "write yaml.safe_load(...)"),
+        ("import collections; collections.Mapping", "it is collections.abc.Mapping now"),
+        ("from collections import Iterable", "it is collections.abc.Iterable now"),
+        ("import time; time.clock()", "write time.perf_counter"),
+        ("import collections; collections.Mappings", None),
+    ],
+)
+def test_a_program_for_an_older_python_3_gets_a_word(text: str, word: str | None) -> None:
+    out = run(text, {}, code=1)
+    said = out.partition("pyros1: this program was written for an older Python. ")[2]
+    assert word in said if word else not said
+
+
 def test_all_programs_of_an_environment(tmp_path: Path) -> None:
     file = enable(str(tmp_path))
     assert is_enabled(str(tmp_path))

@@ -149,6 +149,12 @@ def test_unknown_class_attributes_are_attribute_errors() -> None:
     assert not hasattr(make("int8 a"), "_other")
 
 
+def test_help_describes_message_classes_also_once_they_have_been_encoded() -> None:
+    cls = make("int8 a")
+    encode(cls(5))
+    assert "class T" in pydoc.render_doc(cls)
+
+
 def test_any_message() -> None:
     message = AnyMsg().deserialize(memoryview(b"\5"))
     assert message._buff == b"\5"

@@ -260,9 +260,9 @@ INDEX: dict[str, tuple[Any, ...]] = {
         (),
         (),
         {
-            'enable': ('rospy.enable', 'let all programs of this Python environment import rospy, std_msgs.msg, ...', 'let all programs of this Python environment import rospy, std_msgs.msg, ...', None, '', (), ()),
-            'disable': ('rospy.disable', 'undo rospy enable', 'undo rospy enable', None, '', (), ()),
-            'status': ('rospy.status', 'tell which rospy runs here', 'tell which rospy runs here', None, '', (), ()),
+            'enable': ('rospy.enable', 'let all programs of this Python environment import rospy, std_msgs.msg, ...', 'let all programs of this Python environment import rospy, std_msgs.msg, ...', '', '', (), ()),
+            'disable': ('rospy.disable', 'undo rospy enable', 'undo rospy enable', '', '', (), ()),
+            'status': ('rospy.status', 'tell which rospy runs here', 'tell which rospy runs here', '', '', (), ()),
         },
     ),
     'run': (

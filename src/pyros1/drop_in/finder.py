@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
@@ -146,6 +146,7 @@ class _Messages:
         """Fill a new module: it makes each class when it is first used."""
         module.__doc__ = f"Definitions of the ROS package {self._package}, from pyros1."
         if not self._kind:
+            vars(module)["__getattr__"] = _messages_of(self._package)
             return
         source = import_module(f"{PREFIX}.{module_name(self._package)}.{self._kind}")
 
@@ -159,6 +160,24 @@ class _Messages:
 
         vars(module)["__getattr__"] = __getattr__
         vars(module)["__dir__"] = lambda: dir(source)
+
+
+def _messages_of(package: str) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a package of messages.
+
+    With stock, ``import std_msgs`` is enough for ``std_msgs.msg.String`` if any module has imported std_msgs.msg, as
+    rospy does. Our modules import fewer.
+    """
+
+    def __getattr__(name: str) -> Any:
+        if name in ("msg", "srv"):
+            try:
+                return import_module(f"{package}.{name}")
+            except ModuleNotFoundError:
+                pass
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+
+    return __getattr__
 
 
 def install() -> Finder:

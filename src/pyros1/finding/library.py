@@ -48,6 +48,7 @@ class Library:
         roots = share_folders(environ) if installs is None else installs
         self._roots = [os.fspath(root) for root in (*roots, shipped)]
         self._packages = PackageIndex(environ, installs=installs)
+        self._has_path = bool(environ.get("ROS_PACKAGE_PATH"))
         self._folders: dict[str, list[str]] = {}
         self._messages: dict[str, MessageSpec] = {}
         self._services: dict[str, ServiceSpec] = {}
@@ -146,7 +147,8 @@ class Library:
     def no_package(self, package: str) -> str:
         """Return a text that says that there is no such package, with a hint at what may have been meant."""
         hint = did_you_mean(package, self.packages())
-        return f"there is no package [{package}] with definitions{hint or '; is ROS_PACKAGE_PATH set?'}"
+        path = "" if hint and self._has_path else "; is ROS_PACKAGE_PATH set?"
+        return f"there is no package [{package}] with definitions{hint}{path}"
 
     def _not_found(self, name: str, what: str) -> str:
         names: Callable[[str], list[str]] = self.services if what == "service" else self.messages

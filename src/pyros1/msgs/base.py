@@ -70,14 +70,17 @@ class MessageType(type):
     """Type of message classes: generates a codec function when it is first looked up on the class."""
 
     def __getattr__(cls, name: str) -> Any:
-        if name in _DERIVED:
+        if name not in _DERIVED and name not in _MAKERS:
+            raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
+        try:
             owner = message_class(cls)
+        except MessageError as error:  # `help()` asks the base class for the names of each message class
+            raise AttributeError(str(error)) from None
+        if name in _DERIVED:
             if owner is not cls or name not in vars(owner):
                 _module("foreign").adopt(owner)
                 return getattr(owner, name)
-        if name not in _MAKERS:
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
-        owner = message_class(cls)
         function = staticmethod(getattr(_module(_MAKERS[name]), "make" + name)(owner))
         setattr(owner, name, function)
         return function.__func__

@@ -27,6 +27,9 @@ class Life:
     Order: early hooks run, while everything works as before; every wait in the node ends; the hooks run (publishing
     still works); then everything is closed.
 
+    In a forked process only what is in its memory ends: hooks and waits. The sockets, their epoll and the registrations
+    are those of the node, which goes on in the process that made it.
+
     Args:
         context: the node.
         clock: its clock, whose sleeps are ended.
@@ -125,7 +128,8 @@ class Life:
             self._hooks_are_run = True
             self._run_hooks(self._hooks)  # what came at the last moment
         finally:  # also when a hook ends the program
-            self._close()
+            if os.getpid() == self._pid:
+                self._close()
             atexit.unregister(self._end_at_exit)
 
     def _run_hooks(self, hooks: deque[Callable[[], object]]) -> None:
@@ -142,6 +146,8 @@ class Life:
 
     def _on_signal(self, number: int) -> None:
         if os.getpid() != self._pid:
+            if number == signal.SIGINT and not self._first:
+                return  # the program has just been told by a handler of its own, and ends its loops
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
             return

@@ -71,7 +71,7 @@ class Node:
         wait_for_master: seconds to wait for a master that does not answer; None: no limit.
         wall_time: whether to ignore /use_sim_time.
         ports: of the slave API (XML-RPC) and of topics and services (TCPROS); 0: any.
-        strict_names: whether names that break the rules are refused. As rospy's, most masters accept them.
+        strict_names: whether names that break the rules are refused, and parameters of an earlier run are logged.
 
     Raises:
         InvalidNameError: the name is not legal.
@@ -161,7 +161,7 @@ class Node:
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, patience)
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
-        if "__log" not in self.arguments.special:  # given by a launcher, which sets parameters itself
+        if self._strict and "__log" not in self.arguments.special:  # launchers set parameters themselves
             for line in left_over(self.name, private, self.arguments.parameters):
                 self.log.info("%s", shown.one_line(line, 10_000))
         self._registrar.start()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import os
 from pathlib import Path
 
@@ -104,6 +105,14 @@ def test_missing_parts() -> None:
     with pytest.raises(LaunchError, match="unknown machine"):
         check_machines(plan)
     check_machines(Plan())
+
+
+def test_parameters_that_cannot_be_sent() -> None:
+    plan = Plan(params={"/calibrated": datetime.date(2014, 5, 1), "/gain": 2.0, "/none": [None]})
+    assert [str(error) for error in missing_parts(plan, Packages(), {})] == [
+        "parameter /calibrated: a date cannot be sent by XML-RPC; in quotes it is a text",
+        "parameter /none: None (null) cannot be sent by XML-RPC; in quotes it is a text",
+    ]
 
 
 def test_prefixes_that_are_not_there() -> None:

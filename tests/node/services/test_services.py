@@ -105,6 +105,20 @@ def test_handlers_errors_reach_the_caller_and_both_logs_t27(server: Any, caller:
     assert "in broken" in log.saw("error processing a request of /s", "ValueError")
 
 
+@pytest.mark.parametrize("end", [SystemExit(3), KeyboardInterrupt()])
+def test_a_handler_that_exits_is_an_error_for_the_caller_and_logged(
+    server: Any, caller: Any, watch_log: Any, end: BaseException
+) -> None:
+    def handler(_request: Any) -> None:
+        raise end
+
+    log = watch_log(server)
+    server.advertise_service("/s", Trigger, handler)
+    with pytest.raises(ServiceError, match=f"error processing request: {type(end).__name__}"):
+        caller.service("/s", Trigger).call(Trigger._request_class(), timeout=10)
+    log.saw("handler of /s", "node.shutdown()", type(end).__name__)
+
+
 def test_requests_carry_the_callers_header(server: Any, caller: Any) -> None:
     seen: list[Any] = []
     server.advertise_service("s", Empty, lambda request: seen.append(request._connection_header) or {})

@@ -140,6 +140,30 @@ def is_python2(error):
     return False
 
 
+ABC = ("Mapping", "MutableMapping", "Sequence", "MutableSequence", "Set", "Iterable", "Iterator", "Callable")
+ABC += ("Hashable", "Sized", "Container")
+OLDER = (
+    ("load() missing 1 required positional argument: 'Loader'", "PyYAML 6 needs a loader: write yaml.safe_load(...)"),
+    ("module 'time' has no attribute 'clock'", "Python 3.8 has removed time.clock: write time.perf_counter"),
+    ("module 'inspect' has no attribute 'getargspec'", "Python 3.11 has removed it: write inspect.getfullargspec"),
+    ("No module named 'imp'", "Python 3.12 has removed imp: importlib does its work"),
+    ("No module named 'distutils'", "Python 3.12 has removed distutils: pip install setuptools brings it back"),
+)
+OLDER += tuple(
+    (part % name, "it is collections.abc.%s now" % name)
+    for name in ABC
+    for part in ("'collections' has no attribute '%s'", "import name '%s' from 'collections'")
+)
+
+
+def since(error):
+    """Return what to write for a thing that older Pythons and libraries had, or None."""
+    if not isinstance(error, (AttributeError, ImportError, TypeError)):
+        return None
+    text = str(error)
+    return next((advice for part, advice in OLDER if part in text), None)
+
+
 def install():
     """Offer the modules in this process, unless the environment says stock's."""
     wanted = os.environ.get("PYROS1_ROSPY", "")
@@ -167,5 +191,7 @@ def install():
                 "pyros1: this looks like a program for Python 2, which ended in 2020. It runs here once it is converted: "
                 "pip install fissix && fissix -w FILE does most of it.\n"
             )
+        elif since(error):
+            sys.stderr.write("pyros1: this program was written for an older Python. %s.\n" % since(error))
 
     sys.excepthook = excepthook

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
-from pyros1.ground.errors import LaunchError, PackageNotFoundError
+from pyros1.ground.errors import LaunchError, PackageNotFoundError, SerializationError
 from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.command_line import check_prefix, check_script, locate
 from pyros1.net.hosts import is_local
+from pyros1.wire.xmlrpc import dumps_call
 
 
 def unknown_machines(plan: Plan) -> Iterator[LaunchError]:
@@ -37,8 +39,10 @@ def is_remote(plan: Plan, node: NodePlan) -> bool:
 def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
     """Yield an error for each missing machine, package and program that a node needs.
 
-    Other machines are not searched. Nodes that wait for each other are errors, too: none of them would start.
+    Other machines are not searched. Nodes that wait for each other are errors, too: none of them would start; and so
+    are parameters that the master cannot get.
     """
+    yield from unsendable(plan.params)
     yield from unknown_machines(plan)
     yield from endless_waits(plan)
     for node in [*plan.nodes, *plan.tests]:
@@ -55,6 +59,15 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
             check_prefix(node, environ)
         except LaunchError as error:
             yield _error(node, str(error))
+
+
+def unsendable(params: Mapping[str, Any]) -> Iterator[LaunchError]:
+    """Yield an error for each parameter whose value cannot be sent, such as a date in a YAML file."""
+    for name, value in params.items():
+        try:
+            dumps_call("setParam", (name, value))
+        except SerializationError as error:
+            yield LaunchError(f"parameter {name}: {error}; in quotes it is a text")
 
 
 def endless_waits(plan: Plan) -> Iterator[LaunchError]:

@@ -22,12 +22,14 @@ from pyros1.ground.errors import (
     MasterError,
     MasterUnreachableError,
     ParameterNotSetError,
+    SerializationError,
     UnknownHostError,
 )
 from pyros1.launch.plan import NodePlan, Plan, TestPlan
 from pyros1.launch.reading.report import summary
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.api import LaunchServer
+from pyros1.launch.running.check import unsendable
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.core import ROSVERSION, Core, write_pid_file
 from pyros1.launch.running.core_file import CoreFile, read_core_file
@@ -361,7 +363,10 @@ class Session:
         params: dict[str, Any] = {**(self._core_file.params if self._core is not None else {}), **self.plan.params}
         if self._server is not None:
             params[self._server.param_name()] = self._server.uri
-        replies = self._master.multicall([("setParam", (name, value)) for name, value in params.items()])
+        try:
+            replies = self._master.multicall([("setParam", (name, value)) for name, value in params.items()])
+        except SerializationError as error:
+            raise next(unsendable(params), error) from error
         for name, reply in zip(params, replies, strict=True):
             if isinstance(reply, Error):
                 raise LaunchError(f"cannot set parameter {name}: {reply}") from reply

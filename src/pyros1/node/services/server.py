@@ -175,6 +175,13 @@ class ServiceServer:
         except Exception as error:
             self._context.log.exception(f"error processing a request of {self.name}", error=error)
             return encode_failure(f"error processing request: {error}")
+        except (SystemExit, KeyboardInterrupt) as error:
+            if self._callbacks is not None:
+                raise  # it runs in the program's own thread
+            what = "sys.exit()" if isinstance(error, SystemExit) else "KeyboardInterrupt"
+            text = f"handler of {self.name}: {what} ends a program only from its main thread; call node.shutdown()"
+            self._context.log.exception(text, error=error)
+            return encode_failure(f"error processing request: {error!r}")
 
     def _convert(self, value: Any) -> Message:
         """Turn what the handler returned into a response (P19).

@@ -15,4 +15,6 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     print(f"removed {pth_file()}" if disable() else "was not enabled")
 
 
-VERB = Verb("disable", "undo rospy enable", examples=[("", "only programs that pyros1 starts find rospy")], run=run)
+VERB = Verb(
+    "disable", "undo rospy enable", examples=[("", "only programs that pyros1 starts find rospy")], stock="", run=run
+)

@@ -32,5 +32,6 @@ VERB = Verb(
     description="Writes a .pth file into the environment's site-packages. Without it, only programs that pyros1 starts "
     "find the modules, and those of a shell after `source <(pyros1 setup)`.",
     examples=[("", "then `python my_node.py`, pytest, notebooks and editors find rospy")],
+    stock="",
     run=run,
 )

@@ -29,4 +29,4 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             print(f"{name}={os.environ[name]}")
 
 
-VERB = Verb("status", "tell which rospy runs here", examples=[("", "this environment")], run=run)
+VERB = Verb("status", "tell which rospy runs here", examples=[("", "this environment")], stock="", run=run)

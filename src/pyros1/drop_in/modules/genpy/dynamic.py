@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import sys
+from types import ModuleType
 from typing import Any
 
 from genmsg.base import MsgGenerationException
@@ -15,6 +18,7 @@ from pyros1.msgs.digest import SEPARATOR, split_full_text
 __all__ = ["MsgGenerationException", "generate_dynamic"]
 
 __getattr__ = missing(__name__)
+_numbers = itertools.count(1)
 
 
 def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
@@ -39,7 +43,24 @@ def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
                 _collect(name, from_definition(name, f"{text}\n{SEPARATOR}\nMSG: {core_type}\n{msg_cat}"), found)
     except DefinitionError as error:
         raise MsgGenerationException(str(error)) from error
+    make_importable(found)
     return found
+
+
+def make_importable(classes: dict[str, type[Any]]) -> None:
+    """Put classes and those that they use into modules, so that this process and its forks can pickle their messages.
+
+    Args:
+        classes: full type name -> class.
+    """
+    number = next(_numbers)
+    found: dict[str, type[Any]] = {}
+    for name, cls in classes.items():
+        _collect(name, cls, found)
+    for name, cls in found.items():
+        module = f"_pyros1_definitions_{number}_{name.partition('/')[0]}"
+        setattr(sys.modules.setdefault(module, ModuleType(module)), cls.__qualname__, cls)
+        cls.__module__ = module
 
 
 def _collect(name: str, cls: type[Any], found: dict[str, type[Any]]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import operator
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -189,3 +190,32 @@ def _several(topics: Any) -> Any:
 def _canonical(topic: str) -> str:
     """Return a topic's name without repeated and final slashes."""
     return "/" * topic.startswith("/") + "/".join(part for part in topic.split("/") if part)
+
+
+class ComparableMixin:
+    """Gives the comparisons to a class whose ``_cmpkey()`` returns what is compared."""
+
+    __slots__ = ()
+    _cmpkey: Callable[[], Any]
+
+    def __lt__(self, other: Any) -> bool:
+        return self._compared(other, operator.lt)
+
+    def __le__(self, other: Any) -> bool:
+        return self._compared(other, operator.le)
+
+    def __eq__(self, other: object) -> bool:
+        return self._compared(other, operator.eq)
+
+    def __ge__(self, other: Any) -> bool:
+        return self._compared(other, operator.ge)
+
+    def __gt__(self, other: Any) -> bool:
+        return self._compared(other, operator.gt)
+
+    __hash__ = None  # type: ignore[assignment]  # as stock's: the key can change
+
+    def _compared(self, other: Any, how: Callable[[Any, Any], bool]) -> bool:
+        if not (callable(getattr(self, "_cmpkey", None)) and callable(getattr(other, "_cmpkey", None))):
+            return NotImplemented
+        return how(self._cmpkey(), other._cmpkey())

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from genpy.dynamic import make_importable
 from genpy.rostime import Time
 
 from pyros1.bag.errors import BagError, EncryptedError, UnindexedError
@@ -124,6 +125,8 @@ def _get_message_type(info: Any) -> Any:
     if cls is None or cls._type != info.datatype:
         try:
             cls = _definitions.get(info.datatype, info.md5sum, info.msg_def)
+            if cls.__module__ not in sys.modules:
+                make_importable({info.datatype: cls})
         except Exception as error:
             raise ROSBagException(f"Error generating datatype {info.datatype}: {error}") from error
         if info.md5sum not in (cls._md5sum, "*"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import tempfile
@@ -22,7 +23,7 @@ from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.info import frequency_text as _human_readable_frequency
 from pyros1.bag.info import size_text as _human_readable_size
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.missing import names
 from rosbag._facts import Facts
 from rosbag._messages import decoder, encoder, header_fields, limit, result, version_of
 from rosbag._parts import (
@@ -47,7 +48,9 @@ from rosbag._parts import (
     stock_errors,
 )
 
-__getattr__ = missing(__name__)
+found_lz4 = True
+"""Whether chunks can be compressed with lz4: pyros1 always can."""
+__getattr__, __dir__ = names(__name__, {"ComparableMixin": "rosbag._facts"})
 _CLOSED = "I/O operation on closed bag"
 
 
@@ -107,6 +110,7 @@ class Bag(Facts):
         self._filename = os.fspath(f) if path else None
         self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if path else f  # noqa: SIM115
         self._known: tuple[int, BagReader] | None = None
+        self._in_use: list[BagReader] = []  # by iterators; an older reader is closed by the last one
         try:
             with stock_errors():
                 self._open(allow_unindexed)
@@ -230,7 +234,7 @@ class Bag(Facts):
                 self._writer.flush()
             state = len(self._writer.chunks)
             if self._known is None or self._known[0] != state:
-                if self._known is not None:
+                if self._known is not None and self._known[1] not in self._in_use:
                     self._known[1].close()
                 self._known = state, BagReader(self._target, written=self._writer)
             return self._known[1]
@@ -266,9 +270,8 @@ class Bag(Facts):
         first, last = limit(start_time), limit(end_time)
         ids = infos.keys()
         ranks = {number: rank for rank, number in enumerate(ids)}  # of messages with the same time
-        reader = self._reader
         decoders: dict[int, Any] = {}
-        with stock_errors():
+        with self._lending() as reader, stock_errors():
             if raw:
                 for placed in reader.placed(ids, first, last, ranks=ranks):
                     info = infos[placed.connection.id]
@@ -285,6 +288,20 @@ class Bag(Facts):
                     yield result(infos[number], message, Time.from_nsec(nanoseconds), headers)
                 else:
                     yield BagMessage(connection.topic, message, Time.from_nsec(nanoseconds))
+
+    @contextlib.contextmanager
+    def _lending(self) -> Iterator[BagReader]:
+        """Keep the reader open while an iterator uses it, though more is written and read meanwhile."""
+        with self._lock:
+            reader = self._reader
+            self._in_use.append(reader)
+        try:
+            yield reader
+        finally:
+            with self._lock:
+                self._in_use.remove(reader)
+                if reader not in self._in_use and (self._known is None or self._known[1] is not reader):
+                    reader.close()
 
     # Writing ----------------------------------------------------------------------------------------------------------
 

@@ -6,15 +6,10 @@ import sys
 from typing import Any
 
 from pyros1.drop_in.commands import main, run
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.missing import names
 
-_METER = "the commands of pyros1 show their progress themselves"
-__getattr__ = missing(
-    __name__,
-    ProgressMeter=_METER,
-    RosbagCmds="call rosbagmain with a command line",
-    bag_op="use compress_cmd and its siblings",
-)
+_TOOL = ("ProgressMeter", "RosbagCmds", "bag_op", "handle_pause_topics", "handle_split", "handle_topics", "print_trans")
+__getattr__, __dir__ = names(__name__, dict.fromkeys(_TOOL, "rosbag._tool"))
 
 
 def _verb(verb: str, argv: list[str]) -> None:

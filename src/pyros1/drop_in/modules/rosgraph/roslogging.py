@@ -13,7 +13,7 @@ from rospkg.environment import ROS_LOG_DIR, get_log_dir
 
 from pyros1.drop_in.missing import missing
 
-__getattr__ = missing(__name__, RospyLogger="pyros1's log messages know their places by themselves")
+__getattr__ = missing(__name__)
 
 _NAMES = {"WARNING": "WARN", "CRITICAL": "FATAL"}
 _COLORS = {"DEBUG": "\033[32m", "WARN": "\033[33m", "ERROR": "\033[31m", "FATAL": "\033[31m"}
@@ -93,6 +93,25 @@ def configure_logging(
     root.addHandler(handler)
     root.setLevel(level)
     return path
+
+
+class RospyLogger(logging.Logger):
+    """Logger whose messages come from the program's own line, not from that in a log function of rospy."""
+
+    def findCaller(self, *args: Any, **kwargs: Any) -> Any:
+        """Return path, line, function and stack of the line that logs; arguments as in Python's logging."""
+        path, line, name, stack = super().findCaller(*args, **kwargs)
+        frame: Any = sys._getframe(1)
+        while frame is not None and _passes_on(frame.f_code.co_filename):
+            frame = frame.f_back
+        if frame is None:
+            return path, line, name, stack
+        return frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name, stack
+
+
+def _passes_on(path: str) -> bool:
+    """Tell whether a file only hands messages on: Python's logging, and rospy's log functions."""
+    return path == logging.__file__ or path.endswith(os.path.join("rospy", "impl", "loggers.py"))
 
 
 class RosStreamHandler(logging.Handler):

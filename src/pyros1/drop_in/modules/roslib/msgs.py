@@ -38,9 +38,11 @@ RESERVED_TYPES = [*BUILTIN_TYPES, HEADER]
 EXTENDED_BUILTINS = {name: MsgContext.create_default().get_registered(name) for name in (TIME, DURATION)}
 MsgSpecException = InvalidMsgSpec
 
-_WHY = "definitions are found when they are used; nothing is registered"
+REGISTERED_TYPES: dict[str, MsgSpec] = {}
+"""The definitions that programs have registered; all others are found when they are used."""
+_loaded: set[str] = set()
 
-__getattr__ = missing(__name__, register=_WHY, reinit=_WHY, load_package=_WHY, load_package_dependencies=_WHY)
+__getattr__ = missing(__name__)
 
 
 def is_verbose() -> bool:
@@ -87,17 +89,95 @@ def load_by_type(msgtype: str, package_context: str = "") -> tuple[str, MsgSpec]
     return name, load_from_string(text, package, name, short)
 
 
+def register(msg_type_name: str, msg_spec: MsgSpec) -> None:
+    """Let a name stand for a definition."""
+    REGISTERED_TYPES[msg_type_name] = msg_spec
+
+
+def _begin() -> None:
+    """Register what is always there."""
+    if REGISTERED_TYPES.keys() >= EXTENDED_BUILTINS.keys():
+        return
+    header = load_by_type("std_msgs/Header")[1]
+    for name in (HEADER, "std_msgs/Header", "roslib/Header"):
+        register(name, header)
+    for name, spec in EXTENDED_BUILTINS.items():
+        register(name, spec)
+
+
+def reinit() -> None:
+    """Forget all that was registered, but the types that are always there."""
+    _loaded.clear()
+    REGISTERED_TYPES.clear()
+    _begin()
+
+
+def load_package(package: str) -> None:
+    """Register the messages of a package, under their full names, and once more with the package in front.
+
+    Raises:
+        InvalidROSPkgException: there is no such package.
+    """
+    _begin()
+    if package in _loaded:
+        return
+    specs = _specs_of(package)
+    _loaded.add(package)
+    for name, spec in specs:
+        register(name, spec)
+        register(f"{package}/{name}", spec)
+
+
+def load_package_dependencies(package: str, load_recursive: bool = False) -> None:
+    """Register the messages of the packages that a package needs.
+
+    Args:
+        package: the package.
+        load_recursive: whether those that these need count, too; else the package must have a manifest.xml.
+
+    Raises:
+        InvalidROSPkgException: there is no such package or manifest.
+    """
+    _begin()
+    if load_recursive:
+        from rospkg import RosPack
+
+        needed = RosPack.get_instance().get_depends(package, implicit=True)
+    else:
+        from roslib.manifest import manifest_file, parse_file
+
+        needed = [each.name for each in parse_file(str(manifest_file(package, True))).depends]
+    for other in needed:
+        if other in _loaded or other == package:
+            continue
+        _loaded.add(other)
+        for name, spec in _specs_of(other):
+            register(name, spec)
+
+
+def _specs_of(package: str) -> list[tuple[str, MsgSpec]]:
+    from roslib.packages import get_pkg_dir
+
+    if not list_msg_types(package, False):
+        get_pkg_dir(package)
+    return get_pkg_msg_specs(package)[0]
+
+
 def is_registered(msg_type_name: str) -> bool:
-    """Return whether a definition has been registered: none is."""
-    return False
+    """Return whether a definition has been registered."""
+    return msg_type_name in REGISTERED_TYPES
 
 
 def get_registered(msg_type_name: str, default_package: str | None = None) -> MsgSpec:
-    """Return a definition; raises KeyError if there is none."""
+    """Return a definition, registered or not; raises KeyError if there is none."""
+    full = f"{default_package}/{msg_type_name}" if default_package else msg_type_name
+    for name in (msg_type_name, full):
+        if name in REGISTERED_TYPES:
+            return REGISTERED_TYPES[name]
     try:
         return load_by_type(msg_type_name, default_package or "")[1]
     except MsgSpecException as error:
-        raise KeyError(msg_type_name) from error
+        raise KeyError(full) from error
 
 
 def list_msg_types(package: str, include_depends: bool) -> Any:
@@ -124,11 +204,11 @@ def msg_file(package: str, type_: str) -> str:
 
 
 def get_pkg_msg_specs(package: str) -> tuple[list[tuple[str, MsgSpec]], list[str]]:
-    """Return (name, definition) of a package's messages, and the names of those that are wrong."""
+    """Return (full name, definition) of a package's messages, and the short names of those that are wrong."""
     good, bad = [], []
     for short in list_msg_types(package, False):
         try:
-            good.append((short, load_by_type(short, package)[1]))
+            good.append((f"{package}/{short}", load_by_type(short, package)[1]))
         except MsgSpecException:
             bad.append(short)
     return good, bad

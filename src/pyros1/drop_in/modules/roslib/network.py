@@ -3,6 +3,8 @@
 from rosgraph.network import (
     ROS_HOSTNAME,
     ROS_IP,
+    SIOCGIFADDR,
+    SIOCGIFCONF,
     ROSHandshakeException,
     create_local_xmlrpc_uri,
     decode_ros_handshake_header,
@@ -14,6 +16,7 @@ from rosgraph.network import (
     get_local_addresses,
     is_local_address,
     parse_http_host_and_port,
+    python3,
     read_ros_handshake_header,
     write_ros_handshake_header,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -16,6 +17,7 @@ from pyros1.finding.packages import files_below
 
 SRC_DIR = "src"
 
+PIPE = subprocess.PIPE
 __getattr__ = missing(__name__)
 
 

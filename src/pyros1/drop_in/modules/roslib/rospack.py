@@ -10,6 +10,7 @@ from pyros1.drop_in.missing import missing
 
 _WHY = "ask rospkg.RosPack"
 
+python3 = True
 __getattr__ = missing(__name__, rospack_plugins=_WHY, rosstackexec=_WHY)
 
 

@@ -10,16 +10,17 @@ from typing import Any
 from genpy.message import strify_message
 
 from pyros1.drop_in.commands import main as _main
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.missing import names
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 from pyros1.ground.generated import finder
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import MessageSpec
 
-__getattr__ = missing(
-    __name__,
-    **dict.fromkeys(("rosmsg_cmd_prototype", "init_rosmsg_proto"), "rosmsg-proto is no part of pyros1"),
+_PROTOTYPE = (
+    *("MAX_DEFAULT_NON_FLOW_ITEMS", "construct_ordered_mapping", "construct_yaml_map_with_ordered_dict"),
+    *("init_rosmsg_proto", "represent_ordered_mapping", "rosmsg_cmd_prototype"),
 )
+__getattr__, __dir__ = names(__name__, dict.fromkeys(_PROTOTYPE, "rosmsg._prototype"))
 
 MODE_MSG = ".msg"
 MODE_SRV = ".srv"
@@ -31,11 +32,11 @@ class ROSMsgException(Exception):
 
 
 class RosMsgProtoException(Exception):
-    """Raised by rosmsg-proto, which is no part of pyros1."""
+    """The tool rosmsg-proto has failed; for programs that name it."""
 
 
 class RosMsgProtoArgsException(Exception):
-    """Raised by rosmsg-proto, which is no part of pyros1."""
+    """The tool rosmsg-proto has failed; for programs that name it."""
 
 
 def _library() -> Any:
@@ -245,6 +246,25 @@ def rosmsg_cmd_package(mode: str, full: str) -> None:
 def rosmsg_cmd_packages(mode: str, full: str, argv: list[str] | None = None) -> None:
     """Print the packages with types."""
     _command(mode, "packages", (sys.argv[1:] if argv is None else argv)[1:])
+
+
+def fullusage(mode: str) -> str:
+    """Return the help of the tool: rosmsg for `MODE_MSG`, else rossrv."""
+    tool, kind = ("rosmsg", "Message") if mode == MODE_MSG else ("rossrv", "Service")
+    noun = kind.lower()
+    verbs = {
+        "show": f"Show {noun} description",
+        "info": f"Alias for {tool} show",
+        "list": f"List all {noun}s",
+        "md5": f"Display {noun} md5sum",
+        "package": f"List {noun}s in a package",
+        "packages": f"List packages that contain {noun}s",
+    }
+    lines = "".join(f"\t{tool} {verb}\t{text}\n" for verb, text in verbs.items())
+    return (
+        f"{tool} is a command-line tool for displaying information about ROS {kind} types.\n\n"
+        f"Commands:\n{lines}\nType {tool} <command> -h for more detailed usage\n"
+    )
 
 
 def rosmsgmain(mode: str = MODE_MSG) -> None:

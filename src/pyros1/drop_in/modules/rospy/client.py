@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping
@@ -11,11 +12,18 @@ import pyros1
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
-from pyros1.ground.errors import Error, NodeShutdownError, ParameterNotSetError, SerializationError, WaitTimeoutError
+from pyros1.ground.errors import (
+    Error,
+    NodeShutdownError,
+    ParameterNotSetError,
+    ProtocolError,
+    SerializationError,
+    WaitTimeoutError,
+)
 from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.msproxy import MasterProxy, reaching
-from rospy.names import resolve_name
+from rospy.names import get_caller_id, resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 TIMEOUT_READY = 15.0
@@ -122,6 +130,10 @@ def init_node(
         PROCESS.start(make, arguments)
     except NodeShutdownError:
         raise ROSInitException("init_node interrupted before it could complete") from None
+    except ProtocolError as error:
+        raise ROSInitException(str(error)) from None
+    full = get_caller_id()
+    logdebug("init_node, name[%s], pid[%s]: rospy is pyros1's, %s", full, os.getpid(), os.path.dirname(__file__))
 
 
 _LEVELS = {DEBUG: "debug", INFO: "info", WARN: "warn", ERROR: "error", FATAL: "fatal"}

@@ -21,14 +21,22 @@ from rospy.names import LATE, valid_name
 
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
+_said: dict[str, Any] = {}
+"""What the program has said about the node in its place: ``initialized``, ``uri``."""
 
 
 # Life -----------------------------------------------------------------------------------------------------------------
 
 
 def is_initialized() -> bool:
-    """Return whether there is a node."""
-    return PROCESS.node is not None
+    """Return whether there is a node, or what `set_initialized` says."""
+    return _said.get("initialized", PROCESS.node is not None)
+
+
+def set_initialized(initialized: bool) -> None:
+    """Let `is_initialized` say this, until the node starts. It starts no node."""
+    _said["initialized"] = initialized
+    PROCESS.when_started(lambda _: _said.pop("initialized", None))
 
 
 def is_shutdown() -> bool:
@@ -134,8 +142,14 @@ def register_signals() -> None:
 
 
 def get_node_uri() -> str | None:
-    """Return the address of the node's API; None without a node."""
-    return PROCESS.node.uri if PROCESS.node is not None else None
+    """Return the address of the node's API, or what `set_node_uri` says; None without a node."""
+    return _said.get("uri", PROCESS.node.uri if PROCESS.node is not None else None)
+
+
+def set_node_uri(uri: str | None) -> None:
+    """Let `get_node_uri` say this, until the node starts. The node's address stays."""
+    _said["uri"] = uri
+    PROCESS.when_started(lambda _: _said.pop("uri", None))
 
 
 def get_ros_root(required: bool = False, env: Mapping[str, str] | None = None) -> str | None:
@@ -182,12 +196,9 @@ def is_topic(param_name: str) -> Callable[[Any, str], str]:
 
 
 _late = {**LATE, "rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg", "NullHandler": "logging"}
+_late |= dict.fromkeys(("configure_logging", "deprecated"), "rospy.impl.early")
 _private = {"_in_shutdown": "ending", "_shutdown_flag": "is_shutdown"}
-_getter, __dir__ = _names(
-    __name__,
-    _late,
-    dict.fromkeys(("configure_logging", "set_initialized", "set_node_uri"), "rospy.init_node does this"),
-)
+_getter, __dir__ = _names(__name__, _late)
 
 
 def __getattr__(name: str) -> Any:

@@ -53,8 +53,19 @@ def namespace(name: str) -> str:
     return names.namespace(name)
 
 
+_given: dict[str, list[str]] = {}
+"""The command line that `reload_mappings` has set in the place of the process's."""
+
+
 def _arguments() -> names.Arguments:
-    return PROCESS.node.arguments if PROCESS.node is not None else names.parse_arguments(sys.argv)
+    if PROCESS.node is not None:
+        return PROCESS.node.arguments
+    return names.parse_arguments(_given.get("argv", sys.argv))
+
+
+def reload_mappings(argv: list[str]) -> None:
+    """Take the remappings from a command line, until the node starts: it has those of `rospy.init_node`."""
+    _given["argv"] = list(argv)
 
 
 def get_caller_id() -> str:
@@ -230,5 +241,4 @@ LATE = {
     "make_global_ns": "rosgraph.names",
 }
 """Names that this module has from others, as stock's, and the modules that have all names of this one."""
-_why = {"reload_mappings": "give the arguments to rospy.init_node(name, argv=...)"}
-__getattr__, __dir__ = _names(__name__, LATE, _why)
+__getattr__, __dir__ = _names(__name__, LATE)

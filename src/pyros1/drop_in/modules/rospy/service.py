@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from typing import Any
 
@@ -10,6 +11,8 @@ from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names, too
 from rospy.impl.registration import Registration
 from rospy.names import LATE, resolve_name, warn_of_name
+
+logger = logging.getLogger("rospy.service")
 
 
 class ServiceException(Exception):

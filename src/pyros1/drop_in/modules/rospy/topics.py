@@ -291,6 +291,11 @@ class _With:
 _links = "pyros1's nodes have their own links; see Publisher.impl.connections"
 __getattr__, __dir__ = _names(
     __name__,
-    {**LATE, "Log": "rosgraph_msgs.msg", "SubscriberStatisticsLogger": "rospy.impl.statistics"},
-    dict.fromkeys(("Poller", "QueuedConnection", "get_tcpros_handler"), _links),
+    {
+        **LATE,
+        "Log": "rosgraph_msgs.msg",
+        "SubscriberStatisticsLogger": "rospy.impl.statistics",
+        "Poller": "rospy.impl.poller",
+    },
+    dict.fromkeys(("QueuedConnection", "get_tcpros_handler"), _links),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rosunit import junitxml
+from rosunit import junitxml, old_names
 from rosunit.core import XML_OUTPUT_FLAG, create_xml_runner, rostest_name_from_path, xml_results_file
 from rosunit.pyunit import unitrun
 from rosunit.summaries import print_runner_summary, print_unittest_summary
@@ -17,3 +17,5 @@ __all__ = [
     "unitrun",
     "xml_results_file",
 ]
+
+old_names.restore()

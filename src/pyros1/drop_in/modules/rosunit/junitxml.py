@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -25,6 +26,17 @@ __all__ = [
     "test_failure_junit_xml",
     "test_success_junit_xml",
 ]
+
+
+python2 = False
+RE_XML_ILLEGAL = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
+"""Pattern of the characters that XML cannot hold."""
+pattern = RE_XML_ILLEGAL
+
+
+def invalid_char_replacer(m: re.Match[str]) -> str:
+    """Return what stands for a character that was found."""
+    return f"&#x{ord(m[0]):04X};"
 
 
 def cdata(cdata_text: str) -> str:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import io
+import logging
 import socket
-import struct
+from collections.abc import Callable
+from errno import EAGAIN, EWOULDBLOCK
 from time import monotonic
 from typing import Any
 
+from genpy.message import DeserializationError as _DeserializationError
+
 from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import ProtocolError
 from pyros1.msgs import Message
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
@@ -21,10 +27,47 @@ from rospy.exceptions import (
     TransportTerminated,
 )
 from rospy.impl.transport import BIDIRECTIONAL, INBOUND, OUTBOUND, Transport
+from rospy.msg import deserialize_messages, serialize_message
 from rospy.names import LATE, get_caller_id
 
 DEFAULT_BUFF_SIZE = 65536
 TCPROS = "TCPROS"
+python3 = 1
+logger = logging.getLogger("rospy.tcpros")
+_ENDED = "unable to receive data from sender, check sender's logs for details"
+
+
+def checked_size(size: int) -> int:
+    """Return the size of a message that comes; raises TransportException if it is too large."""
+    if size > MAX_MESSAGE_SIZE:
+        raise TransportException(f"{size} bytes are too many for a message")
+    return size
+
+
+def recv_buff(sock: Any, b: Any, buff_size: int) -> int:
+    """Read from a socket into a buffer.
+
+    Args:
+        sock: the socket.
+        b: a writable binary file.
+        buff_size: at most so many bytes.
+
+    Returns:
+        The number of bytes; 0 if there is nothing yet at a socket that does not wait.
+
+    Raises:
+        TransportTerminated: the connection has ended.
+    """
+    try:
+        data = sock.recv(buff_size)
+    except BlockingIOError:
+        return 0
+    except OSError as error:
+        raise TransportTerminated(_ENDED) from error
+    if not data:
+        raise TransportTerminated(_ENDED)
+    b.write(data)
+    return len(data)
 
 
 class TCPROSTransportProtocol:
@@ -56,14 +99,18 @@ class TCPROSTransportProtocol:
         """Return the fields of the connection header."""
         return {}
 
-    def take(self, transport: TCPROSTransport) -> list[Any]:
-        """Receive a message.
+    def read_messages(self, b: Any, msg_queue: list[Any], sock: Any) -> None:
+        """Take the whole messages out of a buffer, and keep the rest in it.
+
+        Args:
+            b: what has come, up to its position.
+            msg_queue: gets the messages.
+            sock: where more could be read.
 
         Raises:
-            TransportException: the connection has ended, or what came is not a message.
+            DeserializationError: a message cannot be read.
         """
-        (size,) = struct.unpack("<I", transport.receive_bytes(4))
-        return [self.recv_data_class._decode(transport.receive_bytes(size), 0, size)]
+        deserialize_messages(b, msg_queue, self.recv_data_class, queue_size=self.queue_size)
 
 
 class TCPROSTransport(Transport):
@@ -90,7 +137,8 @@ class TCPROSTransport(Transport):
         self.endpoint_id = "unset"
         self.buff_size = DEFAULT_BUFF_SIZE
         self.socket: socket.socket | None = None
-        self._rest = b""
+        self.read_buff = io.BytesIO()
+        self.write_buff = io.BytesIO()
 
     def connect(self, dest_addr: str, dest_port: int, endpoint_id: str, timeout: float | None = None) -> None:
         """Connect, and exchange headers.
@@ -130,9 +178,10 @@ class TCPROSTransport(Transport):
         while header is None:
             data = self._sock().recv(4096)
             if not data or monotonic() > until:
-                raise TransportInitError("unable to receive data from sender, check sender's logs for details")
+                raise TransportInitError(_ENDED)
             header = reader.feed(data)
-        self.header, self._rest = header, reader.rest
+        self.header = header
+        self.read_buff.write(reader.rest)
         if "error" in header:
             raise TransportInitError(f"remote error reported: {header['error']}")
 
@@ -143,10 +192,9 @@ class TCPROSTransport(Transport):
             msg: the message.
             seq: put into its header, if it has one.
         """
-        if getattr(msg, "_has_header", False):
-            msg.header.seq = seq
-        frame = msg.__class__._encode_frame(msg)
-        self.write_data(frame if isinstance(frame, bytes) else b"".join(frame))
+        serialize_message(self.write_buff, seq, msg)
+        data, self.write_buff = self.write_buff.getvalue(), io.BytesIO()
+        self.write_data(data)
 
     def write_data(self, data: bytes) -> int:
         """Send bytes; return their number.
@@ -162,47 +210,66 @@ class TCPROSTransport(Transport):
         return len(data)
 
     def receive_once(self) -> list[Any]:
-        """Receive what comes next: a list of at least one message.
+        """Receive what comes next: a list of at least one message; an empty one if the connection is closed meanwhile.
 
         Raises:
-            TransportException: the connection has ended.
+            TransportTerminated: the connection has ended.
+            TransportException: what came is not a message.
             ServiceException: a service has failed.
         """
-        messages = self.protocol.take(self)
-        for message in messages:
+        if self.socket is None:
+            raise TransportException("connection not initialized")
+        buffer, sock, found = self.read_buff, self.socket, list[Any]()
+        try:
+            while not (found or self.done or PROCESS.is_shutdown):
+                if buffer.tell() >= 4:
+                    self.protocol.read_messages(buffer, found, sock)
+                if not found:
+                    if buffer.tell() > MAX_MESSAGE_SIZE:
+                        raise TransportException("too many bytes for a message")
+                    self.stat_bytes += recv_buff(sock, buffer, self.protocol.buff_size)
+        except (_DeserializationError, ProtocolError) as error:
+            raise TransportException(f"receive_once[{self.name}]: DeserializationError {error}") from error
+        for message in found:
             message._connection_header = self.header
-        self.stat_num_msg += len(messages)
-        return messages
+        self.stat_num_msg += len(found)
+        return found
 
-    def receive_bytes(self, count: int) -> bytes:
-        """Receive exactly so many bytes.
+    def receive_loop(self, msgs_callback: Callable[[list[Any], Any], object]) -> None:
+        """Receive messages until the connection or the node ends, then close.
 
-        Raises:
-            TransportTerminated: the connection has ended, or nothing came in time.
+        Args:
+            msgs_callback: called with the messages that have come, and this object.
         """
-        if count > MAX_MESSAGE_SIZE:
-            raise TransportException(f"{count} bytes are too many for a message")
-        parts, have = [self._rest], len(self._rest)
-        while have < count:
-            try:
-                data = self._sock().recv(65536)
-            except OSError as error:
-                self.close()
-                raise TransportTerminated(f"unable to receive data from sender: {error}") from error
-            if not data:
-                self.close()
-                raise TransportTerminated("unable to receive data from sender, check sender's logs for details")
-            self.stat_bytes += len(data)
-            parts.append(data)
-            have += len(data)
-        whole = b"".join(parts)
-        self._rest = whole[count:]
-        return whole[:count]
+        try:
+            while self.socket is not None and not self.done and not PROCESS.is_shutdown:
+                messages = self.receive_once()
+                if not self.done and not PROCESS.is_shutdown:
+                    msgs_callback(messages, self)
+        except TransportException as error:
+            logger.debug("[%s] failed to receive incoming message: %s", self.name, error)
+        finally:
+            self.close()
 
     def _sock(self) -> socket.socket:
         if self.socket is None:
             raise ROSException("the connection is not open")
         return self.socket
+
+    def set_socket(self, sock: socket.socket, endpoint_id: str) -> None:
+        """Use a connected socket.
+
+        Args:
+            sock: the socket.
+            endpoint_id: the other side's URI or name.
+
+        Raises:
+            TransportInitError: there is a socket already.
+        """
+        if self.socket is not None:
+            raise TransportInitError("socket already initialized")
+        self.socket = sock
+        self.set_endpoint_id(endpoint_id)
 
     def set_endpoint_id(self, endpoint_id: str) -> None:
         """Set the other side's URI or name."""
@@ -228,10 +295,13 @@ class TCPROSTransport(Transport):
         super().close()
 
 
-_own = "pyros1's node does this itself"
-_unlike = ("TCPROSServer", "TCPServer", "init_tcpros_server", "start_tcpros_server", "get_tcpros_server_address")
+_server = ("TCPROSServer", "TCPServer", "init_tcpros_server", "start_tcpros_server", "get_tcpros_server_address")
 __getattr__, __dir__ = _names(
     __name__,
-    {**LATE, "ServiceException": "rospy.service", "Log": "rosgraph_msgs.msg"},
-    dict.fromkeys((*_unlike, "recv_buff"), _own),
+    {
+        **LATE,
+        **dict.fromkeys(_server, "rospy.impl.tcpros_server"),
+        "ServiceException": "rospy.service",
+        "Log": "rosgraph_msgs.msg",
+    },
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 import threading
 import time
@@ -20,7 +21,6 @@ from pyros1.ground.errors import (
     NodeShutdownError,
     SerializationError,
     ServiceError,
-    ServiceRefusal,
     ServiceUnavailableError,
     WaitTimeoutError,
 )
@@ -28,11 +28,14 @@ from pyros1.node.services.client import ServiceClient
 from pyros1.node.services.client import wait_for_service as _wait
 from rospy.core import logerr, logfatal, logwarn
 from rospy.exceptions import ROSException, ROSInterruptException
+from rospy.impl.answering import Exchange, write_error
 from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
 from rospy.msg import args_kwds_to_message
 from rospy.msproxy import MasterProxy
 from rospy.names import isstring, resolve_name
 from rospy.service import SERVICES, ServiceException, _Service
+
+logger = logging.getLogger("rospy.service")
 
 
 def convert_return_to_response(response: Any, response_class: type[Any]) -> Any:
@@ -119,15 +122,31 @@ class ServiceImpl(_Service):
         self.registered = True
 
     def _answer(self, request: Any) -> Any:
-        self.seq += 1
+        exchange = Exchange(self.resolved_name, request)
+        self._handle_request(exchange, request)
+        return exchange.answer(self.response_class)
+
+    def _handle_request(self, transport: Any, request: Any) -> None:
+        """Call the handler, and write its answer. Programs replace this, to see or change what goes through.
+
+        Args:
+            transport: takes the answer: ``send_message(response, seq)`` or ``write_data(bytes)``.
+            request: the request.
+        """
         try:
-            return convert_return_to_response(self.handler(request), self.response_class)
+            response = convert_return_to_response(self.handler(request), self.response_class)
+            self.seq += 1
+            transport.send_message(response, self.seq)
         except ServiceException as error:
-            raise ServiceRefusal(f"service cannot process request: {error}") from None
+            self._write_service_error(transport, f"service cannot process request: {error}")
         except Exception as error:  # noqa: BLE001 - the program's code: its caller is told
             kind, value, trace = sys.exc_info()
             self.error_handler(error, kind, value, trace)  # type: ignore[arg-type]  # none is None here
-            raise ServiceRefusal(f"error processing request: {error}") from None
+            self._write_service_error(transport, f"error processing request: {error}")
+
+    def _write_service_error(self, transport: Any, err_msg: str) -> None:
+        """Write that the service has failed."""
+        write_error(transport, err_msg)
 
     def spin(self) -> None:
         """Wait until the service or the node ends."""
@@ -303,8 +322,7 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
 
 _late = {
     **dict.fromkeys(("TCPROSTransport", "TCPROSTransportProtocol"), "rospy.impl.tcpros_base"),
-    "TCPROSServiceClient": "rospy.impl.tcpros_client",
+    **dict.fromkeys(("TCPROSServiceClient", "TCPService"), "rospy.impl.tcpros_client"),
+    "service_connection_handler": "rospy.impl.tcpros_server",
 }
-__getattr__, __dir__ = _names(
-    __name__, _late, {"TCPService": "pyros1's node serves the connections of services itself"}
-)
+__getattr__, __dir__ = _names(__name__, _late)

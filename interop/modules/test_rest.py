@@ -1,0 +1,21 @@
+"""The rest of the names that stock's modules have: the programs print the same on stock's modules and on ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import faces
+import pytest
+from harness import Master
+
+MASTERS = ("ours",)
+PROGRAMS = Path(__file__).parent / "programs"
+
+
+def test_connections(launcher: Master) -> None:
+    assert faces.same(launcher, (PROGRAMS / "tcpros.py").read_text())
+
+
+@pytest.mark.parametrize("name", ["bag_tool", "distro", "prototypes", "small"])
+def test_the_same_as_stock(master: Master, name: str) -> None:
+    assert faces.same(master, (PROGRAMS / f"{name}.py").read_text(), ROS_ROOT="/usr/share/ros")

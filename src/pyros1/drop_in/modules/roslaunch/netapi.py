@@ -1,0 +1,73 @@
+"""The processes of all roslaunches that use this master."""
+
+from __future__ import annotations
+
+import http.client
+from collections.abc import Iterable
+from typing import Any
+from urllib.parse import urlparse
+from xmlrpc.client import Error, ServerProxy, Transport
+
+import rosgraph
+
+from pyros1.drop_in.missing import missing
+
+__getattr__ = missing(__name__)
+_ID = "/roslaunch_netapi"
+_SECONDS = 10.0
+
+
+class NetProcess:
+    """A process of a roslaunch.
+
+    Args:
+        name: its label. respawn_count: how often it was started. is_alive: whether it runs.
+        roslaunch_uri: address of its roslaunch.
+
+    Attributes:
+        machine: host of its roslaunch.
+    """
+
+    def __init__(self, name: str, respawn_count: int, is_alive: bool, roslaunch_uri: str) -> None:
+        self.name = name
+        self.respawn_count = respawn_count
+        self.is_alive = is_alive
+        self.roslaunch_uri = roslaunch_uri
+        self.machine = urlparse(roslaunch_uri).hostname
+
+
+def get_roslaunch_uris() -> Iterable[str] | None:
+    """Return the addresses of all roslaunches; None if there is no master, or none has said where it is."""
+    try:
+        found: dict[str, str] = rosgraph.Master(_ID).getParam("/roslaunch/uris")
+    except (rosgraph.MasterException, OSError):
+        return None
+    return found.values()
+
+
+def list_processes(roslaunch_uris: Iterable[str] | None = None) -> list[NetProcess]:
+    """Return the processes of some roslaunches, of all for None; those that do not answer are left out."""
+    if not roslaunch_uris:
+        roslaunch_uris = get_roslaunch_uris() or ()
+    return [process for uri in roslaunch_uris for process in _processes(uri)]
+
+
+class _Patient(Transport):
+    """Waits for an answer, but not without end."""
+
+    def make_connection(self, host: Any) -> Any:
+        """Return the connection to a host."""
+        connection = super().make_connection(host)
+        connection.timeout = _SECONDS
+        return connection
+
+
+def _processes(uri: str) -> list[NetProcess]:
+    proxy: Any = ServerProxy(uri, _Patient())
+    try:
+        code, _, (alive, dead) = proxy.list_processes()
+        if code != 1:
+            return []
+        return [NetProcess(name, count, where is alive, uri) for where in (alive, dead) for name, count in where]
+    except (OSError, Error, ValueError, TypeError, http.client.HTTPException):
+        return []

@@ -1,0 +1,74 @@
+"""One request at a service, as a connection on which its answer is written."""
+
+from __future__ import annotations
+
+import io
+import struct
+from typing import Any
+
+from pyros1.ground.errors import ProtocolError, ServiceRefusal
+from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
+from rospy.impl.transport import BIDIRECTIONAL, Transport
+
+
+def write_error(transport: Any, text: str) -> None:
+    """Write the answer of a service that has failed.
+
+    Args:
+        transport: has ``write_data``.
+        text: the reason.
+    """
+    data = text.encode()
+    transport.write_data(struct.pack("<BI", 0, len(data)) + data)
+
+
+class Exchange(Transport):
+    """Takes the answer to a request, as a message or as bytes; pyros1's node sends it.
+
+    Args:
+        name: of the service.
+        request: the request.
+
+    Attributes:
+        write_buff: what has been written, but not sent.
+        header: the caller's connection header.
+    """
+
+    transport_type = "TCPROS"
+
+    def __init__(self, name: str, request: Any) -> None:
+        super().__init__(BIDIRECTIONAL, name)
+        self.header: dict[str, str] = getattr(request, "_connection_header", None) or {}
+        self.endpoint_id = self.header.get("callerid", "")
+        self.write_buff = io.BytesIO()
+        self._message: Any = None
+        self._data = b""
+
+    def send_message(self, msg: Any, seq: int) -> None:
+        """Answer with a message; ``seq`` is put into its header, if it has one."""
+        if getattr(msg, "_has_header", False):
+            msg.header.seq = seq
+        self._message = msg
+        self.write_buff = io.BytesIO()
+
+    def write_data(self, data: bytes) -> bool:
+        """Answer with bytes: 1, length and response; or 0, length and reason."""
+        self._data += data
+        return True
+
+    def answer(self, response_class: Any) -> Any:
+        """Return the response.
+
+        Raises:
+            ServiceRefusal: the answer is that the service has failed, or there is none.
+        """
+        if self._message is not None:
+            return self._message
+        try:
+            ok, size = decode_response_head(self._data[:RESPONSE_HEAD_SIZE])
+        except (ProtocolError, struct.error):
+            raise ServiceRefusal("the service has sent no answer") from None
+        body = self._data[RESPONSE_HEAD_SIZE : RESPONSE_HEAD_SIZE + size]
+        if not ok:
+            raise ServiceRefusal(body.decode(errors="replace"))
+        return response_class().deserialize(body)

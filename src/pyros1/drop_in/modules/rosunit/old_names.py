@@ -1,0 +1,43 @@
+"""Names of unittest that the tests of robots use and Python 3.12 has removed: ``assertEquals``, ``assert_`` ..."""
+
+from __future__ import annotations
+
+import functools
+import unittest
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+_NAMES = {
+    "assert_": "assertTrue",
+    "assertEquals": "assertEqual",
+    "assertNotEquals": "assertNotEqual",
+    "assertAlmostEquals": "assertAlmostEqual",
+    "assertNotAlmostEquals": "assertNotAlmostEqual",
+    "assertRegexpMatches": "assertRegex",
+    "assertNotRegexpMatches": "assertNotRegex",
+    "assertRaisesRegexp": "assertRaisesRegex",
+    "failUnlessEqual": "assertEqual",
+    "failIfEqual": "assertNotEqual",
+    "failUnlessAlmostEqual": "assertAlmostEqual",
+    "failIfAlmostEqual": "assertNotAlmostEqual",
+    "failUnless": "assertTrue",
+    "failUnlessRaises": "assertRaises",
+    "failIf": "assertFalse",
+}
+
+
+def restore(case: type[Any] = unittest.TestCase) -> None:
+    """Give a class of tests the names that it lacks; those that it has stay as they are."""
+    for old, new in _NAMES.items():
+        if not hasattr(case, old):
+            setattr(case, old, _renamed(old, new))
+
+
+def _renamed(old: str, new: str) -> Callable[..., Any]:
+    @functools.wraps(getattr(unittest.TestCase, new))
+    def method(self: unittest.TestCase, *args: Any, **kwargs: Any) -> Any:
+        warnings.warn(f"Please use {new} instead of {old}.", DeprecationWarning, stacklevel=2)
+        return getattr(self, new)(*args, **kwargs)
+
+    return method

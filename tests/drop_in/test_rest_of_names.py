@@ -1,0 +1,70 @@
+"""Connections of programs, files about distributions, and empty messages as YAML; stock's are in interop/modules."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from programs import run
+
+CONNECTION = """
+import io, socket, struct
+from rospy.impl.answering import Exchange
+from rospy.impl.tcpros_base import TCPROSTransport, TCPROSTransportProtocol, recv_buff
+from std_msgs.msg import String
+from std_srvs.srv import Trigger, TriggerResponse
+
+one, other = socket.socketpair()
+transport = TCPROSTransport(TCPROSTransportProtocol("/a", String), "/a")
+transport.set_socket(one, "/x")
+text = io.BytesIO()
+String("hi").serialize(text)
+other.sendall(2 * (struct.pack("<I", len(text.getvalue())) + text.getvalue()))
+other.shutdown(socket.SHUT_WR)
+got = []
+transport.receive_loop(lambda messages, link: got.extend(each.data for each in messages))
+print(got, transport.done)
+other.close()
+
+for write in (
+    lambda exchange: exchange.send_message(TriggerResponse(True, "a"), 1),
+    lambda exchange: exchange.write_data(struct.pack("<BI", 0, 3) + b"bad"),
+    lambda exchange: None,
+):
+    exchange = Exchange("/s", Trigger._request_class())
+    write(exchange)
+    try:
+        print(exchange.answer(TriggerResponse).message)
+    except Exception as error:
+        print(type(error).__name__, error)
+"""
+ENDLESS = """
+from rospkg.distro import InvalidDistro, load_distro
+import sys
+try:
+    load_distro(sys.argv[1])
+except InvalidDistro as error:
+    print(error)
+"""
+PROTOTYPE = """
+import rosmsg
+print(rosmsg.rosmsg_cmd_prototype(["msg", "-Hf1", "std_msgs/Header"]))
+"""
+
+
+def test_a_connection_of_a_program_and_the_answers_to_a_request() -> None:
+    assert run(CONNECTION, {}).splitlines() == [
+        "['hi', 'hi'] True",
+        "a",
+        "ServiceRefusal bad",
+        "ServiceRefusal the service has sent no answer",
+    ]
+
+
+def test_a_variant_that_extends_itself_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "x.rosdistro"
+    file.write_text("{release: x, stacks: null, variants: [{a: {extends: a}}]}")
+    assert run(ENDLESS, {}, str(file)).strip() == "variant [a] extends itself"
+
+
+def test_an_empty_message_as_yaml() -> None:
+    assert run(PROTOTYPE, {}).strip() == "{seq: 0, stamp: {secs: 0, nsecs: 0}, frame_id: ''}"
