@@ -106,3 +106,23 @@ def test_a_running_system(environ: dict[str, str]) -> None:
 
 def test_parameters_and_definitions(environ: dict[str, str], tmp_path: Path) -> None:
     assert run(FILES, environ, str(tmp_path)) == "done\n"
+
+
+NO_MASTER = """
+import rosparam, rostopic
+for ask in (
+    lambda: rosparam.get_param("/a"), lambda: rosparam.list_params("/"), lambda: rosparam.set_param("/a", "1"),
+    lambda: rosparam.delete_param("/a"), lambda: rosparam.upload_params("/", {"a": 1}),
+    lambda: rosparam.dump_params("a.yaml", "/"), lambda: rostopic.get_info_text("/a"),
+):
+    try:
+        ask()
+    except (rosparam.RosParamIOException, rostopic.ROSTopicIOException) as error:
+        assert str(error) == "Unable to communicate with master!"
+    else:
+        raise AssertionError(ask)
+"""
+
+
+def test_a_master_that_does_not_answer() -> None:
+    run(NO_MASTER, {"ROS_MASTER_URI": "http://127.0.0.1:1"})

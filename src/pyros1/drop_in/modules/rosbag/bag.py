@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -12,7 +11,6 @@ from typing import Any
 
 from rospy.rostime import Time
 
-import pyros1.bag.edit.reindex
 from pyros1.bag.errors import BagError, EncryptedError, UnindexedError
 from pyros1.bag.format.appending import append
 from pyros1.bag.format.compression import COMPRESSIONS
@@ -47,6 +45,7 @@ from rosbag._parts import (
     info_of,
     stock_errors,
 )
+from rosbag._repairing import repaired
 
 found_lz4 = True
 """Whether chunks can be compressed with lz4: pyros1 always can."""
@@ -381,8 +380,7 @@ class Bag(Facts):
     def reindex(self) -> Iterator[int]:
         """Find all messages of a bag, whatever its index says; with mode ``a`` the file gets a new one.
 
-        Yields:
-            Offset in the file, in bytes, of each chunk.
+        Yields the offset in the file, in bytes, of each chunk.
         """
         if not self._file:
             raise ValueError(_CLOSED)
@@ -395,25 +393,13 @@ class Bag(Facts):
                 yield from [chunk.pos for chunk in self._reader.chunks]
                 return
             if self._mode == "a":
-                self._repair()
+                self._writer = repaired(self._filename, self._writer, self._compression, self._chunk_threshold)
             reader = BagReader(self._target, unindexed=True)
             yield from [chunk.pos for chunk in reader.chunks]
             if self._mode == "a":
                 reader.close()
             else:
                 self._known = -1, reader
-
-    def _repair(self) -> None:
-        """Replace the file by one with all of its messages and a new index, and go on with that."""
-        if self._writer is not None:
-            self._writer.close()
-        if self._filename is None:
-            raise ROSBagException("pyros1 reindexes bags in files only, not in file objects")
-        with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.abspath(self._filename))) as folder:
-            part = os.path.join(folder, "part.bag")
-            pyros1.bag.edit.reindex.reindex(self._filename, part)
-            os.replace(part, self._filename)
-        self._writer = append(self._filename, self._compression, self._chunk_threshold)
 
     def set_encryptor(self, encryptor: str | None = None, param: str | None = None) -> None:
         """Encrypt the bag; before the first message is written.
@@ -445,6 +431,5 @@ class Bag(Facts):
             info = info_of(stored.connection)
             cls = _get_message_type(info)
             message: Any = (info.datatype, stored.data, info.md5sum, position, cls)
-            if not raw:
-                message = decoder(cls)(stored.data, 0, len(stored.data))
+            message = message if raw else decoder(cls)(stored.data, 0, len(stored.data))
         return result(info, message, Time.from_nsec(stored.time), return_connection_header)

@@ -6,6 +6,8 @@ import math
 import os
 import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 from xmlrpc.client import Binary
 
@@ -36,6 +38,14 @@ class RosParamIOException(RosParamException):
 
 def _get_caller_id() -> str:
     return make_caller_id(f"rosparam-{os.getpid()}")
+
+
+@contextmanager
+def _answered() -> Iterator[None]:
+    try:
+        yield
+    except OSError:
+        raise RosParamIOException("Unable to communicate with master!") from None
 
 
 def get_param_server() -> Master:
@@ -153,6 +163,7 @@ def dump_params(filename: str | None, param: str, verbose: bool = False) -> None
 # Parameters ----------------------------------------------------------------------------------------------------------
 
 
+@_answered()
 def get_param(param: str) -> Any:
     """Return a parameter; raises MasterError if it is not set."""
     return get_param_server().getParam(_resolve(param))
@@ -163,6 +174,7 @@ def set_param(param: str, value: str, verbose: bool = False) -> None:
     set_param_raw(param, yaml.load(value, yaml.SafeLoader), verbose=verbose)
 
 
+@_answered()
 def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
     """Set a parameter; those of a dictionary one by one.
 
@@ -202,6 +214,7 @@ def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
     set_param_raw(ns, values)
 
 
+@_answered()
 def delete_param(param: str, verbose: bool = False) -> None:
     """Delete a parameter; raises MasterError if it is not set."""
     server = get_param_server()
@@ -214,6 +227,7 @@ def delete_param(param: str, verbose: bool = False) -> None:
         print(f"deleted parameter [{param}]")
 
 
+@_answered()
 def list_params(ns: str) -> list[str]:
     """Return the names of the parameters of a namespace, sorted."""
     below = _resolve(ns).rstrip("/") + "/"

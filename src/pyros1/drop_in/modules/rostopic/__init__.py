@@ -183,10 +183,13 @@ def get_info_text(topic: str) -> str:
 
     Raises:
         ROSTopicException: there is no such topic.
-        OSError: the master does not answer.
+        ROSTopicIOException: the master does not answer.
     """
     master = rosgraph.Master("/rostopic")
-    publishers, subscribers = get_topic_list(master)
+    try:
+        publishers, subscribers = get_topic_list(master)
+    except OSError:
+        raise ROSTopicIOException("Unable to communicate with master!") from None
     own = [[entry for entry in table if entry[0] == topic] for table in (publishers, subscribers)]
     if not any(own):
         raise ROSTopicException(f"Unknown topic {topic}")
