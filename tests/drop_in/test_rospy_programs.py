@@ -12,7 +12,7 @@ import pytest
 from programs import run, start
 
 HEAD = """
-import threading, time, rospy
+import os, threading, time, rospy
 from std_msgs.msg import Float64, Header, String
 from geometry_msgs.msg import Point, PointStamped
 from std_srvs.srv import SetBool, Trigger
@@ -126,7 +126,9 @@ rospy.init_node("loop")
 p = rospy.Publisher("cmd_vel", Float64, queue_size=10)
 def stop():
     p.publish(0)
-    print("stopped", threading.current_thread() is threading.main_thread(), rospy.is_shutdown(), flush=True)
+    # print() raises RuntimeError in a signal handler that interrupts print().
+    main = threading.current_thread() is threading.main_thread()
+    os.write(1, f"stopped {main} {rospy.is_shutdown()}\\n".encode())
 rospy.on_shutdown(stop)
 until(lambda: p.get_num_connections())
 print("ready", flush=True)

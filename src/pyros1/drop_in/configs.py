@@ -100,9 +100,7 @@ def run(path: str) -> dict[str, Any]:
     found: list[dict[str, Any]] = []
     _RUNNING.results.append(found)
     try:
-        with open(path, "rb") as file:
-            code = compile(file.read(), path, "exec")
-        exec(code, {"__name__": "__main__", "__file__": path})
+        exec(_compiled(path), {"__name__": "__main__", "__file__": path})
     except SystemExit:  # the usual end: exit(gen.generate(...))
         pass
     except SyntaxError as error:
@@ -115,6 +113,15 @@ def run(path: str) -> dict[str, Any]:
     if not found:
         raise ImportError(f"{path} does not call generate() of a ParameterGenerator", path=path)
     return found[0]
+
+
+def _compiled(path: str) -> Any:
+    with open(path, "rb") as file:
+        text = file.read()
+    try:
+        return compile(text, path, "exec")
+    except ValueError as error:  # Python 3.10's for null bytes
+        raise SyntaxError(str(error)) from error
 
 
 def take(contents: dict[str, Any]) -> None:

@@ -220,6 +220,27 @@ def test_a_busy_topic_does_not_starve_others_without_more_threads(
     assert len([text for text in log.texts if "callbacks of several topics share one" in text]) == 1
 
 
+def test_when_the_program_ends_no_thread_is_missed(
+    make_node: Any,
+    collect: Any,
+    watch_log: Any,
+    no_more_threads: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    talker, listener, got = make_node("talker"), make_node("listener"), collect()
+    log = watch_log(listener)
+    over = threading.Thread(target=lambda: None)
+    monkeypatch.setattr(threading, "main_thread", lambda: over)  # Python 3.12 starts no threads after its end
+    listener.subscribe("t", Float64, got)
+    publisher = talker.advertise("t", Float64)
+    assert publisher.wait_for_subscribers(timeout=5)
+    for number in range(3):
+        publisher.publish(number)
+    got.wait(3)
+    assert len(no_more_threads) > 1
+    assert not [text for text in log.texts if "share one" in text]
+
+
 def test_a_subscription_for_which_there_is_no_thread_leaves_nothing(
     make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

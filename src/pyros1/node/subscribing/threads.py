@@ -126,7 +126,8 @@ class DeliveryThreads:
                 if alone:
                     self._keep_one_waiting()
             except RuntimeError as error:
-                if not self._refused:
+                # A program whose main thread has ended starts no more threads, since Python 3.12: that is no fault.
+                if not self._refused and threading.main_thread().is_alive():
                     self._refused = True
                     self._report(error)
             try:
