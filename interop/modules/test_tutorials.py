@@ -212,10 +212,11 @@ rospy.set_param("/tutorial", {"gains": {"p": 1, "i": 2.5}, "list": ["a", 3, True
 rospy.set_param("tutorial/bool", False)
 rospy.set_param("~private", 7)
 rospy.set_param("/tutorial/first/deep", 1)
+rospy.set_param("/seen", False)
 done = rospy.Publisher("parameters_set", Empty, latch=True, queue_size=1)
 done.publish()
-connected(done)
-while_heard(done)
+while not rospy.get_param("/seen"):  # the other program may come and go between two looks at the connections
+    rospy.sleep(0.01)
 print(rospy.has_param("/tutorial/name"), rospy.get_param("/tutorial/gains"))
 print("finished")
 """
@@ -237,6 +238,7 @@ rospy.delete_param("/tutorial/name")
 rospy.set_param("/tutorial/gains/p", 5)
 print(rospy.get_param("/tutorial/gains"), sys.argv, rospy.myargv(), rospy.resolve_name("~a"), rospy.resolve_name("b"))
 rospy.delete_param("~mine")
+rospy.set_param("/seen", True)
 """
     arguments = ("_mine:=[1, two]", "b:=/c", "word")
     out = same_in_all_pairs(
