@@ -35,11 +35,18 @@ class Counts:
     def wait(self, *numbers: float, more: int = 1) -> None:
         """Wait for some messages of each of these publishers."""
         with self._changed:
-            goal = {number: self.counts.get(number, 0) + more for number in numbers}
-            came = self._changed.wait_for(
-                lambda: all(self.counts.get(number, 0) >= count for number, count in goal.items()), PATIENCE
-            )
-        assert came, f"{numbers} of {self.counts}"
+            self._wait({number: self.counts.get(number, 0) + more for number in numbers})
+
+    def wait_for_first(self, number: float) -> None:
+        """Wait for the first message of a publisher, which may have come already."""
+        with self._changed:
+            self._wait({number: 1})
+
+    def _wait(self, goal: dict[float, int]) -> None:
+        came = self._changed.wait_for(
+            lambda: all(self.counts.get(number, 0) >= count for number, count in goal.items()), PATIENCE
+        )
+        assert came, f"{goal} of {self.counts}"
 
 
 @pytest.fixture
@@ -109,11 +116,11 @@ def test_floods_starve_nobody(
     late = fake_node("/late")  # a new link
     late.publish("/t")
     late.accept_subscriber().sendall(encode_frame(Float64(3)))
-    got.wait(3)
+    got.wait_for_first(3)
     inside = make_node("inside").advertise("/t", Float64)  # within the process
     assert inside.wait_for_subscribers(timeout=PATIENCE)
     inside.publish(4)
-    got.wait(4)
+    got.wait_for_first(4)
     second = Counts()  # another subscriber of the same links
     listener.subscribe("/t", Float64, second, queue_size=queue_size)
     second.wait(1, 2)
@@ -147,11 +154,11 @@ def test_floods_within_the_process_starve_nobody(
         late = fake_node("/late")
         late.publish("/t")
         late.accept_subscriber().sendall(encode_frame(Float64(3)))
-        got.wait(3)
+        got.wait_for_first(3)
         inside = make_node("inside").advertise("/t", Float64)
         assert inside.wait_for_subscribers(timeout=PATIENCE)
         inside.publish(4)
-        got.wait(4)
+        got.wait_for_first(4)
     finally:
         ended.set()
         for thread in threads:
