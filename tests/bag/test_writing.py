@@ -222,3 +222,26 @@ def test_now_is_the_default(tmp_path: Path) -> None:
     with pyros1.bag.open(tmp_path / "x.bag") as read:
         ((_, _, stamp, _),) = read
         assert abs(stamp.to_sec() - time.time()) < 60
+
+
+def test_threads_read_one_bag_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "x.bag"
+    with pyros1.bag.open(path, "w", chunk_threshold=300) as out:
+        for number in range(400):
+            out.write("/t", Int32(number), Time(number))
+    read: list[list[int]] = []
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with pyros1.bag.open(path) as bag:
+            threads = [
+                threading.Thread(target=lambda: read.append([each.message.data for each in bag.messages()]))
+                for _ in range(4)
+            ]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join(30)
+    finally:
+        sys.setswitchinterval(interval)
+    assert read == [list(range(400))] * 4

@@ -17,9 +17,9 @@ are first asked for, so that making a class costs little and an unused direction
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
+from pyros1.ground import lazy
 from pyros1.ground.errors import DefinitionError, DeserializationError, MessageError
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ _DERIVED = frozenset({"_classes", "_fixed_size", "_min_size", "_weight"})
 
 def _module(name: str) -> Any:
     """Return a module, imported late: it needs this one, and most messages are never encoded, checked or printed."""
-    return import_module("pyros1.msgs." + name)
+    return lazy.module("pyros1.msgs." + name)
 
 
 class Array(Protocol):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import stat
 import struct
+import threading
 from collections.abc import ItemsView, Iterable, Iterator, KeysView, Mapping
 from dataclasses import dataclass, field
 from io import FileIO
@@ -159,6 +160,7 @@ class BagFile:
             )  # to open it would block for ever
         file: Any = FileIO(self.path, "rb") if self._own else source
         self._file = file
+        self._place = threading.RLock()  # of the file: threads may read one bag at once
         try:
             self.size: int = file.seek(0, os.SEEK_END)
             self.version, behind = self._version()
@@ -212,15 +214,16 @@ class BagFile:
         wanted = min(size, self.size - position)
         if wanted <= 0:
             return b""  # offsets beyond the end come from damaged records, and may be too large for seek
-        self._file.seek(position)
         parts: list[bytes] = []
-        while wanted > 0:
-            part = self._file.read(wanted)
-            if not part:
-                break
-            parts.append(part)
-            wanted -= len(part)
-            self.taken += len(part)
+        with self._place:
+            self._file.seek(position)
+            while wanted > 0:
+                part = self._file.read(wanted)
+                if not part:
+                    break
+                parts.append(part)
+                wanted -= len(part)
+                self.taken += len(part)
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def expect(self, positions: Iterable[int]) -> None:
