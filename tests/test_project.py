@@ -18,10 +18,11 @@ LEVELS = [
     {"values", "wire", "msgs"},
     {"finding", "net"},
     {"master", "node"},
-    {"graph", "aio", "tf"},
+    {"graph", "aio", "tf", "observe"},
     {"actions", "filters", "reconfigure", "diagnostics"},
     {"launch", "bag", "topic_tools"},
     {"doctor", "test_nodes", "drop_in"},
+    {"web"},
     {"cli"},
 ]
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}

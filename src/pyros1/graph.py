@@ -204,6 +204,14 @@ class NodeApi:
             raise ProtocolError(f"the node at {self.uri} answered getBusInfo with something other than a list")
         return [parse_bus_entry(entry) for entry in entries]
 
+    def bus_stats(self) -> Any:
+        """Return what the node has counted on its connections, as it says it; roscpp's come without a status code."""
+        answer = self._client.call("getBusStats", self._caller_id)
+        match answer:
+            case [int(), str(), value]:
+                return value
+        return answer
+
     def subscriptions(self) -> dict[str, str]:
         """Return the topics that the node subscribes to, as (topic, type)."""
         entries = self._call("getSubscriptions")

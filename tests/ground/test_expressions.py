@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.cli.shared.expression import Expression
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.expressions import MAX_BITS, MAX_ITEMS, MAX_TEXT, ExpressionError, Interpreter, bounded, size
 from pyros1.launch.reading.expression import evaluate
+from pyros1.observe.expression import Expression
 from pyros1.values import YamlError, load_yaml
 
 NAMES = {"i": 3, "f": 0.5, "s": "text", "t": True, "l": [1, 2]}

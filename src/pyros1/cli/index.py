@@ -450,6 +450,17 @@ INDEX: dict[str, tuple[Any, ...]] = {
         {
         },
     ),
+    'web': (
+        'web',
+        'show the running robot in a browser',
+        'look',
+        '',
+        {},
+        (),
+        (),
+        {
+        },
+    ),
     'wtf': (
         'wtf',
         'find problems of this machine and the running system, and how to solve them',

@@ -8,8 +8,8 @@ from typing import Any
 
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.ground.errors import MasterError, UnknownTypeError
-from pyros1.msgs import AnyMsg, DefinitionCache, Message, load_message
+from pyros1.ground.errors import MasterError
+from pyros1.msgs import AnyMsg
 
 _LOOK_AGAIN = 0.2
 
@@ -40,35 +40,3 @@ def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str] 
 def subscribe(node: Any, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
     """Subscribe to undecoded messages."""
     return node.subscribe(topic, AnyMsg, callback)
-
-
-class Decoder:
-    """Decodes messages of any type, with the definition in their connection's header."""
-
-    def __init__(self) -> None:
-        self._cache = DefinitionCache()
-
-    def message_class(self, raw: AnyMsg) -> type[Message]:
-        """Return the class of a raw message.
-
-        Raises:
-            DefinitionError, UnknownTypeError: the publisher sent no usable definition, and none is installed here.
-        """
-        header = raw._connection_header or {}
-        type_name, md5sum = header.get("type", ""), header.get("md5sum", "")
-        try:
-            return self._cache.get(type_name, md5sum, header.get("message_definition", ""))
-        except UnknownTypeError:
-            cls = load_message(type_name)
-            if md5sum not in ("*", cls._md5sum):
-                raise
-            return cls
-
-    def decode(self, raw: AnyMsg) -> Message:
-        """Return the decoded message.
-
-        Raises:
-            MessageError: see `message_class`, or the bytes are not such a message.
-        """
-        message: Message = self.message_class(raw)._decode(raw._buff, 0, len(raw._buff))
-        return message

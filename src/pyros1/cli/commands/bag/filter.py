@@ -16,11 +16,11 @@ from pyros1.cli.commands.bag._writing.files import different, new_file
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option, Verb
-from pyros1.cli.shared.expression import Expression, ExpressionError
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
 from pyros1.ground.expressions import UnknownNameError
 from pyros1.ground.timing import Time
+from pyros1.observe.expression import Expression, ExpressionError
 
 _USAGE = """[options] INBAG OUTBAG [EXPRESSION]
 

@@ -231,8 +231,8 @@ def _pause(control: Control, paused: bool) -> tuple[bool, str]:
 
 def _control_rate(node: Node, player: Player, topic: str) -> None:
     """Make the player wait for a topic's stamps (B38), or for its arrival times if it has no header."""
-    from pyros1.cli.shared.subscribing import Decoder  # noqa: PLC0415
     from pyros1.msgs import AnyMsg  # noqa: PLC0415
+    from pyros1.observe.decoder import Decoder  # noqa: PLC0415
 
     decoder = Decoder()
     player.rate_stamp = 0

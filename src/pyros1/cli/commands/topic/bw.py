@@ -9,8 +9,8 @@ from pyros1.cli.commands.topic._window import PERIOD, WINDOW, window
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.statistics import BandwidthMeter
 from pyros1.cli.shared.subscribing import find_topic, subscribe
+from pyros1.observe.statistics import BandwidthMeter
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

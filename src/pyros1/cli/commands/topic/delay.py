@@ -8,9 +8,10 @@ from pyros1.cli.commands.topic._window import PERIOD, TCPNODELAY, WINDOW, window
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.statistics import DelayMeter
-from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
+from pyros1.cli.shared.subscribing import find_topic, subscribe
 from pyros1.msgs import AnyMsg
+from pyros1.observe.decoder import Decoder
+from pyros1.observe.statistics import DelayMeter
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

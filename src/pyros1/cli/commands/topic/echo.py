@@ -11,15 +11,16 @@ from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.expression import Expression, ExpressionError
-from pyros1.cli.shared.fields import FieldPath, FieldPathError
 from pyros1.cli.shared.forms import Json, Plot, Show, Text
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
-from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
+from pyros1.cli.shared.subscribing import find_topic, subscribe
 from pyros1.ground.errors import MessageError
 from pyros1.ground.shown import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, Message
+from pyros1.observe.decoder import Decoder
+from pyros1.observe.expression import Expression, ExpressionError
+from pyros1.observe.fields import FieldPath, FieldPathError
 
 _CLOCK_PATIENCE = 2.0
 _LEAST_WIDTH = 2

@@ -12,10 +12,11 @@ from pyros1.cli.commands.topic._window import PERIOD, TCPNODELAY, WINDOW, window
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.expression import Expression, ExpressionError
-from pyros1.cli.shared.statistics import RateMeter, rate_lines, rate_table
-from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
+from pyros1.cli.shared.subscribing import find_topic, subscribe
 from pyros1.msgs import AnyMsg
+from pyros1.observe.decoder import Decoder
+from pyros1.observe.expression import Expression, ExpressionError
+from pyros1.observe.statistics import RateMeter, rate_lines, rate_table
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -14,12 +14,13 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.chart import draw
-from pyros1.cli.shared.fields import FieldPath, FieldPathError
 from pyros1.cli.shared.printing import use_colour
-from pyros1.cli.shared.subscribing import Decoder, find_topic, subscribe
+from pyros1.cli.shared.subscribing import find_topic, subscribe
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import TVal
 from pyros1.msgs import AnyMsg
+from pyros1.observe.decoder import Decoder
+from pyros1.observe.fields import FieldPath, FieldPathError
 
 _MOST_POINTS = 20_000
 _FRAME = 0.1

@@ -24,9 +24,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if not rest:
         print(topic_type)
         return
-    from pyros1.cli.shared.fields import FieldPath, FieldPathError  # noqa: PLC0415 - needs the message classes
     from pyros1.ground.errors import MessageError  # noqa: PLC0415
     from pyros1.msgs import load_message  # noqa: PLC0415
+    from pyros1.observe.fields import FieldPath, FieldPathError  # noqa: PLC0415 - needs the message classes
 
     try:
         field_type = FieldPath(rest).type_in(load_message(topic_type))

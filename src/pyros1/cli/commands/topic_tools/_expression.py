@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
-from pyros1.cli.shared.expression import FUNCTIONS, MessageLanguage
 from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.ground.expressions import ExpressionError
 from pyros1.ground.expressions.functions import MATH
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message, load_message
+from pyros1.observe.expression import FUNCTIONS, MessageLanguage
 
 _NUMPY = """
 abs absolute all amax amin any arccos arccosh arcsin arcsinh arctan arctan2 arctanh argmax argmin argsort around

@@ -11,12 +11,12 @@ from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.argparsing import add_parts, make_parser
-from pyros1.cli.shared.fields import FieldPath, FieldPathError
-from pyros1.cli.shared.subscribing import Decoder
 from pyros1.graph import Graph
 from pyros1.ground import names
 from pyros1.ground.errors import Error
 from pyros1.msgs import AnyMsg, Message, load_message
+from pyros1.observe.decoder import Decoder
+from pyros1.observe.fields import FieldPath, FieldPathError
 
 if TYPE_CHECKING:
     from pyros1.node import Node

@@ -10,10 +10,10 @@ from pyros1.cli.commands.topic_tools._transform import ARGUMENTS, OPTIONS, Make,
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.expression import is_function
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 from pyros1.msgs.fill import fill_message
+from pyros1.observe.expression import is_function
 from pyros1.values import load_yaml
 
 

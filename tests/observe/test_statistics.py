@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.cli.shared.statistics import BandwidthMeter, DelayMeter, RateMeter, rate_lines, rate_table, summarise
+from pyros1.observe.statistics import BandwidthMeter, DelayMeter, RateMeter, rate_lines, rate_table, summarise
 
 
 def test_hz_lines() -> None:

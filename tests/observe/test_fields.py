@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.cli.shared.fields import FieldPath, FieldPathError
 from pyros1.msgs.geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped
 from pyros1.msgs.sensor_msgs.msg import JointState
+from pyros1.observe.fields import FieldPath, FieldPathError
 
 
 def _poses() -> PoseArray:

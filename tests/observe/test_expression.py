@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.cli.shared.expression import Expression, ExpressionError, MessageLanguage
 from pyros1.ground.timing import Time
 from pyros1.msgs.geometry_msgs.msg import PoseStamped
 from pyros1.msgs.std_msgs.msg import String, UInt8MultiArray
+from pyros1.observe.expression import Expression, ExpressionError, MessageLanguage
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,151 @@
+"""``pyros1 web``: the running robot in a browser."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Command, Flag, Option, Verb
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+PORT = 9090
+_EVERYWHERE = ("0.0.0.0", "::", "")
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Serve the page until a signal comes."""
+    if args:
+        raise UsageError(f"unrecognized arguments: {' '.join(args)}")
+    if not 0 <= options.port <= 65535:
+        raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
+    try:
+        import websockets  # noqa: F401, PLC0415 - of the extra
+    except ImportError:
+        raise CommandError("this needs the package websockets: pip install 'pyros1[web]'") from None
+    from pyros1.net.hosts import master_uri  # noqa: PLC0415 - after the command line proved right
+    from pyros1.web.access import Access  # noqa: PLC0415
+    from pyros1.web.robot import Robot  # noqa: PLC0415
+    from pyros1.web.run import run_server  # noqa: PLC0415
+
+    more = {} if options.token is None else {"token": options.token}
+    access = Access(
+        names=_names(options.host, options.names),
+        any_address=options.host in _EVERYWHERE,
+        read_only=options.read_only,
+        topics=tuple(options.topics),
+        **more,
+    )
+    uri = master_uri(os.environ, invocation.special)
+    robot = Robot(uri, access, _node_maker(invocation, uri))
+
+    def started(port: int) -> None:
+        link = _link(options.host, port, access.token)
+        print(f"the robot at {uri} in a browser: {link}", flush=True)
+        if options.host in _EVERYWHERE or not _is_loopback(options.host):
+            print("other machines can reach this page; whoever has the link can do what it can", file=sys.stderr)
+        if options.open:
+            _open(link)
+
+    try:
+        run_server(robot, access, options.host, options.port, started)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise CommandError(
+            f"cannot listen on {options.host or '*'}:{options.port}: {reason}. --port 0 takes any free port"
+        ) from None
+    return 0
+
+
+COMMAND = Command(
+    "web",
+    "show the running robot in a browser",
+    Verb(
+        "",
+        "",
+        Option("-p", "--port", type="int", default=PORT, metavar="PORT", help=f"port of the page ({PORT}); 0: any"),
+        Option(
+            "--host",
+            default="localhost",
+            metavar="ADDRESS",
+            help="interface to listen on (localhost); 0.0.0.0: all, so that other machines can see the page",
+        ),
+        Option(
+            "--name",
+            dest="names",
+            action="append",
+            default=[],
+            metavar="NAME",
+            help="another name of this machine in links, for example behind a proxy",
+        ),
+        Option(
+            "--token",
+            metavar="TOKEN",
+            help="token in the link, empty for none; without this option, a new one at each start",
+        ),
+        Flag("--read-only", dest="read_only", help="pages may look, but publish, call, set and stop nothing"),
+        Option(
+            "--topics",
+            action="append",
+            default=[],
+            metavar="PATTERN",
+            help="show only topics, services and parameters that match, for example '/camera/*'; may be repeated",
+        ),
+        Flag("--open", dest="open", help="open the page in this machine's browser"),
+        description="Graph, console, plots, messages, parameters and services, live. Needs pyros1[web].",
+        examples=[
+            ("--open", "the robot in this machine's browser"),
+            ("--host 0.0.0.0 --read-only", "for other machines, to look only"),
+        ],
+        run=run,
+    ),
+    group="look",
+    stock="",
+)
+
+
+def _node_maker(invocation: Invocation, uri: str) -> Callable[[], Node]:
+    def make() -> Node:
+        from pyros1.node import Node  # noqa: PLC0415 - in the thread that looks for the master
+
+        return Node(
+            "pyros1_web",
+            anonymous=True,
+            argv=invocation.remapping_args,
+            master_uri=uri,
+            handle_signals=False,
+            rosout=False,
+            wait_for_master=0.0,
+            log_level="error",
+        )
+
+    return make
+
+
+def _names(host: str, more: list[str]) -> frozenset[str]:
+    own = {socket.gethostname()} if host in _EVERYWHERE else {host}
+    return frozenset(name.lower() for name in {*own, *more} if name)
+
+
+def _is_loopback(host: str) -> bool:
+    return host in ("localhost", "::1") or host.startswith("127.")
+
+
+def _link(host: str, port: int, token: str) -> str:
+    shown = socket.gethostname() if host in _EVERYWHERE else host
+    if ":" in shown:
+        shown = f"[{shown}]"
+    return f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
+
+
+def _open(link: str) -> None:
+    import webbrowser  # noqa: PLC0415
+
+    if not webbrowser.open(link):
+        print("no browser could be opened; open the link yourself", file=sys.stderr)

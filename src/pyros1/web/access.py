@@ -1,0 +1,74 @@
+"""Who may come in: the token in the link, Host and Origin, topics that may be seen, and what may be changed.
+
+Pure. A page of another site that is open in the same browser can send requests here, and by DNS rebinding even under a
+name of its own. It knows neither the token, nor can it give one of our names as Host.
+"""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import re
+import secrets
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from urllib.parse import parse_qs, urlsplit
+
+LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
+_HOST = re.compile(r"(?:\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(?::(?P<port>\d{1,5}))?\Z", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Access:
+    """The rules of one server.
+
+    Attributes:
+        token: what the link must have; empty for none.
+        names: names under which the server may be reached, besides those of loopback; addresses count as names.
+        any_address: whether every IP address is such a name, as on a server that listens on all interfaces.
+        read_only: whether pages may not change anything.
+        topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
+    """
+
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(16), repr=False)
+    names: Collection[str] = ()
+    any_address: bool = False
+    read_only: bool = False
+    topics: tuple[str, ...] = ()
+
+    def is_our_name(self, host: str | None) -> bool:
+        """Return whether a Host header names this server."""
+        match = _HOST.match(host or "")
+        if match is None:
+            return False
+        name = (match["six"] or match["name"]).lower()
+        return name in LOOPBACK or name in self.names or (self.any_address and _is_address(name))
+
+    def is_our_page(self, origin: str | None, host: str | None) -> bool:
+        """Return whether an Origin header is that of our own page; programs that are not browsers send none."""
+        if origin is None:
+            return True
+        parts = urlsplit(origin)
+        return parts.scheme in ("http", "https") and parts.netloc.lower() == (host or "").lower()
+
+    def has_token(self, path: str) -> bool:
+        """Return whether the query of a path has the token."""
+        given = parse_qs(urlsplit(path).query, max_num_fields=20).get("token", [""])[0]
+        return not self.token or hmac.compare_digest(given.encode(), self.token.encode())
+
+    def may_see(self, name: str) -> bool:
+        """Return whether pages may see a topic, service or parameter."""
+        return not self.topics or any(fnmatchcase(name, pattern) for pattern in self.topics)
+
+    def visible(self, names: Iterable[str]) -> list[str]:
+        """Return those of some names that pages may see."""
+        return [name for name in names if self.may_see(name)]
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True

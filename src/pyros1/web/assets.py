@@ -1,0 +1,62 @@
+"""The files of the page. Only what was there at the start is given out, so no path leads anywhere else."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+PAGE = Path(__file__).parent / "page"
+_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".json": "application/json",
+    ".LICENSE": "text/plain; charset=utf-8",
+}
+SECURITY = {
+    # Nothing is run or fetched that is not ours, whatever the text of a message says.
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; worker-src 'self' blob:; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-cache",
+}
+"""Headers of every answer."""
+
+
+@dataclass(frozen=True)
+class Asset:
+    """A file of the page."""
+
+    body: bytes
+    content_type: str
+    tag: str
+
+
+class Assets:
+    """The files of the page.
+
+    Args:
+        folder: where they are.
+    """
+
+    def __init__(self, folder: Path = PAGE) -> None:
+        self._folder = folder
+        self._known = {"/" + path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+        self._known["/"] = folder / "index.html"
+        panels = sorted(path.stem for path in (folder / "panels").glob("*.js"))
+        self.panels = [name for name in panels if not name.startswith("_")]
+
+    def get(self, path: str) -> Asset | None:
+        """Return the file of a URL's path; None if there is none."""
+        file = self._known.get(path)
+        kind = _TYPES.get(file.suffix) if file else None
+        if file is None or kind is None:
+            return None
+        try:
+            body = file.read_bytes()  # each time: those who write panels load the page again
+        except OSError:
+            return None
+        return Asset(body, kind, f'"{hashlib.sha256(body).hexdigest()[:20]}"')

@@ -1,0 +1,88 @@
+"""Calls about nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.ground.errors import Error, ServiceError
+from pyros1.web.robot import Robot
+from pyros1.web.views.view import text
+from pyros1.web.wire import RequestError
+
+_PATIENCE = 3.0
+
+
+def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is known of a node. Args: node."""
+    name = text(args, "node")
+    uri = _uri(robot, name)
+    registered = robot.graph.state().of_node(name)
+    facts: dict[str, Any] = {
+        "name": name,
+        "uri": uri,
+        "publishes": robot.access.visible(registered.publications),
+        "subscribes": robot.access.visible(registered.subscriptions),
+        "services": robot.access.visible(registered.services),
+    }
+    node = robot.graph.node(uri, _PATIENCE)
+    try:
+        facts["pid"] = node.pid()
+        facts["connections"] = [
+            {"topic": c.topic, "peer": c.destination, "direction": c.direction, "transport": c.transport}
+            for c in node.connections()
+            if robot.access.may_see(c.topic)
+        ]
+    except Error as error:
+        facts["problem"] = str(error)
+    finally:
+        node.close()
+    return facts
+
+
+def kill(robot: Robot, args: Mapping[str, Any]) -> None:
+    """Tell a node to end, as `rosnode kill` does. Args: node."""
+    node = robot.graph.node(_uri(robot, text(args, "node")), _PATIENCE)
+    try:
+        node.shutdown("user request")
+    finally:
+        node.close()
+
+
+def loggers(robot: Robot, args: Mapping[str, Any]) -> list[list[str]]:
+    """Return the names and levels of a node's loggers. Args: node."""
+    response = _call(robot, text(args, "node"), "get_loggers", "roscpp/GetLoggers", {})
+    return [[logger.name, logger.level] for logger in response.loggers]
+
+
+def set_level(robot: Robot, args: Mapping[str, Any]) -> None:
+    """Set the level of a logger. Args: node, logger, level: debug, info, warn, error or fatal."""
+    level = text(args, "level")
+    if level not in ("debug", "info", "warn", "error", "fatal"):
+        raise RequestError(f"there is no level {level[:50]!r}")
+    request = {"logger": text(args, "logger"), "level": level}
+    _call(robot, text(args, "node"), "set_logger_level", "roscpp/SetLoggerLevel", request)
+
+
+def _uri(robot: Robot, name: str) -> str:
+    uri = robot.graph.node_uri(name)
+    if uri is None:
+        raise RequestError(f"the master knows no node {name}")
+    return uri
+
+
+def _call(robot: Robot, node: str, what: str, kind: str, request: dict[str, str]) -> Any:
+    with robot.node.service(f"{node}/{what}", kind) as client:
+        try:
+            return client.call(client.type._request_class(**request), _PATIENCE)
+        except ServiceError as error:
+            raise RequestError(f"{node} has no levels that can be changed: {error}") from None
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {
+    "info": info,
+    "kill": kill,
+    "loggers": loggers,
+    "set_level": set_level,
+}
+CHANGES = frozenset({"kill", "set_level"})

@@ -1,0 +1,23 @@
+"""What the page itself wants to know."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pyros1
+from pyros1.web.robot import Robot
+
+
+def about(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the page is connected to."""
+    return {
+        "version": pyros1.__version__,
+        "master": robot.master_uri,
+        "trouble": robot.trouble,
+        "read_only": robot.access.read_only,
+    }
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"about": about}
+CHANGES: frozenset[str] = frozenset()

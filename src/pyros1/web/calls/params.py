@@ -1,0 +1,59 @@
+"""Calls about parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.ground.shown import foreign
+from pyros1.values import load_yaml
+from pyros1.web.robot import Robot
+from pyros1.web.views.view import text
+
+
+def tree(robot: Robot, args: Mapping[str, Any]) -> Any:
+    """Return all parameters that pages may see, as a flat object: full name -> value."""
+    found: dict[str, Any] = {}
+    _flatten(robot.master.get_param("/"), "", found)
+    return {name: value for name, value in sorted(found.items()) if robot.access.may_see(name)}
+
+
+def put(robot: Robot, args: Mapping[str, Any]) -> None:
+    """Set a parameter. Args: name, and yaml: the value as `rosparam set` takes it."""
+    name = text(args, "name")
+    robot.check_visible(name)
+    robot.master.set_param(name, load_yaml(text(args, "yaml")))
+
+
+def delete(robot: Robot, args: Mapping[str, Any]) -> None:
+    """Delete a parameter, or a whole namespace. Args: name."""
+    name = text(args, "name")
+    robot.check_visible(name)
+    robot.master.delete_param(name)
+
+
+def _flatten(value: Any, name: str, found: dict[str, Any]) -> None:
+    if isinstance(value, dict) and (value or not name):
+        for key, inner in value.items():
+            _flatten(inner, f"{name}/{foreign(str(key))}", found)
+    else:
+        found[name] = _plain(value)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, str):
+        return foreign(value)
+    if isinstance(value, (int, float, bool)) or value is None:
+        return value
+    return str(value)
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"tree": tree, "put": put, "delete": delete}
+CHANGES = frozenset({"put", "delete"})

@@ -1,0 +1,57 @@
+"""Calls about services."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from time import monotonic
+from typing import Any
+
+from pyros1.graph import probe_service
+from pyros1.msgs import load_service
+from pyros1.msgs.json_form import from_json
+from pyros1.web.forms import form as form_of
+from pyros1.web.robot import Robot
+from pyros1.web.views.message import tree
+from pyros1.web.views.view import number, text
+from pyros1.web.wire import RequestError
+
+_PROBE = 2.0
+_LONGEST = 600.0
+
+
+def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a service's type, and the forms of its request and response. Args: service."""
+    service = _type(robot, text(args, "service"))
+    cls = load_service(service)
+    return {
+        "type": service,
+        "request": form_of(cls._request_class),
+        "response": form_of(cls._response_class),
+    }
+
+
+def call(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Call a service. Args: service, value, timeout (s). Returns the response as a tree, and the seconds it took."""
+    name = text(args, "service")
+    robot.check_visible(name)
+    cls = load_service(_type(robot, name))
+    request = from_json(cls._request_class, args.get("value"), robot.node.now())
+    start = monotonic()
+    with robot.node.service(name, cls) as client:
+        response = client.call(request, number(args, "timeout", 0.1, _LONGEST, 10.0))
+    return {"value": tree(response), "seconds": monotonic() - start}
+
+
+def _type(robot: Robot, name: str) -> str:
+    robot.check_visible(name)
+    uri = robot.graph.service_uri(name)
+    if uri is None:
+        raise RequestError(f"nobody provides the service {name}")
+    header = probe_service(name, uri, robot.node.name, _PROBE)
+    if not header.get("type"):
+        raise RequestError(f"the provider of {name} does not tell its type")
+    return header["type"]
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"form": form, "call": call}
+CHANGES = frozenset({"call"})

@@ -1,0 +1,55 @@
+"""Calls about topics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.ground.errors import MessageError
+from pyros1.msgs import load_message
+from pyros1.web.forms import form as form_of
+from pyros1.web.forms import numbers
+from pyros1.web.robot import Robot
+from pyros1.web.views.view import text
+from pyros1.web.wire import RequestError
+
+_MOST_FIELDS = 200
+
+
+def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the form of a type; see `pyros1.web.forms.form`. Args: type, or topic."""
+    name = args.get("type")
+    if not isinstance(name, str):
+        topic = text(args, "topic")
+        name = robot.graph.topic_types().get(topic, "")
+        if name in ("", "*"):
+            raise RequestError(f"the type of {topic} is not known")
+    return form_of(load_message(name))
+
+
+def publish(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Publish a message. Args: topic, type, value, latch. Returns the number of subscribers."""
+    topic = text(args, "topic")
+    robot.check_visible(topic)
+    sent = robot.publishing.publish(topic, text(args, "type"), args.get("value"), bool(args.get("latch")))
+    return {"subscribers": sent}
+
+
+def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
+    """Return paths of numbers in messages, for a field in which one types. Args: begin: what has been typed."""
+    begin = text(args, "begin", "")
+    found: list[str] = []
+    for topic, kind in sorted(robot.graph.topic_types().items()):
+        if not robot.access.may_see(topic) or not (topic.startswith(begin) or begin.startswith(topic)):
+            continue
+        try:
+            found += [path for path in numbers(load_message(kind), topic) if path.startswith(begin)]
+        except MessageError:
+            continue  # a type that is not installed here, or no type at all
+        if len(found) >= _MOST_FIELDS:
+            break
+    return found[:_MOST_FIELDS]
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"form": form, "publish": publish, "fields": fields}
+CHANGES = frozenset({"publish"})

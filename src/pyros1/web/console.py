@@ -1,0 +1,109 @@
+"""The log of all nodes, from /rosout: its latest messages are kept, so that a page that is loaded again has them."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable
+from itertools import islice
+from typing import Any, NamedTuple
+
+from pyros1.ground.shown import foreign
+from pyros1.node import Node
+
+SIZE = 50_000
+"""Most messages that are kept."""
+_LONGEST = 20_000
+"""Most characters of a message that are kept."""
+_MOST_TOPICS = 200
+
+
+class Entry(NamedTuple):
+    """A message of the log."""
+
+    number: int
+    time: float
+    level: int
+    node: str
+    text: str
+    file: str
+    function: str
+    line: int
+    topics: list[str]
+
+
+class Console:
+    """The log.
+
+    Args:
+        size: most messages that are kept.
+    """
+
+    def __init__(self, size: int = SIZE) -> None:
+        self._lock = threading.Lock()
+        self._entries: deque[Entry] = deque(maxlen=size)
+        self._count = 0
+        self._listeners: tuple[Callable[[], object], ...] = ()
+
+    def start(self, node: Node) -> None:
+        """Collect the messages of a system, until the node ends."""
+        # Not /rosout_agg, where a node of the launcher collects them: it may be missing, and messages would be late.
+        node.subscribe("/rosout", "rosgraph_msgs/Log", self.take)
+
+    def take(self, message: Any) -> None:
+        """Keep a rosgraph_msgs/Log message."""
+        text = foreign(message.msg[: _LONGEST + 1])
+        if len(text) > _LONGEST:
+            text = f"{text[:_LONGEST]}..."
+        with self._lock:
+            self._count += 1
+            self._entries.append(
+                Entry(
+                    self._count,
+                    message.header.stamp.to_sec(),
+                    message.level,
+                    foreign(message.name),
+                    text,
+                    foreign(message.file),
+                    foreign(message.function),
+                    message.line,
+                    [*map(foreign, message.topics[:_MOST_TOPICS])],
+                )
+            )
+        for listener in self._listeners:
+            listener()
+
+    def after(self, number: int, most: int) -> tuple[list[Entry], int]:
+        """Return the messages behind one.
+
+        Args:
+            number: of the last message that is known; 0 for none.
+            most: how many to return. If there are more, these are the oldest of them.
+
+        Returns:
+            The messages, and how many before them were dropped here.
+        """
+        with self._lock:
+            first = self._entries[0].number if self._entries else self._count + 1
+            number = min(number, self._count)
+            start = max(number + 1, first)
+            entries = list(_slice(self._entries, start - first, most))
+            return entries, start - number - 1
+
+    def listen(self, listener: Callable[[], object]) -> Callable[[], None]:
+        """Call a function, in a thread of the node, after each message; return what ends this."""
+        with self._lock:
+            self._listeners = (*self._listeners, listener)
+
+        def end() -> None:
+            with self._lock:
+                self._listeners = tuple(each for each in self._listeners if each is not listener)
+
+        return end
+
+
+def _slice(entries: deque[Entry], start: int, most: int) -> Iterable[Entry]:
+    if start > len(entries) // 2:  # a deque is walked from its end if that is nearer
+        last = len(entries) - start
+        return reversed(list(islice(reversed(entries), max(0, last - most), last)))
+    return islice(entries, start, start + most)

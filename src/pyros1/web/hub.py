@@ -1,0 +1,111 @@
+"""One subscription per topic, shared by all views of all pages.
+
+A message arrives in a thread of the node, undecoded; each listener decodes it if it needs to.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from time import monotonic
+from typing import Any
+
+from pyros1.msgs import AnyMsg, Message
+from pyros1.observe.decoder import Decoder
+
+Listener = Callable[["Arrival"], object]
+"""Called with each message, in a thread of the node. It must be quick, and raises nothing."""
+
+
+class Arrival:
+    """A message that has come.
+
+    Attributes:
+        raw: its bytes and its connection's header.
+        time: when it came, in seconds of the node's clock.
+        at: when it came, in seconds of `time.monotonic`.
+    """
+
+    __slots__ = ("_decoder", "_message", "at", "raw", "time")
+
+    def __init__(self, raw: AnyMsg, time: float, at: float, decoder: Decoder) -> None:
+        self.raw = raw
+        self.time = time
+        self.at = at
+        self._decoder = decoder
+        self._message: Message | None = None
+
+    @property
+    def message(self) -> Message:
+        """The decoded message; it is decoded once, whoever asks.
+
+        Raises:
+            MessageError: the publisher sent no usable definition, or the bytes are not such a message.
+        """
+        if self._message is None:
+            self._message = self._decoder.decode(self.raw)
+        return self._message
+
+
+class Hub:
+    """The subscriptions.
+
+    Args:
+        subscribe: subscribes to undecoded messages of a topic; returns a subscriber.
+        now: returns the time of the node's clock in seconds.
+    """
+
+    def __init__(self, subscribe: Callable[[str, Callable[[AnyMsg], object]], Any], now: Callable[[], float]) -> None:
+        self._subscribe = subscribe
+        self._now = now
+        self._lock = threading.Lock()
+        self._feeds: dict[str, _Feed] = {}
+
+    def listen(self, topic: str, listener: Listener) -> Callable[[], None]:
+        """Call a listener with the messages of a topic from now on.
+
+        Args:
+            topic: the topic's full name.
+            listener: see `Listener`.
+
+        Returns:
+            A function that ends this. The listener may be called once more meanwhile.
+        """
+        with self._lock:
+            feed = self._feeds.get(topic)
+            if feed is None:
+                feed = self._feeds[topic] = _Feed(self._now)
+                feed.subscriber = self._subscribe(topic, feed.arrived)
+            feed.listeners = (*feed.listeners, listener)
+        return lambda: self._leave(topic, feed, listener)
+
+    def _leave(self, topic: str, feed: _Feed, listener: Listener) -> None:
+        with self._lock:
+            if listener not in feed.listeners:
+                return
+            feed.listeners = tuple(each for each in feed.listeners if each is not listener)
+            if feed.listeners or self._feeds.get(topic) is not feed:
+                return
+            del self._feeds[topic]
+            feed.subscriber.unregister()
+
+    def close(self) -> None:
+        """End all subscriptions."""
+        with self._lock:
+            feeds, self._feeds = list(self._feeds.values()), {}
+        for feed in feeds:
+            feed.listeners = ()
+            feed.subscriber.unregister()
+
+
+class _Feed:
+    def __init__(self, now: Callable[[], float]) -> None:
+        self._now = now
+        self._decoder = Decoder()
+        self.listeners: tuple[Listener, ...] = ()
+        self.subscriber: Any = None
+
+    def arrived(self, raw: AnyMsg) -> None:
+        arrival = Arrival(raw, self._now(), monotonic(), self._decoder)
+        for listener in self.listeners:
+            listener(arrival)

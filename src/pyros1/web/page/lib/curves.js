@@ -1,0 +1,98 @@
+// Points of curves over time, and what of them a chart of some width shows.
+
+const ROOM = 1024;
+
+export class Points {
+  constructor() {
+    this.times = new Float64Array(ROOM);
+    this.values = new Float64Array(ROOM);
+    this.start = 0;
+    this.end = 0;
+  }
+
+  get length() {
+    return this.end - this.start;
+  }
+
+  // Add points, whose times grow; a time that goes back (a simulation began again) starts anew.
+  add(times, values) {
+    if (!times.length) return;
+    if (this.length && times[0] < this.times[this.end - 1] - 1) this.start = this.end = 0;
+    this._makeRoom(times.length);
+    this.times.set(times, this.end);
+    this.values.set(values, this.end);
+    this.end += times.length;
+  }
+
+  // Forget what is older than a time.
+  trim(oldest) {
+    this.start = this.indexOf(oldest);
+  }
+
+  // The index of the first point at a time or later.
+  indexOf(time) {
+    let low = this.start;
+    let high = this.end;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] < time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  last() {
+    return this.length ? this.values[this.end - 1] : undefined;
+  }
+
+  _makeRoom(count) {
+    if (this.end + count <= this.times.length) return;
+    const size = this.length + count > this.times.length / 2 ? 2 * (this.times.length + count) : this.times.length;
+    const [times, values] = [new Float64Array(size), new Float64Array(size)];
+    times.set(this.times.subarray(this.start, this.end));
+    values.set(this.values.subarray(this.start, this.end));
+    this.end -= this.start;
+    this.start = 0;
+    this.times = times;
+    this.values = values;
+  }
+}
+
+// The times of a chart: two for each column, since a column may have a least and a greatest value.
+// Columns keep their places while the chart moves, so curves do not flicker.
+export function grid(begin, end, columns) {
+  const step = (end - begin) / columns;
+  const first = Math.floor(begin / step);
+  const times = new Float64Array(2 * (columns + 1));
+  for (let column = 0; column <= columns; column += 1) {
+    times[2 * column] = (first + column) * step;
+    times[2 * column + 1] = (first + column + 0.5) * step;
+  }
+  return { times, step, first, columns };
+}
+
+// What a curve has in the columns of a grid: its least and its greatest value in each, in the order in which they came.
+export function sample(points, { step, first, columns }) {
+  const out = new Array(2 * (columns + 1)).fill(null);
+  let index = Math.max(points.start, points.indexOf(first * step) - 1); // the line begins outside
+  const { times, values, end } = points;
+  const last = (first + columns + 1) * step;
+  while (index < end && times[index] < last) {
+    const column = Math.max(0, Math.floor(times[index] / step) - first);
+    const limit = (first + column + 1) * step;
+    let least = index;
+    let most = index;
+    while (index < end && (times[index] < limit || index === least)) {
+      if (!(values[index] >= values[least])) least = Number.isNaN(values[index]) ? least : index;
+      if (!(values[index] <= values[most])) most = Number.isNaN(values[index]) ? most : index;
+      index += 1;
+    }
+    out[2 * column] = finite(values[Math.min(least, most)]);
+    out[2 * column + 1] = least === most ? null : finite(values[Math.max(least, most)]);
+  }
+  return out;
+}
+
+function finite(value) {
+  return Number.isFinite(value) ? value : null;
+}

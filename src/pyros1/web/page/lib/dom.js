@@ -1,0 +1,70 @@
+// Elements of the page. Text is always text: nothing that comes from a robot becomes markup.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+// Make an element: h("button.primary", {onclick: f, title: "..."}, "text", child, [children]).
+export function h(tag, props, ...children) {
+  return make(document.createElement(name(tag)), tag, props, children);
+}
+
+// The same for SVG; properties are attributes.
+export function s(tag, props, ...children) {
+  return make(document.createElementNS(SVG, name(tag)), tag, props, children);
+}
+
+function name(tag) {
+  return tag.split(".")[0] || "div";
+}
+
+function make(element, tag, props, children) {
+  for (const word of tag.split(".").slice(1)) element.classList.add(word);
+  for (const [key, value] of Object.entries(props || {})) {
+    if (value === undefined || value === null || value === false) continue;
+    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
+    else if (key === "style") Object.assign(element.style, value);
+    else if (key === "dataset") Object.assign(element.dataset, value);
+    else if (element instanceof SVGElement || key.includes("-") || key === "for" || key === "role") element.setAttribute(key, value);
+    else if (key in element) element[key] = value;
+    else element.setAttribute(key, value);
+  }
+  add(element, children);
+  return element;
+}
+
+function add(element, children) {
+  for (const child of children) {
+    if (child === undefined || child === null || child === false) continue;
+    if (Array.isArray(child)) add(element, child);
+    else element.append(child instanceof Node ? child : String(child));
+  }
+}
+
+// Replace what an element holds.
+export function fill(element, ...children) {
+  element.replaceChildren();
+  add(element, children);
+  return element;
+}
+
+// What a panel shows while it has nothing to show: what is missing, and what to do.
+export function empty(title, ...hints) {
+  return h("div.empty", {}, h("h3", {}, title), hints.map((hint) => h("p", {}, hint)));
+}
+
+// Text of a command, which a click copies.
+export function command(text) {
+  return h("code.command", {
+    title: "click to copy",
+    onclick: (event) => {
+      navigator.clipboard?.writeText(text);
+      event.currentTarget.classList.add("copied");
+    },
+  }, text);
+}
+
+// Offer a file for saving.
+export function save(fileName, content, type) {
+  const link = h("a", { href: URL.createObjectURL(new Blob([content], { type })), download: fileName });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}

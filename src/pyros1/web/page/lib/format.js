@@ -1,0 +1,36 @@
+// Numbers and times as people read them.
+
+export function number(value, digits = 4) {
+  if (typeof value !== "number") return String(value);
+  if (Number.isInteger(value) && Math.abs(value) < 1e15) return String(value);
+  const size = Math.abs(value);
+  if (size !== 0 && (size < 1e-4 || size >= 1e7)) return value.toExponential(digits - 1);
+  return String(Number(value.toPrecision(digits + 2)));
+}
+
+export function rate(hz) {
+  if (hz === undefined || hz === null) return "";
+  return `${hz >= 100 ? hz.toFixed(0) : hz >= 10 ? hz.toFixed(1) : hz.toFixed(2)} Hz`;
+}
+
+export function bytes(count, unit = "B") {
+  if (count === undefined || count === null) return "";
+  const units = ["", "k", "M", "G", "T"];
+  let index = 0;
+  while (count >= 999.5 && index < units.length - 1) {
+    count /= 1000;
+    index += 1;
+  }
+  return `${index && count < 10 ? count.toFixed(1) : count.toFixed(0)} ${units[index]}${unit}`;
+}
+
+export function clock(seconds) {
+  const date = new Date(seconds * 1000);
+  if (seconds < 1e8) return seconds.toFixed(3); // simulated time
+  const two = (value) => String(value).padStart(2, "0");
+  return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${String(date.getMilliseconds()).padStart(3, "0")}`;
+}
+
+export function plural(count, word) {
+  return `${count} ${word}${count === 1 ? "" : "s"}`;
+}

@@ -1,0 +1,139 @@
+// The one object that knows the wire; see pyros1/web/wire.py. It connects again by itself.
+
+const LONGEST_PAUSE = 4000;
+
+export class Robot extends EventTarget {
+  constructor(token) {
+    super();
+    this.token = token;
+    this.state = "connecting"; // or "connected", "refused"
+    this.trouble = "";
+    this.about = { panels: [], version: "", master: "", read_only: false };
+    this._calls = new Map();
+    this._streams = new Map();
+    this._count = 0;
+    this._pause = 500;
+    this._connect();
+  }
+
+  // Ask for one thing; see pyros1/web/calls. The promise fails with an Error whose message can be shown.
+  call(name, args = {}) {
+    return new Promise((resolve, reject) => {
+      if (this.state !== "connected") {
+        reject(new Error("the server does not answer"));
+        return;
+      }
+      const id = ++this._count;
+      this._calls.set(id, { resolve, reject });
+      this._send({ call: name, id, args });
+    });
+  }
+
+  // Begin a stream of what a view shows; see pyros1/web/views.
+  // on: {data(data, blob), problem(text), opened()}; opened is called again after a lost connection.
+  stream(view, args, on) {
+    const id = ++this._count;
+    const stream = { view, args, on };
+    this._streams.set(id, stream);
+    if (this.state === "connected") this._open(id, stream);
+    return {
+      change: (changed) => {
+        stream.args = changed;
+        if (this.state === "connected") this._send({ change: id, args: changed });
+      },
+      close: () => {
+        if (this._streams.delete(id) && this.state === "connected") this._send({ close: id });
+      },
+    };
+  }
+
+  _connect() {
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    const url = `${scheme}//${location.host}/ws?token=${encodeURIComponent(this.token)}`;
+    const socket = new WebSocket(url, "pyros1.v1");
+    socket.binaryType = "arraybuffer";
+    this._socket = socket;
+    let opened = false;
+    socket.onopen = () => {
+      opened = true;
+      this._pause = 500;
+      this._became("connected");
+      for (const [id, stream] of this._streams) this._open(id, stream);
+      this.call("page.about").then((about) => {
+        this.about = about;
+        this.dispatchEvent(new Event("about"));
+      }, () => {});
+    };
+    socket.onmessage = (event) => this._take(event.data);
+    socket.onclose = () => {
+      for (const { reject } of this._calls.values()) reject(new Error("the connection to the server was lost"));
+      this._calls.clear();
+      if (opened) this._became("connecting", "the server does not answer; is pyros1 web running?");
+      else this._ask();
+      setTimeout(() => this._connect(), this._pause);
+      this._pause = Math.min(LONGEST_PAUSE, this._pause * 1.5);
+    };
+  }
+
+  // A WebSocket does not tell why it was refused; a plain request does.
+  async _ask() {
+    try {
+      const answer = await fetch(`/ws?token=${encodeURIComponent(this.token)}`);
+      const text = await answer.text();
+      if (answer.status === 401 || answer.status === 403 || answer.status === 503) this._became("refused", text.trim());
+    } catch {
+      this._became("connecting", "the server does not answer; is pyros1 web running?");
+    }
+  }
+
+  _became(state, trouble = "") {
+    this.state = state;
+    this.trouble = trouble;
+    this.dispatchEvent(new Event("state"));
+  }
+
+  _open(id, stream) {
+    stream.on.opened?.();
+    this._send({ open: stream.view, stream: id, args: stream.args });
+  }
+
+  _send(request) {
+    if (this._socket.readyState === WebSocket.OPEN) this._socket.send(JSON.stringify(request));
+  }
+
+  _take(frame) {
+    let blob = null;
+    let text = frame;
+    if (typeof frame !== "string") {
+      const length = new DataView(frame).getUint32(0, true);
+      text = new TextDecoder().decode(new Uint8Array(frame, 4, length));
+      blob = { buffer: frame, offset: 4 + length };
+    }
+    const message = JSON.parse(text);
+    if (message.stream !== undefined) this._push(message, blob);
+    else this._answer(message);
+  }
+
+  _answer(message) {
+    const call = this._calls.get(message.id);
+    this._calls.delete(message.id);
+    if (message.error !== undefined) call?.reject(new Error(message.error));
+    else call?.resolve(message.result);
+  }
+
+  _push(message, blob) {
+    const stream = this._streams.get(message.stream);
+    if (!stream) return;
+    if (message.error !== undefined) {
+      stream.on.problem?.(message.error);
+      return;
+    }
+    try {
+      stream.on.problem?.("");
+      stream.on.data(message.data, blob);
+    } finally {
+      // The next one comes when this one is on the screen; a hidden page gets none.
+      requestAnimationFrame(() => this._streams.has(message.stream) && this._send({ next: message.stream }));
+    }
+  }
+}

@@ -1,0 +1,171 @@
+// Panels beside and below each other. A layout is a tree: {panel, settings} or {split: "row" | "column", sizes, parts}.
+
+import { fill, h } from "./dom.js";
+
+const DEEPEST = 6;
+const LEAST = 0.08; // of a split's size
+
+export class Workspace {
+  // changed(tree) is called when the user arranges something, or a panel saves its settings.
+  constructor(root, panels, robot, changed) {
+    this.root = root;
+    this.panels = panels;
+    this.robot = robot;
+    this.changed = changed;
+    this.tree = null;
+    this._mounted = new Map();
+    this._banner = h("div.banner", { role: "alert", hidden: true });
+    this._place = h("div.place");
+    root.append(this._banner, this._place);
+  }
+
+  show(tree) {
+    this.tree = this._clean(tree, 0) || { panel: this.panels[0].name };
+    for (const mounted of this._mounted.values()) mounted.unmount?.();
+    this._mounted.clear();
+    fill(this._place, this._draw(this.tree));
+    this._mountAll(this.tree);
+  }
+
+  trouble(text) {
+    this._banner.hidden = !text;
+    fill(this._banner, text);
+  }
+
+  // A tree from a link may hold anything.
+  _clean(tree, depth) {
+    if (!tree || typeof tree !== "object" || depth > DEEPEST) return null;
+    if (Array.isArray(tree.parts)) {
+      const parts = tree.parts.slice(0, 8).map((part) => this._clean(part, depth + 1)).filter(Boolean);
+      if (parts.length < 2) return parts[0] || null;
+      const good = Array.isArray(tree.sizes) && tree.sizes.length === parts.length && tree.sizes.every((size) => size > 0);
+      return { split: tree.split === "column" ? "column" : "row", sizes: good ? tree.sizes : parts.map(() => 1), parts };
+    }
+    if (!this.panels.some((panel) => panel.name === tree.panel)) return null;
+    const settings = tree.settings && typeof tree.settings === "object" ? tree.settings : {};
+    return { panel: tree.panel, settings };
+  }
+
+  _draw(node) {
+    return node.parts ? this._drawSplit(node) : this._drawPanel(node);
+  }
+
+  _drawSplit(node) {
+    const element = h(`div.split.${node.split}`);
+    const parts = node.parts.map((part) => this._draw(part));
+    const set = () => parts.forEach((part, index) => { part.style.flexGrow = String(node.sizes[index]); });
+    parts.forEach((part, index) => {
+      if (index) element.append(this._handle(node, index, element, set));
+      element.append(part);
+    });
+    set();
+    return element;
+  }
+
+  _handle(node, index, element, set) {
+    const move = (event) => {
+      const box = element.getBoundingClientRect();
+      const whole = node.sizes.reduce((sum, size) => sum + size, 0);
+      const before = node.sizes.slice(0, index - 1).reduce((sum, size) => sum + size, 0);
+      const both = node.sizes[index - 1] + node.sizes[index];
+      const at = node.split === "row" ? (event.clientX - box.left) / box.width : (event.clientY - box.top) / box.height;
+      const first = Math.min(Math.max(at * whole - before, LEAST * whole), both - LEAST * whole);
+      node.sizes[index - 1] = first;
+      node.sizes[index] = both - first;
+      set();
+    };
+    return h("div.handle", {
+      role: "separator",
+      onpointerdown: (event) => {
+        event.target.setPointerCapture(event.pointerId);
+        event.target.onpointermove = move;
+        event.target.onpointerup = () => {
+          event.target.onpointermove = null;
+          this.changed(this.tree);
+        };
+      },
+    });
+  }
+
+  _drawPanel(node) {
+    const panel = this.panels.find((each) => each.name === node.panel);
+    const choice = h("select.kind", {
+      "aria-label": "panel",
+      onchange: (event) => {
+        node.panel = event.target.value;
+        node.settings = {};
+        this._again();
+      },
+    }, this.panels.map((each) => h("option", { value: each.name, selected: each === panel }, each.title)));
+    node.tools = h("span.tools");
+    node.body = h("div.body", { tabIndex: -1 });
+    node.note = h("div.note", { role: "alert", hidden: true });
+    return h("section.panel", { dataset: { panel: panel.name }, "aria-label": panel.title },
+      h("header", {}, choice, node.tools, h("span.gap"),
+        h("button.quiet.arrange", { title: "another panel beside this one", onclick: () => this._split(node, "row") }, "⬓"),
+        h("button.quiet.arrange", { title: "another panel below this one", onclick: () => this._split(node, "column") }, "⬒"),
+        h("button.quiet.arrange.close", { title: "close this panel", onclick: () => this._remove(node) }, "✕")),
+      node.note, node.body);
+  }
+
+  _mountAll(node) {
+    if (node.parts) {
+      node.parts.forEach((part) => this._mountAll(part));
+      return;
+    }
+    const panel = this.panels.find((each) => each.name === node.panel);
+    const { body, tools, note } = node;
+    for (const key of ["body", "tools", "note"]) delete node[key]; // the tree is saved as it is
+    const problem = (text) => {
+      note.hidden = !text;
+      fill(note, text);
+    };
+    const place = {
+      body, tools, problem,
+      robot: this.robot,
+      settings: node.settings || {},
+      save: (settings) => {
+        node.settings = settings;
+        this.changed(this.tree);
+      },
+      open: (name, settings) => this._beside(node, name, settings),
+    };
+    try {
+      this._mounted.set(node, panel.mount(place) || {});
+    } catch (error) {
+      problem(`this panel has failed: ${error.message}`);
+      console.error(error);
+    }
+  }
+
+  _again() {
+    this.changed(this.tree);
+    this.show(this.tree);
+  }
+
+  _split(node, split, part = { panel: node.panel, settings: {} }) {
+    const copy = { panel: node.panel, settings: node.settings };
+    for (const key of Object.keys(node)) delete node[key];
+    Object.assign(node, { split, sizes: [1, 1], parts: [copy, part] });
+    this._again();
+  }
+
+  // Show a panel for another one: a panel of that kind that is there takes the settings, else a new one is made beside.
+  _beside(node, name, settings) {
+    const known = [...this._mounted].find(([other, mounted]) => other !== node && other.panel === name && mounted.accept);
+    if (known) known[1].accept(settings);
+    else this._split(node, "row", { panel: name, settings });
+  }
+
+  _remove(node) {
+    const without = (tree) => {
+      if (!tree.parts) return tree === node ? null : tree;
+      const kept = tree.parts.map(without);
+      const sizes = tree.sizes.filter((_, index) => kept[index]);
+      const parts = kept.filter(Boolean);
+      return parts.length > 1 ? { ...tree, sizes, parts } : parts[0] || null;
+    };
+    this.tree = without(this.tree) || { panel: this.panels[0].name, settings: {} };
+    this._again();
+  }
+}

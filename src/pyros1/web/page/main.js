@@ -1,0 +1,100 @@
+// The page: a bar with layouts, and the workspace with the panels of one of them.
+
+import { fill, h } from "./lib/dom.js";
+import { Robot } from "./lib/robot.js";
+import { panelList } from "./lib/panels.js";
+import { Workspace } from "./lib/workspace.js";
+import { fromLink, linkFor, load, store } from "./lib/store.js";
+
+const token = new URLSearchParams(location.search).get("token") || "";
+const robot = new Robot(token);
+const panels = await panelList();
+const bar = document.getElementById("bar");
+const state = h("span.state", { role: "status" });
+const tabs = h("nav", { "aria-label": "views" });
+const workspace = new Workspace(document.getElementById("workspace"), panels, robot, changed);
+let layouts = load("layouts") || {};
+let current = "";
+
+fill(bar,
+  h("a.logo", { href: "#", title: "pyros1", onclick: (event) => { event.preventDefault(); choose(panels[0].name); } },
+    h("img", { src: "icon.svg", alt: "", width: 22, height: 22 })),
+  tabs,
+  h("span.gap"),
+  state,
+  h("button.quiet", { title: "copy a link to what is shown", "aria-label": "copy a link", onclick: share }, "Link"),
+  h("button.quiet", { title: "light or dark", "aria-label": "light or dark", onclick: theme }, "◐"),
+);
+
+function drawTabs() {
+  fill(tabs, panels.map((panel, index) => h("button.tab", {
+    "aria-current": panel.name === current ? "page" : null,
+    title: `${panel.description} (${index + 1})`,
+    onclick: () => choose(panel.name),
+  }, panel.title)));
+}
+
+// Show the layout of a tab; each tab is a layout that begins as one panel.
+function choose(name, tree) {
+  const panel = panels.find((each) => each.name === name) || panels[0];
+  current = panel.name;
+  workspace.show(tree || layouts[current] || { panel: current });
+  drawTabs();
+  history.replaceState(null, "", linkFor(current, null));
+}
+
+function changed(tree) {
+  layouts[current] = tree;
+  store("layouts", layouts);
+}
+
+async function share() {
+  const link = linkFor(current, workspace.tree);
+  history.replaceState(null, "", link);
+  await navigator.clipboard?.writeText(location.href).catch(() => {});
+  say("link copied");
+}
+
+let saying = 0;
+function say(text) {
+  clearTimeout(saying);
+  fill(state, text);
+  saying = setTimeout(drawState, 2000);
+}
+
+function theme() {
+  const root = document.documentElement;
+  const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+  root.dataset.theme = dark ? "light" : "dark";
+  store("theme", root.dataset.theme);
+  window.dispatchEvent(new Event("themechange"));
+}
+
+function drawState() {
+  state.className = `state ${robot.state}`;
+  const text = { connecting: "connecting …", connected: robot.about.master.replace(/^http:\/\/|\/$/g, ""), refused: "refused" };
+  fill(state, h("i.lamp"), text[robot.state], robot.about.read_only && h("span.badge", {}, "read-only"));
+  state.title = robot.trouble || "the master";
+  workspace.trouble(robot.state === "connected" ? "" : robot.trouble);
+}
+
+robot.addEventListener("state", drawState);
+robot.addEventListener("about", drawState);
+const theme0 = load("theme");
+if (theme0) document.documentElement.dataset.theme = theme0;
+
+addEventListener("keydown", (event) => {
+  if (event.target.matches("input, textarea, select") || event.ctrlKey || event.metaKey || event.altKey) return;
+  const index = Number(event.key) - 1;
+  if (panels[index]) choose(panels[index].name);
+});
+addEventListener("hashchange", begin);
+
+function begin() {
+  const { name, tree } = fromLink(location.hash);
+  choose(name || panels[0].name, tree);
+}
+
+begin();
+drawState();
+window.robot = robot; // for the curious, in the browser's console

@@ -1,0 +1,248 @@
+// The log of all nodes, as rqt_console shows it.
+
+import { empty, command, fill, h, save } from "../lib/dom.js";
+import { clock, plural } from "../lib/format.js";
+
+const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fatal"]];
+const NAME = new Map(LEVELS);
+const KEPT = 50000;
+const ROW = 24; // pixels
+const MORE = 12; // rows above and below what is seen
+
+export default {
+  title: "Console",
+  description: "the log of all nodes",
+  order: 20,
+  mount: (place) => new Console(place),
+};
+
+class Console {
+  constructor(place) {
+    this.place = place;
+    this.entries = []; // [number, time, level, node, text, file, function, line, topics]
+    this.shown = [];
+    this.paused = false;
+    this.selected = null;
+    this.last = 0;
+    this.dropped = 0;
+    this.counts = new Map(LEVELS.map(([level]) => [level, 0]));
+    const { settings } = place;
+    this.hidden = new Set(settings.hidden || []);
+    this.search = settings.search || "";
+    this.node = settings.node || "";
+    this.marking = settings.marking || "";
+    this._build();
+    this._filtersChanged();
+    this.args = { after: 0 };
+    this.stream = place.robot.stream("console", this.args, {
+      opened: () => { this.args.after = this.last; },
+      data: (data) => this._take(data),
+      problem: (text) => place.problem(text),
+    });
+    this.observer = new ResizeObserver(() => this._draw());
+    this.observer.observe(this.list);
+  }
+
+  unmount() {
+    this.stream.close();
+    this.observer.disconnect();
+  }
+
+  _build() {
+    const { body, tools } = this.place;
+    this.buttons = new Map(LEVELS.map(([level, name]) => [level, h(`button.level.${name}`, {
+      title: `show or hide ${name}`, onclick: () => {
+        if (!this.hidden.delete(level)) this.hidden.add(level);
+        this._filtersChanged();
+      },
+    })]));
+    this.pause = h("button", { "aria-pressed": "false", title: "stop the list; messages are still collected", onclick: () => {
+      this.paused = !this.paused;
+      this.pause.setAttribute("aria-pressed", String(this.paused));
+      fill(this.pause, this.paused ? "Go on" : "Pause");
+      if (!this.paused) this._filtersChanged();
+    } }, "Pause");
+    const field = (key, hint, title) => h("input", {
+      value: this[key], placeholder: hint, title, size: 14, "aria-label": hint,
+      oninput: (event) => { this[key] = event.target.value; this._filtersChanged(); },
+    });
+    const file = h("input", { type: "file", accept: ".csv,text/csv", hidden: true, onchange: (event) => this._load(event.target.files[0]) });
+    tools.append(
+      h("span.levels", {}, [...this.buttons.values()]), this.pause,
+      field("search", "text", "only messages with this text; /.../ is a regular expression"),
+      field("node", "node or topic", "only messages of nodes, or about topics, with this in their names"),
+      field("marking", "highlight", "mark messages with this text; /.../ is a regular expression"),
+      h("button.quiet", { title: "forget what is in the list", onclick: () => this._clear() }, "Clear"),
+      h("button.quiet", { title: "save what is shown, as rqt_console's CSV", onclick: () => this._save() }, "Save"),
+      h("button.quiet", { title: "load a saved log", onclick: () => file.click() }, "Load"), file,
+      h("button.quiet", { title: "levels of loggers", onclick: () => this.place.open("nodes", {}) }, "Levels"));
+    this.tall = h("div.tall");
+    this.list = h("div.log", { role: "log", tabIndex: 0, onscroll: () => this._scrolled() }, this.tall);
+    this.detail = h("div.detail", { hidden: true });
+    this.newest = h("button.primary.newest", { hidden: true, onclick: () => this._toEnd() }, "↓ newest");
+    body.classList.add("console");
+    body.append(this.list, this.newest, this.detail);
+    this.atEnd = true;
+  }
+
+  _take({ entries, dropped }) {
+    this.dropped += dropped;
+    for (const entry of entries) {
+      this.entries.push(entry);
+      this.counts.set(entry[2], (this.counts.get(entry[2]) || 0) + 1);
+      if (!this.paused && this.fits(entry)) this.shown.push(entry);
+    }
+    this.last = entries.at(-1)[0];
+    if (this.entries.length > KEPT * 1.2) {
+      this.entries.splice(0, this.entries.length - KEPT);
+      const first = this.entries[0];
+      if (!this.paused) this.shown = this.shown.filter((entry) => entry[0] >= first[0]);
+    }
+    this._drawCounts();
+    this._draw();
+  }
+
+  _filtersChanged() {
+    const text = matcher(this.search);
+    const node = matcher(this.node);
+    this.mark = this.marking ? matcher(this.marking).test : null;
+    this.place.problem(text.problem || node.problem || "");
+    this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (node.test(entry[3]) || (this.node && entry[8].some(node.test)));
+    this.shown = this.entries.filter(this.fits);
+    this.place.save({ hidden: [...this.hidden], search: this.search, node: this.node, marking: this.marking });
+    this._drawCounts();
+    this._draw();
+  }
+
+  _drawCounts() {
+    for (const [level, button] of this.buttons) {
+      button.setAttribute("aria-pressed", String(!this.hidden.has(level)));
+      const text = `${NAME.get(level)} ${this.counts.get(level)}`;
+      if (button.textContent !== text) button.textContent = text;
+    }
+  }
+
+  _scrolled() {
+    this.atEnd = this.list.scrollTop + this.list.clientHeight >= this.list.scrollHeight - ROW;
+    this._draw();
+  }
+
+  _toEnd() {
+    this.atEnd = true;
+    this._draw();
+  }
+
+  // Only the rows that are seen are there, so any number of messages is quick.
+  _draw() {
+    if (this.drawing) return;
+    this.drawing = requestAnimationFrame(() => {
+      this.drawing = 0;
+      this._drawNow();
+    });
+  }
+
+  _drawNow() {
+    const count = this.shown.length;
+    if (!count) {
+      fill(this.tall, this.entries.length
+        ? empty("No message fits the filters", `${plural(this.entries.length, "message")} in all.`)
+        : empty("No messages yet", "Nodes that run show their log here. Try, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")));
+      this.tall.style.height = "100%";
+      this.newest.hidden = true;
+      return;
+    }
+    this.tall.style.height = `${count * ROW}px`;
+    if (this.atEnd && !this.paused) this.list.scrollTop = this.list.scrollHeight;
+    this.newest.hidden = this.atEnd;
+    const first = Math.max(0, Math.floor(this.list.scrollTop / ROW) - MORE);
+    const last = Math.min(count, Math.ceil((this.list.scrollTop + this.list.clientHeight) / ROW) + MORE);
+    fill(this.tall, this.shown.slice(first, last).map((entry, index) => this._row(entry, (first + index) * ROW)));
+  }
+
+  _row(entry, top) {
+    const [number, time, level, node, text] = entry;
+    const name = NAME.get(level) || "info";
+    return h(`div.entry.${name}`, {
+      style: { top: `${top}px` },
+      "aria-selected": this.selected === number ? "true" : null,
+      className: `entry ${name}${this.mark?.(text) ? " marked" : ""}`,
+      onclick: () => this._select(entry),
+    },
+    h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n")[0]));
+  }
+
+  _select(entry) {
+    const [number, time, level, node, text, file, fn, line, topics] = entry;
+    this.selected = this.selected === number ? null : number;
+    this.detail.hidden = this.selected === null;
+    const row = (label, value) => value && [h("dt", {}, label), h("dd.mono", {}, value)];
+    fill(this.detail, h("pre.mono", {}, text), h("dl", {},
+      row("node", node), row("level", NAME.get(level)), row("time", `${clock(time)} (${time.toFixed(6)})`),
+      row("place", file && `${file}:${line}${fn ? ` in ${fn}` : ""}`), row("topics", topics.join(" "))));
+    this._draw();
+  }
+
+  _clear() {
+    this.entries = [];
+    this.counts = new Map(LEVELS.map(([level]) => [level, 0]));
+    this._filtersChanged();
+  }
+
+  // rqt_console's file: a line of names, then message;severity;node;stamp;topics;location, each in quotation marks.
+  _save() {
+    const quote = (value) => `"${String(value).replaceAll('"', '\\"')}"`;
+    const rows = this.shown.map(([, time, level, node, text, file, fn, line, topics]) => [
+      text, level, node, `${Math.floor(time)}.${String(Math.round((time % 1) * 1e9)).padStart(9, "0")}`, topics.join(","), `${file}:${fn}:${line}`,
+    ].map(quote).join(";"));
+    save("console.csv", ["message;severity;node;stamp;topics;location", ...rows].join("\n") + "\n", "text/csv");
+  }
+
+  async _load(file) {
+    if (!file) return;
+    const text = await file.text();
+    const found = read(text);
+    if (!found.length) {
+      this.place.problem(`${file.name} has no messages; it should be a file that this console or rqt_console has saved`);
+      return;
+    }
+    this.paused = true;
+    this.pause.setAttribute("aria-pressed", "true");
+    fill(this.pause, "Go on");
+    this.shown = found;
+    this._drawNow();
+    this.place.problem(`${plural(found.length, "message")} of ${file.name}; “Go on” shows the robot's again`);
+  }
+}
+
+function matcher(text) {
+  if (!text) return { test: () => true };
+  const expression = /^\/(.+)\/([iu]*)$/.exec(text);
+  if (expression) {
+    try {
+      const compiled = new RegExp(expression[1], expression[2]);
+      return { test: (value) => compiled.test(value) };
+    } catch (error) {
+      return { test: () => true, problem: error.message };
+    }
+  }
+  const wanted = text.toLowerCase();
+  return { test: (value) => value.toLowerCase().includes(wanted) };
+}
+
+function read(text) {
+  const found = [];
+  const row = /"((?:[^"\\]|\\[\s\S])*)"(;|\r?\n|$)/g;
+  let fields = [];
+  for (let match = row.exec(text); match; match = row.exec(text)) {
+    fields.push(match[1].replaceAll('\\"', '"'));
+    if (match[2] === ";") continue;
+    if (fields.length >= 6) {
+      const [message, severity, node, stamp, topics, location] = fields;
+      const [file, fn, line] = location.split(":");
+      const level = Number(severity) || LEVELS.find(([, name]) => name === severity.toLowerCase())?.[0] || 2;
+      found.push([found.length + 1, Number(stamp), level, node, message, file || "", fn || "", Number(line) || 0, topics ? topics.split(",") : []]);
+    }
+    fields = [];
+  }
+  return found;
+}

@@ -1,0 +1,355 @@
+// Numbers of any topic over time, as rqt_plot shows them.
+
+import uPlot from "../vendor/uplot.js";
+import { Points, grid, sample } from "../lib/curves.js";
+import { command, empty, fill, h, save } from "../lib/dom.js";
+import { number } from "../lib/format.js";
+
+const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
+const PERIODS = [2, 5, 10, 20, 60, 300];
+const KEPT = 600; // seconds
+const LEAST_HEIGHT = 90;
+
+export default {
+  title: "Plot",
+  description: "numbers of any topic over time",
+  order: 30,
+  mount: (place) => new Plot(place),
+};
+
+class Plot {
+  constructor(place) {
+    this.place = place;
+    this.curves = []; // {id, text, colour, hidden, points: Map(part -> Points), problem}
+    this.period = place.settings.period || 20;
+    this.stacked = Boolean(place.settings.stacked);
+    this.range = null; // what was zoomed to; null follows the newest
+    this.now = null;
+    this.charts = [];
+    this.ids = 0;
+    this._build();
+    for (const text of place.settings.curves || []) this._add(String(text), false);
+    this.stream = place.robot.stream("plot", this._args(), {
+      data: (data, blob) => this._take(data, blob),
+      problem: (text) => place.problem(text),
+    });
+    this._layOut();
+    this.observer = new ResizeObserver(() => this._layOut());
+    this.observer.observe(this.area);
+    this.onTheme = () => this._layOut();
+    addEventListener("themechange", this.onTheme);
+    this.timer = requestAnimationFrame(() => this._frame());
+  }
+
+  // Another panel wants something shown.
+  accept(settings) {
+    for (const text of settings.curves || []) this._add(text);
+  }
+
+  unmount() {
+    this.stream.close();
+    this.observer.disconnect();
+    removeEventListener("themechange", this.onTheme);
+    cancelAnimationFrame(this.timer);
+    for (const chart of this.charts) chart.destroy();
+  }
+
+  _build() {
+    const { body, tools } = this.place;
+    const list = h("datalist", { id: `fields${Math.random()}` });
+    this.input = h("input.mono", {
+      placeholder: "/topic/field", size: 26, "aria-label": "add a curve", spellcheck: false,
+      title: "/topic/field, /topic/array[0:3], or /topic: an expression with m, the message",
+      onfocus: () => this._suggest(list),
+      oninput: () => this._suggest(list),
+    });
+    this.input.setAttribute("list", list.id);
+    const form = h("form", { onsubmit: (event) => this._submit(event) }, this.input, list, " ", h("button.primary", {}, "Add"));
+    const periods = h("select", {
+      "aria-label": "period", title: "how much is shown",
+      onchange: (event) => { this.period = Number(event.target.value); this.range = null; this._save(); },
+    }, PERIODS.map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
+    this.pause = h("button", { "aria-pressed": "false", title: "stop the picture; drag to zoom, double click for all", onclick: () => this._pause() }, "Pause");
+    const stack = h("button", { "aria-pressed": String(this.stacked), title: "a chart for each curve", onclick: () => {
+      this.stacked = !this.stacked;
+      stack.setAttribute("aria-pressed", String(this.stacked));
+      this._save();
+      this._layOut();
+    } }, "Stack");
+    tools.append(form, periods, this.pause, stack,
+      h("button.quiet", { title: "save all points as CSV", onclick: () => this._csv() }, "CSV"),
+      h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
+    this.legend = h("div.legend");
+    this.area = h("div.charts");
+    body.classList.add("plot");
+    body.append(this.legend, this.area);
+  }
+
+  _args() {
+    return { curves: this.curves.map(({ id, text }) => ({ id, text })) };
+  }
+
+  _save() {
+    this.place.save({ curves: this.curves.map(({ text }) => text), period: this.period, stacked: this.stacked });
+  }
+
+  _submit(event) {
+    event.preventDefault();
+    // as rqt_plot: several with commas, and /topic/x:y:z for three fields of one message
+    for (const text of expand(this.input.value)) this._add(text);
+    this.input.value = "";
+  }
+
+  _add(text, change = true) {
+    text = text.trim();
+    if (!text || this.curves.some((curve) => curve.text === text)) return;
+    this.curves.push({ id: ++this.ids, text, hidden: false, points: new Map(), problem: "" });
+    if (change) this._curvesChanged();
+  }
+
+  _remove(curve) {
+    this.curves = this.curves.filter((each) => each !== curve);
+    this._curvesChanged();
+  }
+
+  _curvesChanged() {
+    this.stream.change(this._args());
+    this._save();
+    this._layOut();
+  }
+
+  async _suggest(list) {
+    const { robot } = this.place;
+    const typed = this.input.value;
+    try {
+      const fields = await robot.call("topics.fields", { begin: typed.split(",").at(-1).trim() });
+      fill(list, fields.map((value) => h("option", { value })));
+    } catch {
+      // the master is away; what is typed still works
+    }
+  }
+
+  _take(data, blob) {
+    this.now = data.now;
+    this.nowAt = performance.now();
+    const numbers = new Float64Array(blob.buffer, blob.offset);
+    let at = 0;
+    let fresh = false;
+    for (const { id, part, count } of data.curves) {
+      const curve = this.curves.find((each) => each.id === id);
+      const [times, values] = [numbers.subarray(at, at + count), numbers.subarray(at + count, at + 2 * count)];
+      at += 2 * count;
+      if (!curve) continue;
+      if (!curve.points.has(part)) {
+        curve.points.set(part, new Points());
+        fresh = true;
+      }
+      curve.points.get(part).add(times, values);
+    }
+    for (const curve of this.curves) curve.problem = data.problems[curve.id] || "";
+    if (fresh) this._layOut();
+    this.dirty = true;
+  }
+
+  // Each curve, or each part of an array, is a line.
+  _lines() {
+    const lines = [];
+    for (const curve of this.curves) {
+      for (const [part, points] of [...curve.points].sort((one, other) => one[0] - other[0])) {
+        lines.push({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]` });
+      }
+    }
+    lines.forEach((line, index) => { line.colour = COLOURS[index % COLOURS.length]; });
+    return lines;
+  }
+
+  _layOut() {
+    for (const chart of this.charts) chart.destroy();
+    this.charts = [];
+    this.lines = this._lines();
+    this._drawLegend();
+    if (!this.curves.length) {
+      fill(this.area, empty("No curves yet", "Type a topic and a field above, for example:",
+        command("/velocity/data"), "or click a number in the Topics tab."));
+      return;
+    }
+    fill(this.area);
+    const shown = this.lines.filter((line) => !line.curve.hidden);
+    const groups = this.stacked && shown.length ? shown.map((line) => [line]) : [shown];
+    const box = this.area.getBoundingClientRect();
+    const height = Math.max(LEAST_HEIGHT, Math.floor(box.height / groups.length) - 4);
+    for (const lines of groups) this.charts.push(this._chart(lines, Math.max(120, Math.floor(box.width)), height));
+    this.dirty = true;
+  }
+
+  _chart(lines, width, height) {
+    const style = getComputedStyle(document.documentElement);
+    const colour = (name) => style.getPropertyValue(name).trim();
+    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 } };
+    const chart = new uPlot({
+      width, height,
+      padding: [10, 12, 0, 0],
+      legend: { show: false },
+      cursor: { sync: { key: "plots" }, drag: { x: true, y: false }, focus: { prox: 24 } },
+      scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
+      axes: [
+        { ...axis, values: (_, ticks) => ticks.map((tick) => number(tick - (this.now ?? 0), 3)), label: "", size: 30 },
+        { ...axis, size: 64, values: (_, ticks) => ticks.map((tick) => number(tick)) },
+      ],
+      series: [{}, ...lines.map((line) => ({
+        label: line.label, stroke: line.colour, width: 1.5, spanGaps: true, points: { show: false },
+      }))],
+      hooks: {
+        setSelect: [(plot) => this._zoomTo(plot)],
+        setCursor: [(plot) => this._cursor(plot)],
+      },
+    }, [new Float64Array(0), ...lines.map(() => [])], this.area);
+    chart.lines = lines;
+    chart.over.addEventListener("dblclick", () => this._follow());
+    chart.over.addEventListener("wheel", (event) => this._wheel(chart, event), { passive: false });
+    return chart;
+  }
+
+  _zoomTo(chart) {
+    const { left, width } = chart.select;
+    if (width < 4) return;
+    this.range = [chart.posToVal(left, "x"), chart.posToVal(left + width, "x")];
+    chart.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    this._showPause();
+  }
+
+  _wheel(chart, event) {
+    event.preventDefault();
+    const [begin, end] = this._shown();
+    const size = end - begin;
+    const moved = event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY);
+    if (moved) {
+      const by = Math.sign(event.deltaX || event.deltaY) * size * 0.1;
+      this.range = [begin + by, end + by];
+    } else {
+      const at = chart.posToVal(event.offsetX, "x");
+      const factor = event.deltaY > 0 ? 1.2 : 1 / 1.2;
+      this.range = [at - (at - begin) * factor, at + (end - at) * factor];
+    }
+    this._showPause();
+  }
+
+  _pause() {
+    this.range = this.range ? null : this._shown();
+    this._showPause();
+  }
+
+  _follow() {
+    this.range = null;
+    this._showPause();
+  }
+
+  _showPause() {
+    this.pause.setAttribute("aria-pressed", String(Boolean(this.range)));
+    fill(this.pause, this.range ? "Go on" : "Pause");
+    this.dirty = true;
+  }
+
+  _shown() {
+    if (this.range) return this.range;
+    const end = this._time();
+    return [end - this.period, end];
+  }
+
+  // The robot's time now: between two pushes it runs on, so that curves move evenly.
+  _time() {
+    if (this.now === null) return 0;
+    return this.now + Math.min(0.25, (performance.now() - this.nowAt) / 1000);
+  }
+
+  _frame() {
+    this.timer = requestAnimationFrame(() => this._frame());
+    if (this.now === null || (!this.dirty && this.range)) return;
+    this.dirty = false;
+    const [begin, end] = this._shown();
+    for (const chart of this.charts) {
+      const columns = Math.max(50, Math.floor(chart.over.clientWidth));
+      const places = grid(begin, end, columns);
+      chart.batch(() => {
+        chart.setData([places.times, ...chart.lines.map((line) => sample(line.points, places))], false);
+        chart.setScale("x", { min: begin, max: end });
+      });
+    }
+    if (!this.range) for (const line of this.lines) line.points.trim(this.now - Math.max(KEPT, this.period));
+    this._drawValues();
+  }
+
+  _drawLegend() {
+    fill(this.legend, this.curves.map((curve) => {
+      const lines = this.lines.filter((line) => line.curve === curve);
+      curve.mark = h("span.value.mono");
+      return h("span.chip", { title: curve.problem || "click to hide or show" },
+        h("button.name.mono", { "aria-pressed": null, className: `name mono${curve.hidden ? " hidden-curve" : ""}`, onclick: () => {
+          curve.hidden = !curve.hidden;
+          this._layOut();
+        } }, (lines.length ? lines : [{}]).map((line) => h("i.swatch", { style: { background: line.colour || "var(--border)" } })), curve.text),
+        curve.mark,
+        h("button.quiet", { title: "remove", "aria-label": `remove ${curve.text}`, onclick: () => this._remove(curve) }, "✕"));
+    }));
+  }
+
+  _drawValues() {
+    for (const curve of this.curves) {
+      if (!curve.mark) continue;
+      const values = this.lines.filter((line) => line.curve === curve).map((line) => line.at ?? line.points.last());
+      const text = curve.problem || values.map((value) => number(value)).join("  ");
+      if (curve.mark.textContent !== text) curve.mark.textContent = text;
+      curve.mark.classList.toggle("wrong", Boolean(curve.problem));
+    }
+  }
+
+  // The legend shows the values under the cursor.
+  _cursor(chart) {
+    const inside = chart.cursor.left >= 0;
+    const time = inside ? chart.posToVal(chart.cursor.left, "x") : null;
+    for (const line of this.lines) {
+      const index = time === null ? -1 : Math.min(line.points.indexOf(time), line.points.end - 1);
+      line.at = index >= line.points.start && index >= 0 ? line.points.values[index] : undefined;
+    }
+  }
+
+  _csv() {
+    const rows = ["curve,time,value"];
+    for (const { label, points } of this.lines) {
+      const name = /[",\n]/.test(label) ? `"${label.replaceAll('"', '""')}"` : label;
+      for (let index = points.start; index < points.end; index += 1) rows.push(`${name},${points.times[index]},${points.values[index]}`);
+    }
+    save("plot.csv", rows.join("\n"), "text/csv");
+  }
+
+  _png() {
+    const canvases = this.charts.map((chart) => chart.ctx.canvas);
+    if (!canvases.length) return;
+    const picture = h("canvas", { width: canvases[0].width, height: canvases.reduce((sum, each) => sum + each.height, 0) });
+    const context = picture.getContext("2d");
+    context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--surface");
+    context.fillRect(0, 0, picture.width, picture.height);
+    let top = 0;
+    for (const canvas of canvases) {
+      context.drawImage(canvas, 0, top);
+      top += canvas.height;
+    }
+    picture.toBlob(async (blob) => save("plot.png", blob, "image/png"));
+  }
+}
+
+function expand(text) {
+  if (text.includes(": ") || text.includes("(")) return [text];
+  return text.split(",").flatMap((part) => {
+    if (part.includes("[")) return [part];
+    const [head, ...others] = part.trim().split(":");
+    const folder = head.slice(0, head.lastIndexOf("/"));
+    return [head, ...others.map((other) => `${folder}/${other}`)];
+  });
+}
+
+function spread(least, most) {
+  if (least === null || most === null || !Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
+  const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.08;
+  return [least - room, most + room];
+}

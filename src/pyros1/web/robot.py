@@ -1,0 +1,116 @@
+"""What the views need of the robot: the server's node, questions to the master, messages, and the log."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.graph import Graph
+from pyros1.ground.errors import Error, MasterError, ProtocolError
+from pyros1.msgs import AnyMsg
+from pyros1.net.master_client import MasterClient
+from pyros1.node import Node
+from pyros1.web.access import Access
+from pyros1.web.console import Console
+from pyros1.web.hub import Hub
+from pyros1.web.publishing import Publishing
+from pyros1.web.system import System
+from pyros1.web.wire import RequestError
+
+_TRY_AGAIN = 1.0
+"""Seconds between two looks for a master."""
+_CALLER = "/pyros1_web"
+
+
+class Robot:
+    """The robot. It waits for a master for as long as there is none, and goes on when it comes back.
+
+    Args:
+        master_uri: the master.
+        access: what pages may see and do.
+        make_node: makes the server's node; it raises MasterUnreachableError at once if no master answers.
+    """
+
+    def __init__(self, master_uri: str, access: Access, make_node: Callable[[], Node]) -> None:
+        self.master_uri = master_uri
+        self.access = access
+        self.master = MasterClient(_CALLER, master_uri, timeout=3.0)
+        self.graph = Graph(self.master)
+        self.system = System(self.graph)
+        self.console = Console()
+        self.trouble = "looking for the master"
+        self._make_node = make_node
+        self._node: Node | None = None
+        self._ended = threading.Event()
+        self._hub = Hub(self._subscribe, self._now)
+        self.publishing = Publishing(lambda: self.node)
+        self._thread = threading.Thread(target=self._start, name="web: looks for the master", daemon=True)
+
+    def start(self) -> None:
+        """Look for the master, in a thread."""
+        self._thread.start()
+
+    @property
+    def node(self) -> Node:
+        """The server's node.
+
+        Raises:
+            RequestError: there is none yet; the text says why.
+        """
+        if self._node is None:
+            raise RequestError(self.trouble)
+        return self._node
+
+    def listen(self, topic: str, listener: Any) -> Callable[[], None]:
+        """See `Hub.listen`.
+
+        Raises:
+            RequestError: there is no master yet, or pages may not see the topic.
+        """
+        self.check_visible(topic)
+        _ = self.node
+        return self._hub.listen(topic, listener)
+
+    def check_visible(self, name: str) -> None:
+        """Check that pages may see a topic, service or parameter.
+
+        Raises:
+            RequestError: they may not.
+        """
+        if not self.access.may_see(name):
+            raise RequestError(f"{name} is not among those that this server shows (--topics)")
+
+    def close(self) -> None:
+        """End all."""
+        self._ended.set()
+        self.master.close()
+        self._thread.join(5)
+        self._hub.close()
+        self.publishing.close()
+        if self._node is not None:
+            self._node.shutdown()
+
+    def _start(self) -> None:
+        while not self._ended.is_set():
+            try:
+                node = self._make_node()
+            except (MasterError, ProtocolError) as error:
+                self.trouble = f"no ROS master at {self.master_uri}: start one with: pyros1 core"
+                if isinstance(error, ProtocolError):
+                    self.trouble = str(error)
+                self._ended.wait(_TRY_AGAIN)
+                continue
+            except Error as error:
+                self.trouble = f"the server's node cannot start: {error}"
+                self._ended.wait(_TRY_AGAIN)
+                continue
+            self._node, self.trouble = node, ""
+            self.console.start(node)
+            return
+
+    def _subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
+        return self.node.subscribe(topic, AnyMsg, callback)
+
+    def _now(self) -> float:
+        return self._node.now().to_sec() if self._node else 0.0

@@ -1,0 +1,45 @@
+"""Runs the server until it is told to end."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+from collections.abc import Callable
+
+from pyros1.web.access import Access
+from pyros1.web.robot import Robot
+from pyros1.web.server import WebServer
+
+
+def run_server(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> None:
+    """Run until SIGINT or SIGTERM, which only the main thread gets.
+
+    Args:
+        robot: what the pages are about; it is started here, and closed at the end.
+        access: who may come in.
+        host: name or address of the interface.
+        port: 0 for any.
+        started: called with the port when pages can come.
+
+    Raises:
+        OSError: the port cannot be had.
+    """
+    try:
+        asyncio.run(_serve(robot, access, host, port, started))
+    except KeyboardInterrupt:
+        pass
+    finally:
+        robot.close()
+
+
+async def _serve(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> None:
+    ended = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):  # Windows; not the main thread
+            loop.add_signal_handler(number, ended.set)
+    async with WebServer(robot, access).listen(host, port) as server:
+        robot.start()
+        started(next(iter(server.sockets)).getsockname()[1])
+        await ended.wait()

@@ -1,0 +1,160 @@
+"""One page: its streams, each with at most one push on its way, and its calls. No sockets here: times are arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.ground.errors import Error
+from pyros1.web import calls, views, wire
+from pyros1.web.robot import Robot
+from pyros1.web.views.view import View
+from pyros1.web.wire import RequestError
+
+MOST_STREAMS = 200
+_TRY_AGAIN = 1.0
+"""Seconds until a view that could not be made is tried again."""
+
+
+class _Stream:
+    """A stream.
+
+    Args:
+        make: makes its view from arguments. If that fails, for lack of a master for example, it is tried again.
+        args: the arguments.
+    """
+
+    def __init__(self, make: Callable[[Mapping[str, Any]], View], args: Mapping[str, Any]) -> None:
+        self.make = make
+        self.args = args
+        self.view: View | None = None
+        self.awaited = True  # the page has shown the last push
+        self.woken = True
+        self.at = float("-inf")
+        self.problem = ""
+
+    def due(self) -> float | None:
+        """Return when to take the next push; None for not before something happens."""
+        if self.view is None:
+            return self.at + _TRY_AGAIN
+        if not self.awaited or not (self.woken or self.view.polled):
+            return None
+        return self.at + self.view.period
+
+
+class Session:
+    """A page.
+
+    All methods but `wake` of the views are called by one thread at a time.
+
+    Args:
+        robot: what the page is about.
+        wake: called, from any thread, when `take` may return something.
+    """
+
+    def __init__(self, robot: Robot, wake: Callable[[], object]) -> None:
+        self._robot = robot
+        self._wake = wake
+        self._streams: dict[int, _Stream] = {}
+
+    def handle(self, request: wire.Open | wire.Change | wire.Next | wire.Close) -> list[str]:
+        """Do what a request about a stream says; return the frames of an answer."""
+        try:
+            match request:
+                case wire.Open(number, name, args):
+                    self._open(number, name, args)
+                case wire.Change(number, args):
+                    self._change(number, args)
+                case wire.Next(number):
+                    if (stream := self._streams.get(number)) is not None:
+                        stream.awaited = True
+                        self._wake()
+                case wire.Close(number):
+                    self._close(number)
+        except Error as error:
+            return [wire.problem(request.stream, str(error))]
+        return []
+
+    def answer(self, call: wire.Call) -> str:
+        """Do what a call says, in a thread; it may take seconds. Return the frame of the answer."""
+        try:
+            return wire.result(call.id, calls.run(self._robot, call.name, call.args))
+        except Error as error:
+            return wire.failure(call.id, str(error))
+
+    def take(self, now: float) -> tuple[list[str | bytes], float | None]:
+        """Return the frames that are due, and when to call again.
+
+        Args:
+            now: seconds of a clock that does not jump.
+
+        Returns:
+            The frames, and a time; None if there is nothing to do before the session wakes.
+        """
+        frames: list[str | bytes] = []
+        next_time: float | None = None
+        for number, stream in list(self._streams.items()):
+            due = stream.due()
+            if due is not None and due <= now:
+                frame = self._push(number, stream, now)
+                if frame is not None:
+                    frames.append(frame)
+                due = stream.due()
+            if due is not None:
+                next_time = due if next_time is None else min(due, next_time)
+        return frames, next_time
+
+    def close(self) -> None:
+        """End all streams."""
+        for number in list(self._streams):
+            self._close(number)
+
+    def _open(self, number: int, name: str, args: Mapping[str, Any]) -> None:
+        if number in self._streams:
+            raise RequestError(f"stream {number} is open")
+        if len(self._streams) >= MOST_STREAMS:
+            raise RequestError(f"a page has at most {MOST_STREAMS} streams")
+        if name not in views.NAMES:
+            raise RequestError(f"there is no view {name[:100]!r}")
+        view_class = views.view_class(name)
+
+        def woken() -> None:
+            stream.woken = True
+            self._wake()
+
+        stream = self._streams[number] = _Stream(lambda args: view_class(self._robot, args, woken), args)
+        self._wake()
+
+    def _change(self, number: int, args: Mapping[str, Any]) -> None:
+        stream = self._streams.get(number)
+        if stream is None:
+            return
+        if stream.view is None:
+            stream.args = args
+        else:
+            stream.view.change(args)
+        stream.woken, stream.at, stream.problem = True, float("-inf"), ""
+        self._wake()
+
+    def _push(self, number: int, stream: _Stream, now: float) -> str | bytes | None:
+        stream.at, stream.woken = now, False
+        try:
+            if stream.view is None:
+                stream.view = stream.make(stream.args)
+            push = stream.view.take()
+        except Error as error:
+            problem = str(error)
+            if problem == stream.problem:
+                return None
+            stream.problem = problem
+            return wire.problem(number, problem)
+        stream.problem = ""
+        if push is None:
+            return None
+        stream.awaited = False
+        return wire.push(number, push)
+
+    def _close(self, number: int) -> None:
+        stream = self._streams.pop(number, None)
+        if stream is not None and stream.view is not None:
+            stream.view.close()

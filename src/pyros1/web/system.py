@@ -1,0 +1,205 @@
+"""The system as the master and the nodes describe it: who exists, who is connected to whom, and how much flows.
+
+Nothing is subscribed to for that: nodes count what they send over each connection (``getBusStats``,
+https://wiki.ros.org/ROS/Slave_API).
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from functools import partial
+from time import monotonic
+from typing import Any, NamedTuple
+
+from pyros1.doctor.edges import Edge, actual_edges, expected_edges
+from pyros1.doctor.together import together
+from pyros1.graph import Connection, Graph, NodeApi
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import foreign
+
+NODE_TIMEOUT = 1.0
+"""Seconds that a node has to describe itself."""
+_MOST_NUMBERS = 100_000
+"""Most connections of a node that are counted."""
+
+
+class Flow(NamedTuple):
+    """What a node has sent on a connection since it was made."""
+
+    topic: str
+    number: Any
+    messages: int
+    bytes: int
+
+
+class _Told(NamedTuple):
+    connections: list[Connection]
+    flows: list[Flow]
+    at: float
+
+
+class System:
+    """Describes the system, again and again.
+
+    Args:
+        graph: questions to the master.
+        clock: seconds, for rates.
+    """
+
+    def __init__(self, graph: Graph, clock: Callable[[], float] = monotonic) -> None:
+        self._graph = graph
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._uris: dict[str, str] = {}
+        self._told: dict[str, _Told] = {}
+        self._latest: dict[str, Any] | None = None
+        self._made = float("-inf")
+
+    def describe(self, max_age: float) -> dict[str, Any]:
+        """Return a description, for JSON.
+
+        Args:
+            max_age: seconds; a description that is younger is good enough.
+
+        Returns:
+            - nodes: name -> URI; silent: names of those that do not answer
+            - topics: name -> type, publishers, subscribers, and hz and bytes per second once they are known
+            - services: name -> nodes
+            - edges: topic, publisher, subscriber, messages per second or null; missing: those that should be there
+
+        Raises:
+            MasterUnreachableError: the master does not answer.
+        """
+        with self._lock:
+            if self._latest is None or self._clock() - self._made >= max_age:
+                self._latest = self._ask()
+                self._made = self._clock()
+            return self._latest
+
+    def _ask(self) -> dict[str, Any]:
+        state = self._graph.state()
+        types = self._graph.topic_types()
+        nodes = state.nodes()
+        self._look_up(nodes)
+        jobs = {name: partial(_ask_node, self._graph, uri, self._clock) for name, uri in self._uris.items()}
+        answers = together(jobs, NODE_TIMEOUT + 0.2)
+        told = {name: answer for name, answer in answers.items() if isinstance(answer, _Told)}
+        silent = [name for name in nodes if name not in told]
+        rates = {name: _rates(self._told.get(name), answer) for name, answer in told.items()}
+        self._told = told
+        for name in silent:
+            self._uris.pop(name, None)  # another process may have taken its name
+        edges = _edges(told, self._uris, rates)
+        topics = {*state.publishers, *state.subscribers}
+        existing = {Edge(*edge[:3]) for edge in edges}
+        return {
+            "nodes": {name: self._uris.get(name, "") for name in nodes},
+            "silent": silent,
+            "topics": {
+                name: {
+                    "type": types.get(name, ""),
+                    "publishers": state.publishers.get(name, []),
+                    "subscribers": state.subscribers.get(name, []),
+                    **_flow(name, rates),
+                }
+                for name in sorted(topics)
+            },
+            "services": state.services,
+            "edges": sorted(edge for edge in edges if edge[0] in topics),
+            "missing": [
+                list(edge)
+                for edge in expected_edges(state)
+                if edge not in existing and edge.publisher in told and edge.subscriber in told
+            ],
+        }
+
+    def _look_up(self, nodes: Iterable[str]) -> None:
+        known = {name: uri for name in nodes if (uri := self._uris.get(name))}
+        for name in nodes:
+            if name not in known:
+                try:
+                    uri = self._graph.node_uri(name)
+                except Error:
+                    uri = None
+                if uri:
+                    known[name] = uri
+        self._uris = known
+
+
+def _ask_node(graph: Graph, uri: str, clock: Callable[[], float]) -> _Told:
+    node = graph.node(uri, NODE_TIMEOUT)
+    try:
+        connections = node.connections()
+        return _Told(connections, flows(_bus_stats(node)), clock())
+    finally:
+        node.close()
+
+
+def _bus_stats(node: NodeApi) -> Any:
+    try:
+        return node.bus_stats()
+    except Error:
+        return None  # roslisp, rosserial and others do not have it
+
+
+def flows(stats: Any) -> list[Flow]:
+    """Read the publications in what ``getBusStats`` returned; what is not as it should be is left out."""
+    found: list[Flow] = []
+    publications = stats[0] if isinstance(stats, list) and stats else None
+    for entry in publications if isinstance(publications, list) else ():
+        match entry:
+            case [str(topic), _, list(connections)]:
+                for connection in connections[:_MOST_NUMBERS]:
+                    match connection:
+                        case [number, int(size), int(count), *_]:
+                            found.append(Flow(foreign(topic), number, count, size))
+    return found
+
+
+def _rates(before: _Told | None, now: _Told) -> dict[str, dict[Any, tuple[float, float]]]:
+    """Return topic -> connection -> messages and bytes per second since the last look."""
+    if before is None or now.at <= before.at:
+        return {}
+    earlier = {(flow.topic, flow.number): flow for flow in before.flows if _hashable(flow.number)}
+    found: dict[str, dict[Any, tuple[float, float]]] = {}
+    for flow in now.flows:
+        old = earlier.get((flow.topic, flow.number)) if _hashable(flow.number) else None
+        if old is not None and flow.messages >= old.messages and flow.bytes >= old.bytes:
+            seconds = now.at - before.at
+            both = ((flow.messages - old.messages) / seconds, (flow.bytes - old.bytes) / seconds)
+            found.setdefault(flow.topic, {})[flow.number] = both
+    return found
+
+
+def _hashable(number: Any) -> bool:
+    return isinstance(number, (int, str))
+
+
+_Rates = dict[str, dict[str, dict[Any, tuple[float, float]]]]
+
+
+def _flow(topic: str, rates: _Rates) -> dict[str, float]:
+    """Return what flows on a topic: each of its subscribers gets all messages of a publisher, so one counts."""
+    of_publishers = [its[topic].values() for its in rates.values() if its.get(topic)]
+    if not of_publishers:
+        return {}
+    most = [(max(hz for hz, _ in each), max(size for _, size in each)) for each in of_publishers]
+    return {"hz": sum(hz for hz, _ in most), "bytes": sum(size for _, size in most)}
+
+
+def _edges(told: dict[str, _Told], uris: dict[str, str], rates: _Rates) -> list[list[Any]]:
+    found: dict[Edge, float | None] = {}
+    for edges in actual_edges({name: its.connections for name, its in told.items()}, uris).values():
+        found.update(dict.fromkeys(edges))
+    for name, its in told.items():
+        for number, connection in enumerate(its.connections):
+            if connection.direction == "o":
+                by_number = rates.get(name, {}).get(connection.topic, {})
+                rate = by_number.get(connection.id, by_number.get(number)) if _hashable(connection.id) else None
+                if rate is None and len(by_number) == 1:
+                    rate = next(iter(by_number.values()))
+                edge = Edge(connection.topic, name, connection.destination)
+                if rate is not None and edge in found:
+                    found[edge] = rate[0]
+    return [[*edge, rate] for edge, rate in found.items()]

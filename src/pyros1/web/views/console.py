@@ -1,0 +1,45 @@
+"""The log of all nodes, live."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.web.views.view import View, number
+from pyros1.web.wire import Push
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+_MOST = 2_000
+"""Most messages of one push."""
+
+
+class ConsoleView(View):
+    """The log from a message on.
+
+    Args (of the page):
+        after: the number of the last message that the page has; 0 for none.
+
+    Pushes ``{"dropped": N, "entries": [[number, time, level, node, text, file, function, line, topics], ...]}``.
+    """
+
+    period = 1 / 15
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._last = int(number(args, "after", 0, 1 << 53, 0))
+        self._end = robot.console.listen(wake)
+        wake()
+
+    def take(self) -> Push | None:
+        entries, dropped = self.robot.console.after(self._last, _MOST)
+        if not entries:
+            return None
+        self._last = entries[-1].number
+        if len(entries) == _MOST:
+            self.wake()  # there may be more
+        return Push({"dropped": dropped, "entries": entries})
+
+    def close(self) -> None:
+        self._end()

@@ -1,0 +1,127 @@
+"""Numbers over time."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import Error, MessageError
+from pyros1.web.curves import Curve, CurveError
+from pyros1.web.hub import Arrival
+from pyros1.web.views.view import View
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+MOST_CURVES = 200
+_MOST_POINTS = 400
+"""Most points of a curve in one push; 30 pushes a second are 12,000 points."""
+_LOOK_AGAIN = 30
+"""Pushes after which topics that are not there are looked for again: about once a second."""
+
+
+class PlotView(View):
+    """Curves.
+
+    Args (of the page):
+        curves: a list of ``{"id": N, "text": TEXT, "stamped": bool}``; see `pyros1.web.curves.Curve` for the text.
+
+    Pushes ``{"now": TIME, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with the points: for each
+    entry its times, then its values, as float64. A part is the element of an array, or -1.
+    """
+
+    polled = True
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._curves: dict[int, Curve] = {}
+        self._texts: dict[int, tuple[str, bool]] = {}
+        self._ends: dict[int, Callable[[], None]] = {}
+        self._problems: dict[int, str] = {}
+        self._shown: dict[int, str] = {}
+        self._turn = 0
+        self.change(args)
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        wanted = _wanted(args)
+        for number in [each for each, what in self._texts.items() if wanted.get(each) != what]:
+            self._forget(number)
+        for number, (text, stamped) in wanted.items():
+            if number in self._texts:
+                continue
+            self._texts[number] = (text, stamped)
+            try:
+                self._curves[number] = Curve(text, stamped)
+            except CurveError as error:
+                self._problems[number] = str(error)
+        self._turn = 0
+
+    def take(self) -> Push | None:
+        if self._turn % _LOOK_AGAIN == 0:
+            self._look()
+        self._turn += 1
+        entries, blob = [], array("d")
+        for number, curve in self._curves.items():
+            for part, (times, values) in curve.take(_MOST_POINTS).items():
+                entries.append({"id": number, "part": part, "count": len(times)})
+                blob.extend(times)
+                blob.extend(values)
+        problems = {**self._problems, **{n: curve.problem for n, curve in self._curves.items() if curve.problem}}
+        if not entries and problems == self._shown:
+            return None
+        self._shown = problems
+        now = self.robot.node.now().to_sec()
+        return Push({"now": now, "curves": entries, "problems": problems}, blob.tobytes())
+
+    def close(self) -> None:
+        for number in list(self._texts):
+            self._forget(number)
+
+    def _forget(self, number: int) -> None:
+        self._texts.pop(number)
+        self._curves.pop(number, None)
+        self._problems.pop(number, None)
+        self._ends.pop(number, lambda: None)()
+
+    def _look(self) -> None:
+        for number, curve in self._curves.items():
+            if number in self._ends:
+                continue
+            try:
+                topic = curve.find(self.robot.graph.find_topic)
+                if topic is None:
+                    self._problems[number] = "no such topic yet"
+                    continue
+                self._ends[number] = self.robot.listen(topic, _Feeder(curve))
+                self._problems.pop(number, None)
+            except Error as error:
+                self._problems[number] = str(error)
+
+
+class _Feeder:
+    def __init__(self, curve: Curve) -> None:
+        self._curve = curve
+
+    def __call__(self, arrival: Arrival) -> None:
+        try:
+            message = arrival.message
+        except MessageError as error:
+            self._curve.problem = str(error)
+            return
+        self._curve.add(message, arrival.time)
+
+
+def _wanted(args: Mapping[str, Any]) -> dict[int, tuple[str, bool]]:
+    found: dict[int, tuple[str, bool]] = {}
+    curves = args.get("curves", [])
+    if not isinstance(curves, list) or len(curves) > MOST_CURVES:
+        raise RequestError(f"curves is a list of at most {MOST_CURVES}")
+    for entry in curves:
+        match entry:
+            case {"id": int(number), "text": str(text)} if not isinstance(number, bool):
+                found[number] = (text, bool(entry.get("stamped")))
+            case _:
+                raise RequestError("a curve has an id and a text")
+    return found

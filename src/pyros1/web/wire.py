@@ -1,0 +1,156 @@
+"""What a page and its server say to each other, over one WebSocket. Pure.
+
+A page sends requests, as JSON texts. A request is one of ::
+
+    {"call": NAME, "id": N, "args": {...}}        ask for one thing
+    {"open": VIEW, "stream": N, "args": {...}}    begin a stream of what a view shows
+    {"change": N, "args": {...}}                  show something else in stream N
+    {"next": N}                                   the last push of stream N is on the screen: send the next one
+    {"close": N}                                  end stream N
+
+The server answers with ``{"id": N, "result": ...}`` or ``{"id": N, "error": TEXT}``, and pushes
+``{"stream": N, "data": ...}`` or ``{"stream": N, "error": TEXT}``. A stream has at most one push on its way, so a slow
+page gets fewer and newer ones. A push with numbers or pictures is binary: the length of the header (4 bytes, little
+endian), the header ``{"stream": N, "data": ...}`` in JSON, blanks up to a multiple of 8 bytes, then the bytes.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass
+from typing import Any
+
+from pyros1.ground.errors import Error
+
+MAX_REQUEST = 1 << 20
+"""Most characters of a request: it may hold a message to publish."""
+MAX_NUMBER = 1 << 31
+_ALIGNMENT = 8
+
+
+class RequestError(Error):
+    """What a page sent is not a request, or it cannot be done. The text is shown on the page."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """Ask for one thing."""
+
+    id: int
+    name: str
+    args: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Open:
+    """Begin a stream."""
+
+    stream: int
+    view: str
+    args: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Change:
+    """Show something else in a stream."""
+
+    stream: int
+    args: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Next:
+    """Send the next push of a stream."""
+
+    stream: int
+
+
+@dataclass(frozen=True)
+class Close:
+    """End a stream."""
+
+    stream: int
+
+
+Request = Call | Open | Change | Next | Close
+
+
+@dataclass(frozen=True)
+class Push:
+    """What a view shows now.
+
+    Attributes:
+        data: a JSON value.
+        blob: bytes that go with it; None for a text frame.
+    """
+
+    data: Any
+    blob: bytes | None = None
+
+
+def parse(text: str | bytes) -> Request:
+    """Return the request in a frame.
+
+    Raises:
+        RequestError: it is none.
+    """
+    if not isinstance(text, str):
+        raise RequestError("a request is a text frame")
+    if len(text) > MAX_REQUEST:
+        raise RequestError(f"a request has at most {MAX_REQUEST} characters")
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError):
+        raise RequestError("a request is JSON") from None
+    if not isinstance(value, dict):
+        raise RequestError("a request is a JSON object")
+    args = value.get("args", {})
+    if not isinstance(args, dict):
+        raise RequestError("args is a JSON object")
+    match value:
+        case {"call": str(name), "id": number}:
+            return Call(_number(number), name, args)
+        case {"open": str(name), "stream": number}:
+            return Open(_number(number), name, args)
+        case {"change": number}:
+            return Change(_number(number), args)
+        case {"next": number}:
+            return Next(_number(number))
+        case {"close": number}:
+            return Close(_number(number))
+    raise RequestError("a request is a call, open, change, next or close")
+
+
+def _number(value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < MAX_NUMBER:
+        raise RequestError("calls and streams have numbers")
+    return value
+
+
+def result(number: int, value: Any) -> str:
+    """Return the frame that answers a call."""
+    return _dumps({"id": number, "result": value})
+
+
+def failure(number: int, text: str) -> str:
+    """Return the frame that says why a call failed."""
+    return _dumps({"id": number, "error": text})
+
+
+def push(stream: int, what: Push) -> str | bytes:
+    """Return the frame of a push."""
+    text = _dumps({"stream": stream, "data": what.data})
+    if what.blob is None:
+        return text
+    header = text.encode("ascii")
+    header += b" " * (-(4 + len(header)) % _ALIGNMENT)
+    return struct.pack("<I", len(header)) + header + what.blob
+
+
+def problem(stream: int, text: str) -> str:
+    """Return the frame that says what is wrong with a stream."""
+    return _dumps({"stream": stream, "error": text})
+
+
+_dumps = json.JSONEncoder(ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode
