@@ -152,7 +152,7 @@ def test_a_page_that_does_not_take_its_pushes_gets_one_and_then_the_newest(
     serve: Callable[..., Served], make_node: Callable[..., Any]
 ) -> None:
     server = serve(token="t")
-    publisher = make_node("talker").advertise("topic1", Float64)
+    publisher = make_node("talker").advertise("topic1", Float64, queue_size=0)
     with page(server, "t") as socket_:
         socket_.send('{"open": "message", "stream": 4, "args": {"topic": "/topic1"}}')
         assert publisher.wait_for_subscribers(timeout=PATIENCE)
