@@ -35,7 +35,7 @@ class Plot {
       problem: (text) => place.problem(text),
     });
     this._layOut();
-    this.observer = new ResizeObserver(() => this._layOut());
+    this.observer = new ResizeObserver(() => this._resize());
     this.observer.observe(this.area);
     this.onTheme = () => this._layOut();
     addEventListener("themechange", this.onTheme);
@@ -182,18 +182,27 @@ class Plot {
     fill(this.area);
     const shown = this.lines.filter((line) => !line.curve.hidden);
     const groups = this.stacked && shown.length ? shown.map((line) => [line]) : [shown];
-    const box = this.area.getBoundingClientRect();
-    const height = Math.max(LEAST_HEIGHT, Math.floor((box.height - 12) / groups.length));
-    for (const lines of groups) this.charts.push(this._chart(lines, Math.max(120, Math.floor(box.width)), height));
+    this._drawValues(); // the legend has its height before the charts are measured
+    for (const lines of groups) this.charts.push(this._chart(lines, this._size(groups.length)));
     this.dirty = true;
   }
 
-  _chart(lines, width, height) {
+  _size(count) {
+    const { width, height } = this.area.getBoundingClientRect();
+    return { width: Math.max(120, Math.floor(width) - 8), height: Math.max(LEAST_HEIGHT, Math.floor((height - 10) / count)) };
+  }
+
+  _resize() {
+    for (const chart of this.charts) chart.setSize(this._size(this.charts.length));
+    this.dirty = true;
+  }
+
+  _chart(lines, size) {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
     const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 } };
     const chart = new uPlot({
-      width, height,
+      ...size,
       padding: [10, 12, 0, 0],
       legend: { show: false },
       cursor: { sync: { key: "plots" }, drag: { x: true, y: false }, focus: { prox: 24 } },
