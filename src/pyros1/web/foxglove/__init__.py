@@ -1,7 +1,7 @@
 """The Foxglove WebSocket protocol, version 1, on the port of the page: for Foxglove, Lichtblick and other viewers.
 
 https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. `requests` and `frames` are what travels, `machine` is
-one viewer's state (all pure), `catalogue` knows the channels and services of all viewers, `connection` drives a machine.
+one viewer's state (all pure), `catalogue` has the channels and services of all viewers, `connection` drives a machine.
 """
 
 PROTOCOLS = ("foxglove.websocket.v1", "foxglove.sdk.v1")
