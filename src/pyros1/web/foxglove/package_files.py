@@ -14,9 +14,7 @@ from pyros1.ground.errors import Error
 MAX_SIZE = 64 << 20
 """Bytes of the largest file that is read."""
 _LONGEST = 2_000
-_FLAGS = os.O_RDONLY
-for _name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"):  # those that this system has
-    _FLAGS |= getattr(os, _name, 0)
+_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
 
 
 class FileError(Error):
@@ -70,23 +68,16 @@ class PackageFiles:
 
     def _read(self, uri: str, path: str) -> bytes:
         try:
-            # Links were resolved above; one that came in the meantime is not followed, and a pipe is not waited for.
-            handle = os.open(path, _FLAGS)
+            # Links were resolved before; one that came in the meantime is not followed, and a pipe is not waited for.
+            with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _FLAGS)) as file:
+                facts = os.fstat(file.fileno())
+                if not stat.S_ISREG(facts.st_mode):
+                    raise FileError(f"{uri} is not a file")
+                if facts.st_size > self._max_size:
+                    raise FileError(f"{uri} has {facts.st_size} bytes; the limit is {self._max_size}")
+                return file.read(self._max_size)
         except OSError as error:
             raise FileError(f"{uri} cannot be read: {error.strerror}") from None
-        with open(handle, "rb") as file:
-            facts = os.fstat(handle)
-            if not stat.S_ISREG(facts.st_mode):
-                raise FileError(f"{uri} is not a file")
-            if facts.st_size > self._max_size:
-                raise FileError(f"{uri} has {facts.st_size} bytes; the limit is {self._max_size}")
-            try:
-                data = file.read(self._max_size + 1)
-            except OSError as error:
-                raise FileError(f"{uri} cannot be read: {error.strerror}") from None
-        if len(data) > self._max_size:
-            raise FileError(f"{uri} has more than {self._max_size} bytes")
-        return data
 
 
 def _split(uri: str) -> tuple[str, list[str]]:
