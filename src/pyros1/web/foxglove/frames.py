@@ -104,7 +104,7 @@ def unadvertise_services(ids: Iterable[int]) -> Frame:
     return _dumps({"op": "unadvertiseServices", "serviceIds": list(ids)})
 
 
-def message(subscription: int, time: int, payload: bytes) -> Frame:
+def message(subscription: int, time: int, payload: bytes) -> bytes:
     """Return a message.
 
     Args:
@@ -113,6 +113,16 @@ def message(subscription: int, time: int, payload: bytes) -> Frame:
         payload: its bytes.
     """
     return _MESSAGE.pack(1, subscription, time) + payload
+
+
+def binary(frame: bytes) -> bytes:
+    """Return a WebSocket's frame around a binary one (RFC 6455, 5.2), as servers send it: whole and not masked."""
+    length = len(frame)
+    if length < 126:
+        return bytes((0x82, length)) + frame
+    if length < 1 << 16:
+        return struct.pack(">BBH", 0x82, 126, length) + frame
+    return struct.pack(">BBQ", 0x82, 127, length) + frame
 
 
 def time(now: int) -> Frame:

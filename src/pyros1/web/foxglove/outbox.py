@@ -47,7 +47,8 @@ class _Queue:
     def __len__(self) -> int:
         return len(self._messages) + len(self._kept)
 
-    def put(self, message: Waiting) -> None:
+    def put(self, message: Waiting) -> int:
+        """Add a message; return the bytes that it takes."""
         keeper = message.keeper
         if keeper is not None:
             old = self._kept.pop(keeper, None)
@@ -55,7 +56,9 @@ class _Queue:
                 self.size -= old.size
             self._newest[keeper] = message
         self._messages.append(message)
-        self.size += message.size
+        size = message.size
+        self.size += size
+        return size
 
     def take(self) -> Waiting:
         """Remove the oldest message and return it."""
@@ -123,8 +126,8 @@ class Outbox:
             if not queue:
                 self._turns.append(message.ticket)
             before = queue.size
-            queue.put(message)
-            while queue.size - message.size > self._channel_room and queue.drop():
+            size = queue.put(message)
+            while queue.size - size > self._channel_room and queue.drop():
                 self.dropped += 1
             self._size += queue.size - before
             while self._size > self._room and self._make_room(message.ticket):
