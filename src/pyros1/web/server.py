@@ -1,4 +1,4 @@
-"""The server: the page's files, and a WebSocket for each page, on one port.
+"""The server: the page's files, a WebSocket for each page, and those of other viewers, on one port.
 
 See https://www.rfc-editor.org/rfc/rfc6455. Everything that can take time runs in threads, so that a slow page, node or
 master delays nobody else.

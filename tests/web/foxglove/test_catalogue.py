@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
+from pyros1.master.server import Master
 from pyros1.msgs import AnyMsg, from_definition
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node.topic_type import topic_type
 from pyros1.web.foxglove.catalogue import Catalogue
 from pyros1.web.foxglove.offers import Offers
 from pyros1.web.robot import Robot
+from pyros1.web.wire import RequestError
 from pyros1.wire.handshake import TopicType
 
 PAIR = "float64 a\nfloat64 b\n"
@@ -110,3 +114,15 @@ def test_only_what_may_be_seen(robot: Robot, make_node: Make) -> None:
     found = everything(catalogue(robot, lambda name: name.startswith("/open")))
     assert ([*found.channels], [*found.services]) == (["/open/a"], ["/open/a"])
     assert [[*table] for table in found.nodes] == [["/open/a"], [], ["/open/a"]]
+
+
+def test_without_a_master_what_was_known_is_not_given_out_as_true(
+    robot: Robot, make_node: Make, master: Master
+) -> None:
+    make_node("talker").advertise("a", Float64)
+    one = catalogue(robot)
+    assert "/a" in one.look(0.0).channels
+    master.stop()
+    for max_age in (0.0, 100.0):
+        with pytest.raises(RequestError, match="master"):
+            one.look(max_age)

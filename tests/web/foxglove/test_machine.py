@@ -119,6 +119,15 @@ def test_publishing() -> None:
     assert read(found) == [{"op": "status", "level": 2, "message": "you have not advertised a channel 3"}]
 
 
+def test_a_type_that_the_topic_does_not_have_is_told() -> None:
+    one = viewer()
+    channel = {**advertisement(3), "topic": "/b", "schemaName": "std_msgs/msg/Float64"}
+    actions, found = one.handle(text("advertise", channels=[channel]))
+    assert len(actions) == 1
+    assert "/b carries std_msgs/String" in read(found)[0]["message"]
+    assert one.handle(text("advertise", channels=[{**channel, "id": 4, "topic": "/a"}]))[1] == []
+
+
 def test_the_number_of_channels_of_a_viewer_is_bounded() -> None:
     one = viewer()
     many = [advertisement(number) for number in range(machine.MOST_CLIENT_CHANNELS + 5)]

@@ -44,7 +44,7 @@ def test_json() -> None:
     assert isinstance(pose, PoseStamped)
     assert (pose.header.stamp, pose.header.frame_id, pose.pose.position.x) == (Time(3, 4), "map", 1.0)
     again = json.loads(encode(pose, "json"))
-    assert again["header"]["stamp"] == {"secs": 3, "nsecs": 4}
+    assert again["header"]["stamp"] == {"sec": 3, "nsec": 4}
     assert decode(PoseStamped, "json", encode(pose, "json"), NOW) == pose
     for wrong in (b"", b"\xff", b"[" * 10_000, b'{"hedder": 1}', b'{"header": {"stamp": {"sec": 1, "x": 2}}}'):
         with pytest.raises(MessageError):

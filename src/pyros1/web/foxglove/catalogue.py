@@ -7,6 +7,7 @@ know: the type of a service, and the definition of a message type that is not in
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Hashable, Mapping
 from functools import partial
 from itertools import count, islice
@@ -15,11 +16,12 @@ from typing import NamedTuple
 
 from pyros1.doctor.asking import ask_publisher
 from pyros1.doctor.together import together
-from pyros1.graph import Graph, probe_service
+from pyros1.graph import Graph, SystemState, probe_service
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.shown import foreign
 from pyros1.msgs import from_definition, load_message, load_service
 from pyros1.web.foxglove.offers import ANY, Channel, Nodes, Offers, Service, Table
+from pyros1.web.wire import RequestError
 
 _PATIENCE = 1.0
 """Seconds that a node has to answer a question."""
@@ -28,6 +30,7 @@ _AT_ONCE = 64
 _ASK_AGAIN = 10.0
 """Seconds until a question that was not answered is asked again."""
 _SPARE_IDS = 10_000
+_MOST_LESSONS = 1_000
 
 
 class _Definition(NamedTuple):
@@ -59,28 +62,31 @@ class Catalogue:
         self._of_services: dict[str, tuple[list[str], str]] = {}  # nodes and type
         self._open: dict[str, Callable[[], _Definition | str]] = {}
         self._unanswered: dict[str, float] = {}
+        self._failure = ""  # of the last question to the master
+        self._lessons: deque[tuple[str, dict[str, str]]] = deque(maxlen=_MOST_LESSONS)
         self._problems: dict[str, str] = {}
 
     def look(self, max_age: float) -> Offers:
         """Return what there is.
 
         Args:
-            max_age: seconds; what was found within them is good enough.
+            max_age: seconds; what was found within them is good enough. 0 waits for what another thread is asking.
 
         Raises:
-            MasterUnreachableError: the master does not answer.
+            RequestError: the master does not answer.
         """
-        with self._lock:
-            if self._clock() - self._made >= max_age:
-                self._make()
-            return self._offers
+        if self._lock.acquire(blocking=max_age <= 0):  # while one asks, others take what was found last
+            try:
+                if self._lessons or self._clock() - self._made >= max_age:
+                    self._make()
+            finally:
+                self._lock.release()
+        if self._failure:
+            raise RequestError(self._failure)
+        return self._offers
 
     def ask(self) -> None:
-        """Ask nodes for definitions that are missing; takes about a second if they do not answer.
-
-        Raises:
-            MasterUnreachableError: the master does not answer.
-        """
+        """Ask nodes for definitions that are missing; takes about a second if they do not answer."""
         with self._asking:
             with self._lock:
                 questions = dict(islice(self._open.items(), _AT_ONCE))
@@ -99,25 +105,32 @@ class Catalogue:
                 self._make()
 
     def learn(self, channel: Channel, header: Mapping[str, str]) -> None:
-        """Take a publisher's connection header that says another definition than a channel."""
+        """Take a publisher's connection header that says another definition than a channel. Any thread may call it."""
+        self._lessons.append((channel.topic, dict(header)))
+
+    def _learn(self, topic: str, header: Mapping[str, str]) -> None:
+        who = foreign(header.get("callerid", "a publisher"))
         try:
             found = _checked(header.get("type", ""), header.get("md5sum", ANY), header.get("message_definition", ""))
         except MessageError as error:
-            with self._lock:
-                self._problems[channel.topic] = f"{channel.topic}: the publisher's definition is unusable: {error}"
+            self._problems[topic] = f"{topic}: the definition of {who} is unusable: {error}"
             return
-        with self._lock:
-            if self._of_topics.setdefault(channel.topic, found) != found:
-                who = header.get("callerid", "a publisher")
-                self._problems[channel.topic] = (
-                    f"{channel.topic}: {foreign(who)} publishes another {foreign(found.type)} than others do; "
-                    "its messages are left out"
-                )
-            self._made = float("-inf")
+        if self._of_topics.setdefault(topic, found) != found:
+            kind = foreign(found.type)
+            self._problems[topic] = f"{topic}: {who} publishes another {kind} than others do; its messages are left out"
 
     def _make(self) -> None:
-        state = self._graph.state()
-        types = {name: kind for name, kind in self._graph.topic_types().items() if self._may_see(name)}
+        try:
+            state, types = self._graph.state(), self._graph.topic_types()
+        except Error as error:
+            self._failure, self._made = str(error), self._clock()
+            return
+        self._failure = ""
+        while self._lessons:
+            self._learn(*self._lessons.popleft())
+        self._take(state, {name: kind for name, kind in types.items() if self._may_see(name)})
+
+    def _take(self, state: SystemState, types: Mapping[str, str]) -> None:
         tables = [self._visible(table) for table in state]
         nodes = Nodes(*tables)
         for known in (self._of_topics, self._unanswered, self._problems, self._of_services):

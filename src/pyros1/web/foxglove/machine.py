@@ -290,6 +290,9 @@ class Machine:
             elif len(self._client_channels) >= MOST_CLIENT_CHANNELS:
                 problems.append(f"a viewer has at most {MOST_CLIENT_CHANNELS} channels")
             else:
+                known = self._offers.channels.get(channel.topic)
+                if known is not None and known.type != payloads.type_name(channel):
+                    problems.append(f"{channel.topic} carries {known.type}, so nobody may listen to {channel.type}")
                 self._client_channels[channel.id] = channel
                 actions.append(Announce(channel))
         return actions, _warnings(problems)

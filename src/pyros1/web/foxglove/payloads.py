@@ -13,13 +13,18 @@ from pyros1.web.foxglove.frames import ENCODINGS
 from pyros1.web.foxglove.requests import ClientChannel, FrameError
 
 
+def type_name(channel: ClientChannel) -> str:
+    """Return the name of a viewer's type as ROS 1 writes it."""
+    return channel.type.replace("/msg/", "/", 1)
+
+
 def message_class(channel: ClientChannel) -> type[Message]:
     """Return the class of the messages of a viewer's channel: of its own definition if the type is not installed here.
 
     Raises:
         MessageError: there is no definition, or it is wrong.
     """
-    name = channel.type.replace("/msg/", "/", 1)  # as ROS 2 writes them
+    name = type_name(channel)
     try:
         return load_message(name)
     except UnknownTypeError:
@@ -71,7 +76,18 @@ def encode(message: Message, encoding: str) -> bytes:
     """
     if encoding == "ros1":
         return bytes(type(message)._encode(message))
-    return json.dumps(to_json(message), allow_nan=False, separators=(",", ":")).encode()
+    return json.dumps(_with_their_times(to_json(message)), allow_nan=False, separators=(",", ":")).encode()
+
+
+def _with_their_times(value: Any) -> Any:
+    """Return a value in which times have the names of viewers' fields."""
+    if isinstance(value, list):
+        return [_with_their_times(each) for each in value]
+    if not isinstance(value, dict):
+        return value
+    if {*value} == {"secs", "nsecs"}:
+        return {"sec": value["secs"], "nsec": value["nsecs"]}
+    return {name: _with_their_times(each) for name, each in value.items()}
 
 
 def _with_our_times(value: Any) -> Any:

@@ -36,12 +36,15 @@ class Shared:
         """Return the parameters.
 
         Args:
-            max_age: seconds; values that were asked for within them are good enough.
+            max_age: seconds; values that were asked for within them are good enough, and while another thread asks,
+                the last ones. 0: they are asked for now.
 
         Raises:
             MasterUnreachableError: the master does not answer.
         """
-        with self._lock:
+        if not self._lock.acquire(blocking=max_age <= 0):
+            return self._values
+        try:
             if monotonic() - self._made >= max_age:
                 try:
                     tree = self.robot.master.get_param("/")
@@ -50,3 +53,5 @@ class Shared:
                 self._values = Values(tree if isinstance(tree, dict) else {}, self.robot.access.may_see)
                 self._made = monotonic()
             return self._values
+        finally:
+            self._lock.release()
