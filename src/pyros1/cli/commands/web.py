@@ -160,6 +160,7 @@ COMMAND = Command(
         "rqt": ("--open",),
         "rqt_console": ("console",),
         "rqt_plot": ("plot",),
+        "rqt_tf_tree": ("frames",),
         "rxconsole": ("console",),
         "rxplot": ("plot",),
     },

@@ -11,6 +11,7 @@ _HOMES = {
     "console": "ConsoleView",
     "plot": "PlotView",
     "message": "MessageView",
+    "frames": "FramesView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""
