@@ -12,6 +12,7 @@ _HOMES = {
     "plot": "PlotView",
     "message": "MessageView",
     "frames": "FramesView",
+    "image": "ImageView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""

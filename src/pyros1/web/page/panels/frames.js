@@ -123,7 +123,9 @@ class Frames {
 function age(seconds) {
   if (seconds < 1) return `${(seconds * 1000).toFixed(0)} ms`;
   if (seconds < 120) return `${seconds.toFixed(1)} s`;
-  return seconds > 1e8 ? "ages" : `${(seconds / 60).toFixed(0)} min`;
+  if (seconds < 7200) return `${(seconds / 60).toFixed(0)} min`;
+  if (seconds < 172800) return `${(seconds / 3600).toFixed(0)} h`;
+  return seconds < 6e7 ? `${(seconds / 86400).toFixed(0)} days` : `${(seconds / 3.156e7).toFixed(0)} years`;
 }
 
 // Roll, pitch and yaw (fixed axes x, y, z) of a quaternion, in radians.
