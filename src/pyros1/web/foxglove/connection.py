@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import socket
 from collections.abc import Callable, Coroutine
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
@@ -44,14 +44,16 @@ class Viewer:
     Args:
         connection: its WebSocket.
         shared: what all viewers share.
-        threads: run what may take time.
+        pushes: runs what takes a moment, such as publishing.
+        calls: runs what takes as long as the master, or a service, likes.
     """
 
-    def __init__(self, connection: ServerConnection, shared: Shared, threads: ThreadPoolExecutor) -> None:
+    def __init__(self, connection: ServerConnection, shared: Shared, pushes: Executor, calls: Executor) -> None:
         self._connection = connection
         self._shared = shared
         self._robot = shared.robot
-        self._threads = threads
+        self._pushes = pushes
+        self._calls = calls
         self._loop = asyncio.get_running_loop()
         self._machine = Machine(self._robot.access.read_only)
         self._turn = asyncio.Lock()  # of the machine and its actions
@@ -72,7 +74,7 @@ class Viewer:
         self._keep_little_unsent()
         tasks: list[asyncio.Task[None]] = []
         try:
-            await self._in_thread(self._robot.wait, _PERIOD)
+            await self._call(self._robot.wait, _PERIOD)
             await self._greet()
             tasks = [asyncio.create_task(each) for each in (self._look(), self._send_messages(), self._send_time())]
             async for frame in self._connection:
@@ -85,7 +87,7 @@ class Viewer:
                 task.cancel()
             await asyncio.gather(*tasks, *self._jobs, return_exceptions=True)
             async with self._turn:
-                await self._in_thread(self._end)
+                await self._push(self._end)
 
     def _keep_little_unsent(self) -> None:
         option = getattr(socket, "TCP_NOTSENT_LOWAT", None)
@@ -165,14 +167,14 @@ class Viewer:
         if self._simulated() != self._told_simulated:
             await self._greet()  # the master came after the viewer
         catalogue = self._shared.catalogue
-        offers = await self._in_thread(catalogue.look, _PERIOD * 0.8)
+        offers = await self._call(catalogue.look, _PERIOD * 0.8)
         async with self._turn:
             await self._do(*self._machine.offer(offers))
         if offers.more:
-            await self._in_thread(catalogue.ask)
+            await self._call(catalogue.ask)
             return True
         if self._machine.watches_parameters:
-            values = await self._in_thread(self._shared.parameters, _PERIOD * 0.8)
+            values = await self._call(self._shared.parameters, _PERIOD * 0.8)
             await self._send(self._machine.parameters(values))
         return False
 
@@ -188,19 +190,18 @@ class Viewer:
 
     async def _done(self, action: Action) -> list[Frame]:
         """Do what a machine wants; return frames of an answer."""
-        run = self._in_thread
         match action:
             case machine.Listen(subscription, channel):
                 await self._listen(subscription, channel)
             case machine.Leave(subscription):
-                await run(self._ends[subscription])
+                await self._push(self._ends[subscription])
                 del self._ends[subscription]
             case machine.Announce(channel):
-                await run(self._publishers.announce, channel)
+                await self._push(self._publishers.announce, channel)
             case machine.Publish(channel, payload):
-                await run(self._publishers.publish, channel, payload)
+                await self._push(self._publishers.publish, channel, payload)
             case machine.Retract(channel):
-                await run(self._publishers.retract, channel)
+                await self._push(self._publishers.retract, channel)
             case machine.Call():
                 if len(self._jobs) >= _MOST_JOBS:
                     return [frames.service_failure(action.service.id, action.call, "too many calls at once")]
@@ -210,11 +211,11 @@ class Viewer:
                     return [frames.asset_failure(action.id, "too many files at once")]
                 self._begin(self._job(work.fetch, action))
             case requests.GetParameters():
-                return list(await run(work.get_parameters, self._shared, action))
+                return list(await self._call(work.get_parameters, self._shared, action))
             case requests.SetParameters():
-                return list(await run(work.set_parameters, self._shared, action))
+                return list(await self._call(work.set_parameters, self._shared, action))
             case requests.WatchParameters(names):
-                return self._machine.watch(names, await run(self._shared.parameters, 0.0))
+                return self._machine.watch(names, await self._call(self._shared.parameters, 0.0))
         return []
 
     async def _listen(self, subscription: int, channel: Channel) -> None:
@@ -241,7 +242,7 @@ class Viewer:
         ticket = self._outbox.open()
         self._subscriptions[ticket] = subscription
         try:
-            leave = await self._in_thread(self._robot.listen, channel.topic, arrived)
+            leave = await self._push(self._robot.listen, channel.topic, arrived)
         except Error:
             self._outbox.close(ticket)
             self._machine.refuse(subscription)
@@ -264,10 +265,13 @@ class Viewer:
     async def _job(self, function: Callable[[Shared, Any], Frame], action: Any) -> None:
         with contextlib.suppress(ConnectionClosed):
             async with self._room:  # until the frame has gone: it may be large
-                await self._connection.send(await self._in_thread(function, self._shared, action))
+                await self._connection.send(await self._call(function, self._shared, action))
 
-    async def _in_thread(self, function: Callable[..., Any], *args: Any) -> Any:
-        return await self._loop.run_in_executor(self._threads, function, *args)
+    async def _push(self, function: Callable[..., Any], *args: Any) -> Any:
+        return await self._loop.run_in_executor(self._pushes, function, *args)
+
+    async def _call(self, function: Callable[..., Any], *args: Any) -> Any:
+        return await self._loop.run_in_executor(self._calls, function, *args)
 
     def _wake(self) -> None:
         if not self._waking:
