@@ -123,7 +123,7 @@ class Outbox:
             queue = self._queues.get(message.ticket)
             if queue is None:
                 return
-            if not queue:
+            if not queue.size:
                 self._turns.append(message.ticket)
             before = queue.size
             size = queue.put(message)
