@@ -1,0 +1,112 @@
+// A plain layout in layers, for graphs that are too large for a better one: time grows with the number of edges. Pure.
+
+const GAP = 18;
+const BETWEEN = 90;
+const SWEEPS = 6;
+
+// boxes: [{id, width, height}]; edges: [[from, to]]. Returns a map: id -> [x, y] of its centre.
+export function layered(boxes, edges, { down, aspect }) {
+  const ids = boxes.map(({ id }) => id);
+  const next = new Map(ids.map((id) => [id, []]));
+  const before = new Map(ids.map((id) => [id, []]));
+  for (const [from, to] of edges) {
+    if (from === to) continue;
+    next.get(from).push(to);
+    before.get(to).push(from);
+  }
+  const rank = ranks(ids, next);
+  let layers = [];
+  for (const id of ids) (layers[rank.get(id)] ||= []).push(id);
+  layers = layers.filter(Boolean);
+  order(layers, next, before);
+  const sizes = new Map(boxes.map(({ id, width, height }) => [id, down ? [height, width] : [width, height]]));
+  const places = coordinates(wrapped(layers, sizes, down ? 1 / aspect : aspect), sizes);
+  return new Map([...places].map(([id, [along, across]]) => [id, down ? [across, along] : [along, across]]));
+}
+
+// The length of the longest way to each box; edges that would close a circle do not count.
+function ranks(ids, next) {
+  const done = [];
+  const seen = new Map(); // id -> 1 while it is being visited, then 2
+  const forward = new Map(ids.map((id) => [id, []]));
+  for (const start of ids) {
+    if (seen.has(start)) continue;
+    const stack = [[start, 0]];
+    seen.set(start, 1);
+    while (stack.length) {
+      const top = stack.at(-1);
+      const [id, at] = top;
+      const to = next.get(id)[at];
+      if (to === undefined) {
+        seen.set(id, 2);
+        done.push(id);
+        stack.pop();
+        continue;
+      }
+      top[1] += 1;
+      if (seen.get(to) !== 1) forward.get(id).push(to);
+      if (!seen.has(to)) {
+        seen.set(to, 1);
+        stack.push([to, 0]);
+      }
+    }
+  }
+  const rank = new Map(ids.map((id) => [id, 0]));
+  for (const id of done.reverse()) {
+    for (const to of forward.get(id)) rank.set(to, Math.max(rank.get(to), rank.get(id) + 1));
+  }
+  return rank;
+}
+
+// Boxes near those that they have edges with, by the mean of their places, forwards and backwards.
+function order(layers, next, before) {
+  const at = new Map();
+  const number = (layer) => layer.forEach((id, index) => at.set(id, (index + 0.5) / layer.length));
+  layers.forEach(number);
+  for (let sweep = 0; sweep < SWEEPS; sweep += 1) {
+    const forwards = sweep % 2 === 0;
+    for (const layer of forwards ? layers : [...layers].reverse()) {
+      const mean = new Map(layer.map((id) => {
+        const near = (forwards ? before : next).get(id);
+        return [id, near.length ? near.reduce((sum, each) => sum + at.get(each), 0) / near.length : at.get(id)];
+      }));
+      layer.sort((one, other) => mean.get(one) - mean.get(other));
+      number(layer);
+    }
+  }
+}
+
+// Layers that are too tall for the room become several columns.
+function wrapped(layers, sizes, aspect) {
+  const heights = layers.map((layer) => layer.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, 0));
+  const width = layers.reduce((sum, layer) => sum + Math.max(...layer.map((id) => sizes.get(id)[0])) + BETWEEN, 0);
+  const area = layers.reduce((sum, layer, index) => sum + heights[index] * (Math.max(...layer.map((id) => sizes.get(id)[0])) + GAP), 0);
+  const most = Math.max(Math.sqrt(area / aspect) * 1.3, width / aspect, 600);
+  return layers.map((layer, index) => {
+    const count = Math.ceil(heights[index] / most);
+    if (count < 2) return [layer];
+    const columns = Array.from({ length: count }, () => []);
+    layer.forEach((id, place) => columns[Math.floor((place * count) / layer.length)].push(id));
+    return columns;
+  });
+}
+
+function coordinates(layers, sizes) {
+  const places = new Map();
+  let along = 0;
+  for (const columns of layers) {
+    for (const column of columns) {
+      const width = Math.max(...column.map((id) => sizes.get(id)[0]));
+      const height = column.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, -GAP);
+      let across = -height / 2;
+      for (const id of column) {
+        const size = sizes.get(id)[1];
+        places.set(id, [along + width / 2, across + size / 2]);
+        across += size + GAP;
+      }
+      along += width + GAP * 2;
+    }
+    along += BETWEEN - GAP * 2;
+  }
+  return places;
+}

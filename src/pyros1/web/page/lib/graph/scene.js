@@ -1,0 +1,266 @@
+// The picture of a model: sizes, places that move from one layout to the next, colours, and what is under the pointer.
+
+import { bytes, rate } from "../format.js";
+import { flowOf, stateOf, topicsOn } from "./model.js";
+
+const GLIDE = 380; // ms
+const MOST_LETTERS = 44;
+const MOST_LINES = 3; // topics named on an edge
+const LINE = 14;
+const LETTER = 6.1; // pixels of one at that size, about
+const FLOW_WIDTH = 104; // pixels kept for a rate, so that its digits move nothing
+const LEAST_TEXT = 4.5; // pixels; smaller text is not drawn
+
+// Everything that a layout depends on. measure(text, size, weight) returns pixels.
+export function plan(model, { rates, down, aspect, measure }) {
+  const boxes = model.boxes.map((box) => {
+    const label = shortened(box.label);
+    box.shown = label;
+    const width = Math.ceil(measure(label, 13, box.kind === "node" ? 600 : 400)) + (box.kind === "node" ? 34 : 22);
+    if (box.kind !== "group") return { id: box.id, width, height: box.kind === "node" ? 32 : 26, group: box.group };
+    return { id: box.id, width: Math.max(width, 130), height: 48, group: box.group };
+  });
+  const edges = model.edges.map((edge) => {
+    edge.lines = namesOn(edge);
+    edge.flows = rates && edge.links.some(({ publisher, subscriber, state }) => publisher && subscriber && state === "ok");
+    const widest = Math.max(0, edge.flows ? FLOW_WIDTH : 0, ...edge.lines.map((line) => Math.ceil(measure(line, 11, 400)) + 6));
+    const height = (edge.lines.length + (edge.flows ? 1 : 0)) * LINE;
+    return { id: edge.id, from: edge.from, to: edge.to, width: widest, height };
+  });
+  return { boxes, edges, groups: model.groups.map(({ name, parent }) => ({ name, parent })), down, aspect };
+}
+
+function namesOn(edge) {
+  if (edge.from.startsWith("t:") || edge.to.startsWith("t:")) return [];
+  const topics = topicsOn(edge);
+  const more = topics.length - MOST_LINES;
+  if (more <= 0) return topics.map(shortened);
+  return [...topics.slice(0, MOST_LINES - 1).map(shortened), `and ${more + 1} more`];
+}
+
+export class Scene {
+  constructor() {
+    this.model = null;
+    this.items = new Map(); // id -> {box, width, height, from, to, at}
+    this.lines = new Map(); // id -> {edge, from, to, at, label}
+    this.frames = new Map(); // group -> {label, from, to, at}: [x, y, width, height]
+    this.begin = -Infinity;
+    this.bounds = [0, 0, 1, 1];
+    this.anchored = [0, 0];
+  }
+
+  // Rates have changed, nothing else.
+  refresh(model) {
+    this.model = model;
+    for (const box of model.boxes) if (this.items.has(box.id)) this.items.get(box.id).box = box;
+    for (const edge of model.edges) if (this.lines.has(edge.id)) this.lines.get(edge.id).edge = edge;
+  }
+
+  // There is a new layout: what stays glides to its new place; the whole is moved so that most of it stays where it is.
+  arrange(model, what, found, now) {
+    const sizes = new Map(what.boxes.map((box) => [box.id, box]));
+    const kept = Object.entries(found.boxes).filter(([id]) => this.items.has(id)).map(([id, at]) => {
+      const old = this.items.get(id).to;
+      return [old[0] - at[0], old[1] - at[1]];
+    });
+    const [dx, dy] = kept.length ? [middle(kept.map(([x]) => x)), middle(kept.map(([, y]) => y))] : [0, 0];
+    const shift = (list) => list.map((value, index) => value + (index % 2 ? dy : dx));
+    const first = !this.items.size;
+    const follow = (old, to, start = to) => ({ from: old ? old.at : start, to, at: old ? old.at : start, fresh: !old && !first });
+    const [items, lines, frames] = [new Map(), new Map(), new Map()];
+    for (const box of model.boxes) {
+      const size = sizes.get(box.id);
+      items.set(box.id, { box, width: size.width, height: size.height, ...follow(this.items.get(box.id), shift(found.boxes[box.id])) });
+    }
+    for (const edge of model.edges) {
+      const { points, label } = found.edges[edge.id];
+      lines.set(edge.id, { edge, ...follow(this.lines.get(edge.id), shift([...points, ...label])) });
+    }
+    for (const group of model.groups) {
+      const frame = found.frames[group.name];
+      if (frame) frames.set(group.name, { group, ...follow(this.frames.get(group.name), [frame[0] + dx, frame[1] + dy, frame[2], frame[3]]) });
+    }
+    Object.assign(this, { model, items, lines, frames, begin: now });
+    this.bounds = [dx, dy, dx + found.width, dy + found.height];
+  }
+
+  // Move on. Returns whether something still moves.
+  step(now) {
+    const part = matchMedia("(prefers-reduced-motion: reduce)").matches ? 1 : Math.min(1, Math.max(0, (now - this.begin) / GLIDE));
+    const t = part < 0.5 ? 4 * part ** 3 : 1 - (2 - 2 * part) ** 3 / 2;
+    for (const set of [this.items, this.lines, this.frames]) {
+      for (const each of set.values()) {
+        each.alpha = each.fresh ? t : 1;
+        if (each.at === each.to) continue;
+        each.at = part === 1 ? each.to : each.from.map((value, index) => value + (each.to[index] - value) * t);
+      }
+    }
+    return part < 1;
+  }
+
+  // What is at a point: {box}, {group} or {edge}; null for nothing. near: how far from an edge counts.
+  find(x, y, near) {
+    for (const { box, at, width, height } of this.items.values()) {
+      if (Math.abs(x - at[0]) <= width / 2 && Math.abs(y - at[1]) <= height / 2) return { box };
+    }
+    for (const { group, at } of this.frames.values()) {
+      if (Math.abs(x - at[0]) <= at[2] / 2 && y >= at[1] - at[3] / 2 && y <= at[1] - at[3] / 2 + 26) return { group };
+    }
+    let [best, found] = [near, null];
+    for (const { edge, at } of this.lines.values()) {
+      const [left, top] = at.slice(-2);
+      if (edge.lines.length && Math.abs(x - left) < 50 && Math.abs(y - top) < edge.lines.length * LINE / 2) return { edge };
+      for (let index = 0; index < at.length - 4; index += 2) {
+        const away = distance(x, y, at[index], at[index + 1], at[index + 2], at[index + 3]);
+        if (away < best) [best, found] = [away, { edge }];
+      }
+    }
+    return found;
+  }
+
+  // The box nearest to another in a direction: [1, 0] is to the right.
+  beside(id, [right, down]) {
+    const { at: [x, y] } = this.items.get(id);
+    let [best, found] = [Infinity, null];
+    for (const { box, at } of this.items.values()) {
+      const [dx, dy] = [at[0] - x, at[1] - y];
+      const ahead = dx * right + dy * down;
+      if (ahead < 8) continue;
+      const cost = ahead + 2.5 * Math.abs(dx * down + dy * right);
+      if (cost < best) [best, found] = [cost, box.id];
+    }
+    return found;
+  }
+
+  around(ids) {
+    const found = [Infinity, Infinity, -Infinity, -Infinity];
+    for (const id of ids) {
+      const item = this.items.get(id);
+      if (!item) continue;
+      const [x, y] = item.to;
+      found[0] = Math.min(found[0], x - item.width / 2);
+      found[1] = Math.min(found[1], y - item.height / 2);
+      found[2] = Math.max(found[2], x + item.width / 2);
+      found[3] = Math.max(found[3], y + item.height / 2);
+    }
+    return found;
+  }
+
+  // Draw with a pen; see pens.js. look: {colours, scale, seen: [left, top, right, bottom], lit: {boxes, edges} (sets of ids) or null, chosen: id, pointed: id}
+  draw(pen, look) {
+    const [left, top, right, bottom] = look.seen;
+    const outside = (x, y, width, height) => x + width / 2 < left || x - width / 2 > right || y + height / 2 < top || y - height / 2 > bottom;
+    const text = (size) => size * look.scale >= LEAST_TEXT;
+    for (const frame of this.frames.values()) {
+      const [x, y, width, height] = frame.at;
+      if (!outside(x, y, width, height)) drawFrame(pen, look, frame, text(12));
+    }
+    const labels = [];
+    for (const line of this.lines.values()) {
+      const points = line.at.slice(0, -2);
+      if (outsideLine(points, look.seen)) continue;
+      drawLine(pen, look, line, points);
+      if (text(11)) labels.push(line);
+    }
+    for (const line of labels) drawLabel(pen, look, line);
+    for (const item of this.items.values()) {
+      if (!outside(...item.at, item.width, item.height)) drawBox(pen, look, item, text(13));
+    }
+  }
+}
+
+const faint = (look, lit) => (lit ? 1 : look.colours.dark ? 0.22 : 0.2);
+
+function drawFrame(pen, { colours, pointed }, { group, at: [x, y, width, height], alpha }, named) {
+  const here = pointed === group.id;
+  pen.box(x, y, width, height, { radius: 10, fill: colours.group, stroke: here ? colours.accent : colours.border, alpha });
+  if (named) pen.text(x - width / 2 + 12, y - height / 2 + 16, `▾ ${group.label}`, { size: 12, weight: 600, fill: here ? colours.accent : colours.muted, align: "left", alpha });
+}
+
+function drawLine(pen, look, { edge, alpha }, points) {
+  const { colours, lit, chosen, pointed } = look;
+  const state = stateOf(edge);
+  const of = !lit || lit.edges.has(edge.id);
+  const here = edge.id === pointed || edge.id === chosen;
+  const { hz, bytes: size } = flowOf(edge);
+  const idle = state === "ok" && !hz;
+  const stroke = here ? colours.accent : state === "broken" ? colours.error : idle || state === "unknown" ? colours.border2 : colours.edge;
+  const width = (here ? 1 : 0) + (size > 0 ? Math.min(4.5, 1.2 + Math.max(0, Math.log10(size) - 2) * 0.55) : 1.2);
+  const shade = alpha * faint(look, of);
+  const dash = state === "broken" ? [7, 5] : state === "unknown" ? [2, 4] : undefined;
+  const count = points.length;
+  const angle = Math.atan2(points[count - 1] - points[count - 3], points[count - 2] - points[count - 4]);
+  pen.line(points, { stroke, width, dash, alpha: shade });
+  if (look.scale > 0.12) pen.tip(points[count - 2], points[count - 1], angle, { fill: stroke, alpha: shade });
+}
+
+function drawLabel(pen, look, { edge, at, alpha }) {
+  const { colours, lit } = look;
+  const of = !lit || lit.edges.has(edge.id);
+  const state = stateOf(edge);
+  const rows = edge.lines.map((line) => [line, state === "broken" ? colours.error : colours.topic]);
+  const flow = edge.flows ? flowText(edge) : "";
+  if (flow) rows.push([flow, colours.muted]);
+  const [x, y] = at.slice(-2);
+  if (!rows.length) return;
+  const widest = Math.max(...rows.map(([text]) => text.length)) * LETTER + 8;
+  if (of) pen.box(x, y, widest, rows.length * LINE + 2, { radius: 3, fill: colours.surface, alpha });
+  rows.forEach(([text, fill], index) => {
+    pen.text(x, y + (index - (rows.length - 1) / 2) * LINE, text, { size: 11, fill, alpha: alpha * faint(look, of) });
+  });
+}
+
+export function flowText(edge) {
+  const { hz, bytes: size } = flowOf(edge);
+  if (hz === null) return "";
+  return hz === 0 ? "0 Hz" : `${rate(hz)}${size === null ? "" : ` · ${bytes(size, "B/s")}`}`;
+}
+
+function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
+  const { colours, lit, chosen, pointed } = look;
+  const shade = alpha * faint(look, !lit || lit.boxes.has(box.id));
+  const here = chosen === box.id;
+  const [fill, edge, words] = box.kind === "node" ? [colours.nodeSoft, colours.node, colours.text]
+    : box.kind === "topic" ? [colours.topicSoft, colours.border2, colours.text] : [colours.raised, colours.muted, colours.text];
+  const stroke = here || pointed === box.id ? colours.accent : box.silent ? colours.error : edge;
+  pen.box(x, y, width, height, { radius: box.kind === "node" ? height / 2 : 5, fill: colours.surface, alpha: lit && !lit.boxes.has(box.id) ? 0 : alpha });
+  pen.box(x, y, width, height, {
+    radius: box.kind === "node" ? height / 2 : 5, fill: box.silent ? colours.surface : fill, stroke,
+    lineWidth: here ? 2.5 : 1.3, dash: box.silent ? [5, 4] : undefined, alpha: shade,
+  });
+  if (!named) return;
+  if (box.kind === "group") {
+    pen.text(x, y - 8, `▸ ${box.shown}`, { size: 13, weight: 600, fill: words, alpha: shade });
+    const topics = box.count - box.nodes;
+    pen.text(x, y + 10, `${box.nodes} ${box.nodes === 1 ? "node" : "nodes"}${topics ? `, ${topics} ${topics === 1 ? "topic" : "topics"}` : ""}`, { size: 11, fill: colours.muted, alpha: shade });
+    return;
+  }
+  pen.text(x, y + 0.5, box.shown, { size: 13, weight: box.kind === "node" ? 600 : 400, fill: box.silent ? colours.muted : words, alpha: shade });
+}
+
+export function shortened(text) {
+  if (text.length <= MOST_LETTERS) return text;
+  return `${text.slice(0, MOST_LETTERS / 2 - 3)}…${text.slice(2 - MOST_LETTERS / 2)}`;
+}
+
+function middle(values) {
+  const sorted = [...values].sort((one, other) => one - other);
+  return sorted[Math.floor(sorted.length / 2)];
+}
+
+function outsideLine(points, [left, top, right, bottom]) {
+  let [a, b, c, d] = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let index = 0; index < points.length; index += 2) {
+    a = Math.min(a, points[index]);
+    b = Math.min(b, points[index + 1]);
+    c = Math.max(c, points[index]);
+    d = Math.max(d, points[index + 1]);
+  }
+  return c < left || a > right || d < top || b > bottom;
+}
+
+function distance(x, y, x1, y1, x2, y2) {
+  const [dx, dy] = [x2 - x1, y2 - y1];
+  const t = Math.max(0, Math.min(1, ((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy || 1)));
+  return Math.hypot(x - x1 - t * dx, y - y1 - t * dy);
+}
