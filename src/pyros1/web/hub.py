@@ -68,6 +68,8 @@ class Hub:
             topic: the topic's full name.
             listener: see `Listener`.
 
+        A topic that is latched has a message already; the listener is called with it at once, in this thread.
+
         Returns:
             A function that ends this. The listener may be called once more meanwhile.
         """
@@ -76,14 +78,16 @@ class Hub:
             if feed is None:
                 feed = self._feeds[topic] = _Feed(self._now)
                 feed.subscriber = self._subscribe(topic, feed.arrived)
-            feed.listeners = (*feed.listeners, listener)
+            latched = feed.join(listener)
+        for arrival in latched:
+            listener(arrival)
         return lambda: self._leave(topic, feed, listener)
 
     def _leave(self, topic: str, feed: _Feed, listener: Listener) -> None:
         with self._lock:
             if listener not in feed.listeners:
                 return
-            feed.listeners = tuple(each for each in feed.listeners if each is not listener)
+            feed.leave(listener)
             if feed.listeners or self._feeds.get(topic) is not feed:
                 return
             del self._feeds[topic]
@@ -102,10 +106,28 @@ class _Feed:
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
         self._decoder = Decoder()
+        self._lock = threading.Lock()
+        self._latched: dict[str, Arrival] = {}  # by publisher
         self.listeners: tuple[Listener, ...] = ()
         self.subscriber: Any = None
 
+    def join(self, listener: Listener) -> list[Arrival]:
+        """Add a listener; return the latched messages, which it has not seen."""
+        with self._lock:
+            self.listeners = (*self.listeners, listener)
+            return list(self._latched.values())
+
+    def leave(self, listener: Listener) -> None:
+        """Remove a listener."""
+        with self._lock:
+            self.listeners = tuple(each for each in self.listeners if each is not listener)
+
     def arrived(self, raw: AnyMsg) -> None:
         arrival = Arrival(raw, self._now(), monotonic(), self._decoder)
-        for listener in self.listeners:
+        header = raw._connection_header or {}
+        with self._lock:
+            listeners = self.listeners
+            if header.get("latching") == "1":
+                self._latched[header.get("callerid", "")] = arrival
+        for listener in listeners:
             listener(arrival)
