@@ -7,7 +7,7 @@ const GLIDE = 380; // ms
 const MOST_LETTERS = 44;
 const MOST_LINES = 3; // topics named on an edge
 const LINE = 14;
-const LETTER = 6.1; // pixels of one at that size, about
+const LETTER = 5.5; // pixels of one at that size, about
 const FLOW_WIDTH = 104; // pixels kept for a rate, so that its digits move nothing
 const LEAST_TEXT = 4.5; // pixels; smaller text is not drawn
 
@@ -169,7 +169,7 @@ export class Scene {
   }
 }
 
-const faint = (look, lit) => (lit ? 1 : look.colours.dark ? 0.22 : 0.2);
+const faint = (look, lit) => (lit ? 1 : look.colours.dark ? 0.28 : 0.32);
 
 function drawFrame(pen, { colours, pointed }, { group, at: [x, y, width, height], alpha }, named) {
   const here = pointed === group.id;
@@ -213,7 +213,7 @@ function drawLabel(pen, look, { edge, at, alpha }) {
 export function flowText(edge) {
   const { hz, bytes: size } = flowOf(edge);
   if (hz === null) return "";
-  return hz === 0 ? "0 Hz" : `${rate(hz)}${size === null ? "" : ` · ${bytes(size, "B/s")}`}`;
+  return hz === 0 ? "0 Hz" : `${rate(hz)}${!size ? "" : ` · ${bytes(size, "B/s")}`}`;
 }
 
 function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
