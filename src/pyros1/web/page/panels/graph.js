@@ -6,7 +6,7 @@ import { HIDING, MODES, around, build, dot, matching, stateOf } from "../lib/gra
 import { Picture } from "../lib/graph/picture.js";
 import { Sheet } from "../lib/graph/sheet.js";
 
-const DEPTHS = [[0, "no groups"], [1, "grouped"], [2, "grouped, 2 levels"], [3, "grouped, 3 levels"]];
+const DEPTHS = [[-1, "Groups: auto"], [0, "Groups: none"], [1, "Groups: 1 level"], [2, "Groups: 2 levels"], [3, "Groups: 3 levels"]];
 const HIDDEN = ["debug", "tf", "leaf", "dead"];
 
 export default {
@@ -22,8 +22,8 @@ class GraphPanel {
     const { settings } = place;
     this.mode = MODES.some(([name]) => name === settings.mode) ? settings.mode : "active";
     this.hide = new Set(Array.isArray(settings.hide) ? settings.hide : HIDDEN);
-    this.depth = DEPTHS.some(([depth]) => depth === settings.depth) ? settings.depth : 0;
-    this.folded = new Set(Array.isArray(settings.folded) ? settings.folded.map(String) : []);
+    this.depth = DEPTHS.some(([depth]) => depth === settings.depth) ? settings.depth : -1;
+    this.toggled = new Set(Array.isArray(settings.toggled) ? settings.toggled.map(String) : []);
     this.rates = settings.rates !== false;
     this.chosen = null; // {id, kind: "box" | "edge"}
     this.wanted = typeof settings.choose === "string" ? settings.choose : "";
@@ -116,7 +116,7 @@ class GraphPanel {
   }
 
   _save() {
-    this.place.save({ mode: this.mode, hide: [...this.hide], depth: this.depth, folded: [...this.folded], rates: this.rates });
+    this.place.save({ mode: this.mode, hide: [...this.hide], depth: this.depth, toggled: [...this.toggled], rates: this.rates });
   }
 
   _changed() {
@@ -137,7 +137,7 @@ class GraphPanel {
 
   _update() {
     if (!this.system) return;
-    this.model = build(this.system, { mode: this.mode, hide: [...this.hide], depth: this.depth, folded: [...this.folded] });
+    this.model = build(this.system, { mode: this.mode, hide: [...this.hide], depth: this.depth, toggled: [...this.toggled] });
     this.picture.show(this.model, this.rates);
     if (this.wanted) {
       const id = [`n:${this.wanted}`, `t:${this.wanted}`].find((each) => this.model.boxes.some((box) => box.id === each));
@@ -217,7 +217,7 @@ class GraphPanel {
   }
 
   _fold(group) {
-    if (!this.folded.delete(group)) this.folded.add(group);
+    if (!this.toggled.delete(group)) this.toggled.add(group);
     if (this.chosen?.id === `g:${group}`) this._choose(null);
     this._changed();
   }

@@ -3,6 +3,7 @@
 const GAP = 18;
 const BETWEEN = 90;
 const SWEEPS = 6;
+const LEAST_HEIGHT = 600;
 
 // boxes: [{id, width, height}]; edges: [[from, to]]. Returns a map: id -> [x, y] of its centre.
 export function layered(boxes, edges, { down, aspect }) {
@@ -20,7 +21,7 @@ export function layered(boxes, edges, { down, aspect }) {
   layers = layers.filter(Boolean);
   order(layers, next, before);
   const sizes = new Map(boxes.map(({ id, width, height }) => [id, down ? [height, width] : [width, height]]));
-  const places = coordinates(wrapped(layers, sizes, down ? 1 / aspect : aspect), sizes);
+  const places = coordinates(layers, sizes, down ? 1 / aspect : aspect);
   return new Map([...places].map(([id, [along, across]]) => [id, down ? [across, along] : [along, across]]));
 }
 
@@ -77,36 +78,49 @@ function order(layers, next, before) {
 }
 
 // Layers that are too tall for the room become several columns.
-function wrapped(layers, sizes, aspect) {
-  const heights = layers.map((layer) => layer.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, 0));
-  const width = layers.reduce((sum, layer) => sum + Math.max(...layer.map((id) => sizes.get(id)[0])) + BETWEEN, 0);
-  const area = layers.reduce((sum, layer, index) => sum + heights[index] * (Math.max(...layer.map((id) => sizes.get(id)[0])) + GAP), 0);
-  const most = Math.max(Math.sqrt(area / aspect) * 1.3, width / aspect, 600);
-  return layers.map((layer, index) => {
-    const count = Math.ceil(heights[index] / most);
-    if (count < 2) return [layer];
+function wrapped(layers, sizes, most) {
+  return layers.flatMap((layer) => {
+    const height = layer.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, 0);
+    const count = Math.ceil(height / most);
     const columns = Array.from({ length: count }, () => []);
     layer.forEach((id, place) => columns[Math.floor((place * count) / layer.length)].push(id));
-    return columns;
+    return columns.map((ids, index) => ({
+      ids, height: ids.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, -GAP),
+      width: Math.max(...ids.map((id) => sizes.get(id)[0])), room: index === count - 1 ? BETWEEN : GAP * 2,
+    }));
   });
 }
 
-function coordinates(layers, sizes) {
-  const places = new Map();
-  let along = 0;
-  for (const columns of layers) {
-    for (const column of columns) {
-      const width = Math.max(...column.map((id) => sizes.get(id)[0]));
-      const height = column.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, -GAP);
-      let across = -height / 2;
-      for (const id of column) {
-        const size = sizes.get(id)[1];
-        places.set(id, [along + width / 2, across + size / 2]);
-        across += size + GAP;
-      }
-      along += width + GAP * 2;
+// A long chain of layers goes on in the next row, as text does.
+function coordinates(layers, sizes, aspect) {
+  const area = layers.flat().reduce((sum, id) => sum + (sizes.get(id)[0] + BETWEEN) * (sizes.get(id)[1] + GAP), 0);
+  const columns = wrapped(layers, sizes, Math.max(LEAST_HEIGHT, Math.sqrt(area / aspect)));
+  const filled = columns.reduce((sum, { width, room, height }) => sum + (width + room) * (height + GAP), 0);
+  const most = Math.max(Math.sqrt(filled * aspect) * 1.3, ...columns.map(({ width }) => width));
+  const rows = [[]];
+  let length = 0;
+  for (const column of columns) {
+    if (length && length + column.width > most) {
+      rows.push([]);
+      length = 0;
     }
-    along += BETWEEN - GAP * 2;
+    rows.at(-1).push(column);
+    length += column.width + column.room;
+  }
+  const places = new Map();
+  let top = 0;
+  for (const row of rows) {
+    const tall = Math.max(...row.map(({ height }) => height));
+    let along = 0;
+    for (const { ids, width, height, room } of row) {
+      let across = top + (tall - height) / 2;
+      for (const id of ids) {
+        places.set(id, [along + width / 2, across + sizes.get(id)[1] / 2]);
+        across += sizes.get(id)[1] + GAP;
+      }
+      along += width + room;
+    }
+    top += tall + BETWEEN;
   }
   return places;
 }

@@ -1,11 +1,11 @@
 // Where boxes and edges go. Pure.
 //
 // layout(what) takes
-//   {boxes: [{id, width, height, group}], edges: [{id, from, to, width, height}], groups: [{name, parent}], down, aspect}
-//   down: from top to bottom instead of from left to right; aspect: width / height of the room
+//   {boxes: [{id, width, height, group}], edges: [{id, from, to, width, height}], groups: [{name, parent}], down, room: [width, height]}
+//   down: rather from top to bottom than from left to right; which of them, is up to what fits into the room
 //   width and height of an edge are those of its label, 0 for none
 // and returns
-//   {boxes: {id: [x, y]}, edges: {id: {points: [x, y, ...], label: [x, y]}}, frames: {group: [x, y, width, height]}, width, height}
+//   {boxes: {id: [x, y]}, edges: {id: {points: [x, y, ...], label: [x, y]}}, frames: {group: [x, y, width, height]}, width, height, down}
 //   x and y are of centres; an edge has POINTS points.
 //
 // Parts that have nothing to do with each other are laid out one by one and then packed. dagre draws best, but takes
@@ -18,15 +18,27 @@ export const POINTS = 10;
 export const MOST_FOR_DAGRE = 260; // boxes and edges of a part
 const MOST_INSIDE = 60; // the same for a namespace of a large part, of which there may be many
 const GAP = 44;
+const GOOD = 0.75; // pixels per unit; if less, the other direction is tried, too
+const BETTER = 1.3;
 const PADDING = 14;
 const TITLE = 20;
 
 export function layout(what) {
+  const { down, room: [width, height] } = what;
+  const scale = (found) => Math.min(width / found.width, height / found.height);
+  const found = directed(what, down);
+  if (scale(found) > GOOD) return found;
+  const other = directed(what, !down);
+  return scale(other) > scale(found) * BETTER ? other : found;
+}
+
+function directed(what, down) {
+  const aspect = what.room[0] / what.room[1];
   const parts = partsOf(what).map((part) => {
     const small = part.boxes.length + part.edges.length <= MOST_FOR_DAGRE;
-    return turned(small ? byDagre(part, what.down) : nested(part, what), part);
+    return turned(small ? byDagre(part, down) : nested(part, { down, aspect }), part);
   });
-  return packed(parts, what.aspect || 1.6);
+  return { ...packed(parts, aspect), down };
 }
 
 // What is connected, or in one outermost group, is one part.

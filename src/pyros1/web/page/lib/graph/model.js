@@ -1,7 +1,9 @@
 // What the graph shows of a system, as boxes and edges. Pure: no elements, no clock, so that it can be tested anywhere.
 //
 // system: what the view "system" pushes, see pyros1/web/system.py
-// choice: {mode: "nodes" | "active" | "all", hide: [names of HIDING], depth: 0.. (levels of namespaces), folded: [group]}
+// choice: {mode: "nodes" | "active" | "all", hide: [names of HIDING], depth, toggled: [group]}
+//   depth: levels of namespaces that become groups; -1: one if there are many boxes, and then they begin folded
+//   toggled: groups that were folded, or of those that begin folded, unfolded
 // build(system, choice) -> {
 //   boxes:  [{id, kind: "node" | "topic" | "group", name, label, group, silent, count}]
 //   edges:  [{id, from, to, links}]; links: [{topic, publisher, subscriber, state, hz, bytes}], state is one of
@@ -21,6 +23,7 @@ export const HIDING = [
   ["leaf", "leaf topics", "topics that only one node has to do with"],
   ["dead", "dead sinks", "topics that nobody subscribes to"],
 ];
+export const MANY = 150; // boxes
 export const MOST_BOXES = 3000;
 export const MOST_LINKS = 20000;
 
@@ -129,13 +132,16 @@ function box(kind, name, more) {
 }
 
 // Put boxes into their namespaces, down to some level; a folded namespace becomes one box.
-function grouped({ boxes, edges }, { depth, folded }) {
+function grouped({ boxes, edges }, { depth: wanted, toggled }) {
+  const automatic = wanted < 0 && boxes.length > MANY;
+  const depth = wanted < 0 ? Number(automatic) : wanted;
   if (!depth) return { boxes, edges, groups: [] };
   const groups = new Map();
   for (const each of boxes) each.group = namespace(each.name, depth);
   const sizes = new Map();
   for (const each of boxes) for (const name of upwards(each.group)) sizes.set(name, (sizes.get(name) || 0) + 1);
-  const closed = new Set(folded);
+  const changed = new Set(toggled);
+  const closed = { has: (name) => changed.has(name) !== automatic };
   const kept = new Map();
   const home = new Map(); // id of a box -> id of what is shown in its place
   for (const each of boxes) {

@@ -1,6 +1,6 @@
 // Two pens that draw the same picture: one on a canvas, one into SVG elements.
 //
-//   line(points, {stroke, width, dash, alpha})         points: [x, y, ...], drawn as a smooth line
+//   lines([points], {stroke, width, dash, alpha})      points: [x, y, ...], drawn as a smooth line
 //   tip(x, y, angle, {fill, alpha})                    the head of an arrow
 //   box(x, y, width, height, {radius, fill, stroke, lineWidth, dash, alpha})    x and y are of the centre
 //   text(x, y, text, {size, weight, fill, align, alpha})
@@ -15,14 +15,14 @@ export class CanvasPen {
     this.family = family;
   }
 
-  line(points, { stroke, width, dash, alpha = 1 }) {
+  lines(every, { stroke, width, dash, alpha = 1 }) {
     const { context } = this;
     context.globalAlpha = alpha;
     context.strokeStyle = stroke;
     context.lineWidth = width;
     context.setLineDash(dash || []);
     context.beginPath();
-    trace(points, (x, y) => context.moveTo(x, y), (x, y) => context.lineTo(x, y), (a, b, x, y) => context.quadraticCurveTo(a, b, x, y));
+    for (const points of every) trace(points, (x, y) => context.moveTo(x, y), (x, y) => context.lineTo(x, y), (a, b, x, y) => context.quadraticCurveTo(a, b, x, y));
     context.stroke();
   }
 
@@ -72,10 +72,10 @@ export class SvgPen {
     this.family = family;
   }
 
-  line(points, { stroke, width, dash, alpha }) {
+  lines(every, { stroke, width, dash, alpha }) {
     const path = [];
     const say = (letter) => (...numbers) => path.push(letter + numbers.map(short).join(" "));
-    trace(points, say("M"), say("L"), say("Q"));
+    for (const points of every) trace(points, say("M"), say("L"), say("Q"));
     this._add("path", { d: path.join(""), fill: "none", stroke, "stroke-width": width, "stroke-dasharray": dash?.join(" "), opacity: alpha });
   }
 

@@ -58,8 +58,10 @@ export class Picture {
   show(model, rates) {
     this.rates = rates;
     const [width, height] = this.camera.size;
-    const what = plan(model, { rates, down: height > width * 1.15, aspect: width / height, measure: (...args) => this._measure(...args) });
-    const shape = JSON.stringify([what.boxes, what.edges, what.groups, what.down]);
+    const tall = height > width * 1.15;
+    if (tall !== this.tall) [this.tall, this.down] = [tall, tall];
+    const what = plan(model, { rates, down: this.down, room: [width, height], measure: (...args) => this._measure(...args) });
+    const shape = JSON.stringify([what.boxes, what.edges, what.groups, tall]);
     this.model = model;
     if (shape !== this.shape) {
       this.shape = shape;
@@ -88,6 +90,7 @@ export class Picture {
     this.canvas.parentElement?.classList.remove("busy");
     if (problem) console.error(`layout: ${problem}`);
     else {
+      this.down = found.down; // it is kept as long as it does
       this.times.layout = seconds;
       this.times.shown = (performance.now() - at) / 1000;
       const first = !this.scene.items.size;

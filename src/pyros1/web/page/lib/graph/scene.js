@@ -1,6 +1,6 @@
 // The picture of a model: sizes, places that move from one layout to the next, colours, and what is under the pointer.
 
-import { bytes, rate } from "../format.js";
+import { bytes, plural, rate } from "../format.js";
 import { flowOf, stateOf, topicsOn } from "./model.js";
 
 const GLIDE = 380; // ms
@@ -9,10 +9,12 @@ const MOST_LINES = 3; // topics named on an edge
 const LINE = 14;
 const LETTER = 5.5; // pixels of one at that size, about
 const FLOW_WIDTH = 104; // pixels kept for a rate, so that its digits move nothing
+const FAR = 0.25; // pixels per unit, below which only shapes are seen
+const SMALLEST = 11; // pixels of the names of groups
 const LEAST_TEXT = 4.5; // pixels; smaller text is not drawn
 
 // Everything that a layout depends on. measure(text, size, weight) returns pixels.
-export function plan(model, { rates, down, aspect, measure }) {
+export function plan(model, { rates, down, room, measure }) {
   const boxes = model.boxes.map((box) => {
     const label = shortened(box.label);
     box.shown = label;
@@ -27,12 +29,13 @@ export function plan(model, { rates, down, aspect, measure }) {
     const height = (edge.lines.length + (edge.flows ? 1 : 0)) * LINE;
     return { id: edge.id, from: edge.from, to: edge.to, width: widest, height };
   });
-  return { boxes, edges, groups: model.groups.map(({ name, parent }) => ({ name, parent })), down, aspect };
+  return { boxes, edges, groups: model.groups.map(({ name, parent }) => ({ name, parent })), down, room };
 }
 
 function namesOn(edge) {
   if (edge.from.startsWith("t:") || edge.to.startsWith("t:")) return [];
   const topics = topicsOn(edge);
+  if (edge.from.startsWith("g:") || edge.to.startsWith("g:")) return [plural(topics.length, "topic")];
   const more = topics.length - MOST_LINES;
   if (more <= 0) return topics.map(shortened);
   return [...topics.slice(0, MOST_LINES - 1).map(shortened), `and ${more + 1} more`];
@@ -153,15 +156,26 @@ export class Scene {
     const text = (size) => size * look.scale >= LEAST_TEXT;
     for (const frame of this.frames.values()) {
       const [x, y, width, height] = frame.at;
-      if (!outside(x, y, width, height)) drawFrame(pen, look, frame, text(12));
+      if (!outside(x, y, width, height)) drawFrame(pen, look, frame);
     }
     const labels = [];
+    const strokes = new Map(); // far away, lines of one look are drawn as one
     for (const line of this.lines.values()) {
       const points = line.at.slice(0, -2);
       if (outsideLine(points, look.seen)) continue;
-      drawLine(pen, look, line, points);
+      const style = styleOf(look, line);
+      if (look.scale < FAR) {
+        const key = Object.values(style).join();
+        if (!strokes.has(key)) strokes.set(key, { style, lines: [] });
+        strokes.get(key).lines.push(points);
+        continue;
+      }
+      pen.lines([points], style);
+      const [x, y, bx, by] = points.slice(-4);
+      pen.tip(bx, by, Math.atan2(by - y, bx - x), { fill: style.stroke, alpha: style.alpha });
       if (text(11)) labels.push(line);
     }
+    for (const { style, lines } of strokes.values()) pen.lines(lines, style);
     for (const line of labels) drawLabel(pen, look, line);
     for (const item of this.items.values()) {
       if (!outside(...item.at, item.width, item.height)) drawBox(pen, look, item, text(13));
@@ -171,27 +185,28 @@ export class Scene {
 
 const faint = (look, lit) => (lit ? 1 : look.colours.dark ? 0.28 : 0.32);
 
-function drawFrame(pen, { colours, pointed }, { group, at: [x, y, width, height], alpha }, named) {
+// Names of groups are never too small to be read: far away they are what is left.
+function drawFrame(pen, { colours, pointed, scale }, { group, at: [x, y, width, height], alpha }) {
   const here = pointed === group.id;
-  pen.box(x, y, width, height, { radius: 10, fill: colours.group, stroke: here ? colours.accent : colours.border, alpha });
-  if (named) pen.text(x - width / 2 + 12, y - height / 2 + 16, `▾ ${group.label}`, { size: 12, weight: 600, fill: here ? colours.accent : colours.muted, align: "left", alpha });
+  const fill = here ? colours.accent : colours.muted;
+  pen.box(x, y, width, height, { radius: 10, fill: colours.group, stroke: here ? colours.accent : colours.border, lineWidth: Math.max(1, 0.8 / scale), alpha });
+  const size = Math.max(12, SMALLEST / scale);
+  const top = size > 14 ? y - height / 2 - size * 0.7 : y - height / 2 + 16;
+  pen.text(x - width / 2 + (size > 14 ? 0 : 12), top, `▾ ${group.label}`, { size, weight: 600, fill, align: "left", alpha });
 }
 
-function drawLine(pen, look, { edge, alpha }, points) {
-  const { colours, lit, chosen, pointed } = look;
+function styleOf(look, { edge, alpha }) {
+  const { colours, lit, chosen, pointed, scale } = look;
   const state = stateOf(edge);
-  const of = !lit || lit.edges.has(edge.id);
   const here = edge.id === pointed || edge.id === chosen;
   const { hz, bytes: size } = flowOf(edge);
-  const idle = state === "ok" && !hz;
-  const stroke = here ? colours.accent : state === "broken" ? colours.error : idle || state === "unknown" ? colours.border2 : colours.edge;
-  const width = (here ? 1 : 0) + (size > 0 ? Math.min(4.5, 1.2 + Math.max(0, Math.log10(size) - 2) * 0.55) : 1.2);
-  const shade = alpha * faint(look, of);
-  const dash = state === "broken" ? [7, 5] : state === "unknown" ? [2, 4] : undefined;
-  const count = points.length;
-  const angle = Math.atan2(points[count - 1] - points[count - 3], points[count - 2] - points[count - 4]);
-  pen.line(points, { stroke, width, dash, alpha: shade });
-  if (look.scale > 0.12) pen.tip(points[count - 2], points[count - 1], angle, { fill: stroke, alpha: shade });
+  const dim = state === "unknown" || (state === "ok" && !hz);
+  const stroke = here ? colours.accent : state === "broken" ? colours.error : dim ? colours.border2 : colours.edge;
+  const width = size > 0 ? Math.min(4.5, 1.2 + Math.max(0, Math.log10(size) - 2) * 0.55) : 1.2;
+  return {
+    stroke, width: Math.max(width + (here ? 1 : 0), (here ? 2 : state === "broken" ? 1.2 : 0.6) / scale),
+    dash: state === "broken" ? [7, 5] : state === "unknown" ? [2, 4] : undefined, alpha: alpha * faint(look, !lit || lit.edges.has(edge.id)),
+  };
 }
 
 function drawLabel(pen, look, { edge, at, alpha }) {
@@ -217,25 +232,28 @@ export function flowText(edge) {
 }
 
 function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
-  const { colours, lit, chosen, pointed } = look;
-  const shade = alpha * faint(look, !lit || lit.boxes.has(box.id));
+  const { colours, lit, chosen, pointed, scale } = look;
+  const of = !lit || lit.boxes.has(box.id);
+  const shade = alpha * faint(look, of);
   const here = chosen === box.id;
-  const [fill, edge, words] = box.kind === "node" ? [colours.nodeSoft, colours.node, colours.text]
-    : box.kind === "topic" ? [colours.topicSoft, colours.border2, colours.text] : [colours.raised, colours.muted, colours.text];
+  const radius = box.kind === "node" ? height / 2 : 5;
+  const [fill, edge] = { node: [colours.nodeSoft, colours.node], topic: [colours.topicSoft, colours.border2], group: [colours.raised, colours.muted] }[box.kind];
   const stroke = here || pointed === box.id ? colours.accent : box.silent ? colours.error : edge;
-  pen.box(x, y, width, height, { radius: box.kind === "node" ? height / 2 : 5, fill: colours.surface, alpha: lit && !lit.boxes.has(box.id) ? 0 : alpha });
+  if (!of) pen.box(x, y, width, height, { radius, fill: colours.surface, alpha });
   pen.box(x, y, width, height, {
-    radius: box.kind === "node" ? height / 2 : 5, fill: box.silent ? colours.surface : fill, stroke,
-    lineWidth: here ? 2.5 : 1.3, dash: box.silent ? [5, 4] : undefined, alpha: shade,
+    radius, fill: box.silent ? colours.surface : fill, stroke, dash: box.silent ? [5, 4] : undefined, alpha: shade,
+    lineWidth: Math.max(here ? 2.5 : 1.3, (here ? 2.5 : 0.8) / scale),
   });
-  if (!named) return;
+  const words = { fill: box.silent ? colours.muted : colours.text, alpha: shade };
   if (box.kind === "group") {
-    pen.text(x, y - 8, `▸ ${box.shown}`, { size: 13, weight: 600, fill: words, alpha: shade });
     const topics = box.count - box.nodes;
-    pen.text(x, y + 10, `${box.nodes} ${box.nodes === 1 ? "node" : "nodes"}${topics ? `, ${topics} ${topics === 1 ? "topic" : "topics"}` : ""}`, { size: 11, fill: colours.muted, alpha: shade });
-    return;
+    const size = Math.max(13, SMALLEST / scale);
+    pen.text(x, named && size < 20 ? y - 8 : y, `▸ ${box.shown}`, { size, weight: 600, ...words });
+    const text = `${plural(box.nodes, "node")}${topics ? `, ${plural(topics, "topic")}` : ""}`;
+    if (named && size < 20) pen.text(x, y + 11, text, { size: 11, fill: colours.muted, alpha: shade });
+  } else if (named) {
+    pen.text(x, y + 0.5, box.shown, { size: 13, weight: box.kind === "node" ? 600 : 400, ...words });
   }
-  pen.text(x, y + 0.5, box.shown, { size: 13, weight: box.kind === "node" ? 600 : 400, fill: box.silent ? colours.muted : words, alpha: shade });
 }
 
 export function shortened(text) {
