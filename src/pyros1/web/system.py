@@ -12,7 +12,7 @@ from functools import partial
 from time import monotonic
 from typing import Any, NamedTuple
 
-from pyros1.doctor.edges import Edge, actual_edges, expected_edges
+from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_lacking
 from pyros1.doctor.together import together
 from pyros1.graph import Connection, Graph, NodeApi
 from pyros1.ground.errors import Error
@@ -96,7 +96,7 @@ class System:
         reported = actual_edges({name: its.connections for name, its in told.items()}, self._uris)
         edges = _edges(told, reported, rates)
         topics = {*state.publishers, *state.subscribers}
-        lacking = [edge for edge in expected_edges(state) if _is_lacking(edge, reported)]
+        lacking = [edge for edge in expected_edges(state) if is_lacking(edge, reported)]
         missing = [list(edge) for edge in lacking if edge in self._lacking]
         self._lacking = set(lacking)
         return {
@@ -188,12 +188,6 @@ def _flow(topic: str, rates: _Rates) -> dict[str, float]:
         return {}
     most = [(max(hz for hz, _ in each), max(size for _, size in each)) for each in of_publishers]
     return {"hz": sum(hz for hz, _ in most), "bytes": sum(size for _, size in most)}
-
-
-def _is_lacking(edge: Edge, reported: Mapping[str, set[Edge]]) -> bool:
-    """Tell whether two nodes that answer do not both report a connection: rospy's subscribers report mere attempts."""
-    ends = [reported.get(name) for name in {edge.publisher, edge.subscriber}]
-    return None not in ends and not all(edge in end for end in ends if end is not None)
 
 
 def _edges(told: dict[str, _Told], reported: Mapping[str, set[Edge]], rates: _Rates) -> list[list[Any]]:

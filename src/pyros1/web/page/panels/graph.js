@@ -6,7 +6,7 @@ import { HIDING, MODES, around, build, dot, matching, stateOf } from "../lib/gra
 import { Picture } from "../lib/graph/picture.js";
 import { Sheet } from "../lib/graph/sheet.js";
 
-const DEPTHS = [[-1, "Groups: auto"], [0, "Groups: none"], [1, "Groups: 1 level"], [2, "Groups: 2 levels"], [3, "Groups: 3 levels"]];
+const DEPTHS = [[-1, "groups if many"], [0, "no groups"], [1, "groups: 1 level"], [2, "groups: 2 levels"], [3, "groups: 3 levels"]];
 const HIDDEN = ["debug", "tf", "leaf", "dead"];
 
 export default {
@@ -30,7 +30,7 @@ class GraphPanel {
     this.found = [];
     this._style();
     this._build();
-    this.picture = new Picture(this.canvas, {
+    this.picture = new Picture(this.canvas, place.body, {
       choose: (found) => this._choose(found),
       fold: (group) => this._fold(group),
       arranged: () => this._arranged(),
@@ -75,34 +75,37 @@ class GraphPanel {
       },
     }), text));
     this.hiding = hiding;
-    const rates = h("button", { "aria-pressed": String(this.rates), title: "messages and bytes per second on the edges", onclick: () => {
-      this.rates = !this.rates;
-      rates.setAttribute("aria-pressed", String(this.rates));
-      this._changed();
-    } }, "Rates");
+    const rates = h("label.check", { title: "messages and bytes per second on the edges" }, h("input", {
+      type: "checkbox", checked: this.rates, onchange: (event) => {
+        this.rates = event.target.checked;
+        this._changed();
+      },
+    }), "rates");
     this.search = h("input", {
       type: "search", placeholder: "search ( / )", size: 14, "aria-label": "search", spellcheck: false,
       title: "parts of names, or a type; Enter goes to the next one",
       oninput: () => this._searched(true), onkeydown: (event) => this._searchKey(event),
     });
     this.count = h("span.muted");
-    const hideMenu = h("details.menu", { onkeydown: (event) => {
+    const menu = h("details.menu", { onkeydown: (event) => {
       if (event.key !== "Escape") return;
-      hideMenu.open = false;
-      hideMenu.firstChild.focus();
+      menu.open = false;
+      menu.firstChild.focus();
       event.stopPropagation();
     }, onfocusout: (event) => {
-      if (event.relatedTarget && !hideMenu.contains(event.relatedTarget)) hideMenu.open = false;
-    } }, h("summary", { title: "what is left out" }, "Hide"), h("div.choices", {}, hiding));
-    tools.append(choice("mode", MODES, "what is shown"), hideMenu,
-      choice("depth", DEPTHS, "groups of namespaces"), rates, this.search, this.count,
-      h("button.quiet", { title: "save the picture", onclick: () => save("graph.svg", this.picture.svg(), "image/svg+xml") }, "SVG"),
-      h("button.quiet", { title: "save the graph in the dot language of Graphviz", onclick: () => save("graph.dot", dot(this.model), "text/vnd.graphviz") }, "DOT"));
+      if (event.relatedTarget && !menu.contains(event.relatedTarget)) menu.open = false;
+    } }, h("summary", { title: "what is left out, groups, files" }, "Options"), h("div.choices", {},
+      h("b", {}, "Hide"), hiding, h("b", {}, "Show"), rates, choice("depth", DEPTHS, "groups of namespaces"),
+      h("b", {}, "Save"), h("span", {},
+        h("button", { title: "save the picture", onclick: () => save("graph.svg", this.picture.svg(), "image/svg+xml") }, "SVG"), " ",
+        h("button", { title: "save the graph in the dot language of Graphviz", onclick: () => save("graph.dot", dot(this.model), "text/vnd.graphviz") }, "DOT"))));
+    tools.append(choice("mode", MODES, "what is shown"), menu, this.search, this.count);
     this.canvas = h("canvas", { tabIndex: 0, role: "application", "aria-label": "graph" });
     this.said = h("span.said", { role: "status" });
     this.note = h("div.note");
     this.nothing = h("div.nothing");
     const view = (text, title, onclick) => h("button", { title, "aria-label": title, onclick }, text);
+    this.canvas.addEventListener("pointerdown", () => { menu.open = false; });
     this.stage = h("div.stage", {}, this.canvas, this.nothing, this.said, this.note, h("div.zoom", {},
       view("+", "larger (+)", () => this.picture.camera.zoom(1.4)), view("−", "smaller (-)", () => this.picture.camera.zoom(1 / 1.4)),
       view("⤢", "show all (f)", () => this.picture.fit())));

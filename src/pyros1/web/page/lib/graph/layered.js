@@ -4,6 +4,7 @@ const GAP = 18;
 const BETWEEN = 90;
 const SWEEPS = 6;
 const LEAST_HEIGHT = 600;
+const MOST_ROWS = 16;
 
 // boxes: [{id, width, height}]; edges: [[from, to]]. Returns a map: id -> [x, y] of its centre.
 export function layered(boxes, edges, { down, aspect }) {
@@ -95,18 +96,7 @@ function wrapped(layers, sizes, most) {
 function coordinates(layers, sizes, aspect) {
   const area = layers.flat().reduce((sum, id) => sum + (sizes.get(id)[0] + BETWEEN) * (sizes.get(id)[1] + GAP), 0);
   const columns = wrapped(layers, sizes, Math.max(LEAST_HEIGHT, Math.sqrt(area / aspect)));
-  const filled = columns.reduce((sum, { width, room, height }) => sum + (width + room) * (height + GAP), 0);
-  const most = Math.max(Math.sqrt(filled * aspect) * 1.3, ...columns.map(({ width }) => width));
-  const rows = [[]];
-  let length = 0;
-  for (const column of columns) {
-    if (length && length + column.width > most) {
-      rows.push([]);
-      length = 0;
-    }
-    rows.at(-1).push(column);
-    length += column.width + column.room;
-  }
+  const rows = folded(columns, aspect);
   const places = new Map();
   let top = 0;
   for (const row of rows) {
@@ -123,4 +113,28 @@ function coordinates(layers, sizes, aspect) {
     top += tall + BETWEEN;
   }
   return places;
+}
+
+// The number of rows with which the whole is nearest to the shape of the room.
+function folded(columns, aspect) {
+  const whole = columns.reduce((sum, { width, room }) => sum + width + room, 0);
+  let [best, found] = [Infinity, [columns]];
+  for (let count = 1; count <= MOST_ROWS; count += 1) {
+    const most = whole / count;
+    const rows = [[]];
+    let [length, longest] = [0, 0];
+    for (const column of columns) {
+      if (length && length + column.width > most) {
+        rows.push([]);
+        length = 0;
+      }
+      rows.at(-1).push(column);
+      length += column.width + column.room;
+      longest = Math.max(longest, length);
+    }
+    const tall = rows.reduce((sum, row) => sum + Math.max(...row.map(({ height }) => height)) + BETWEEN, 0);
+    const size = Math.max(longest, tall * aspect);
+    if (size < best) [best, found] = [size, rows];
+  }
+  return found;
 }

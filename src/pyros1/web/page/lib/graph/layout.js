@@ -20,22 +20,28 @@ const MOST_INSIDE = 60; // the same for a namespace of a large part, of which th
 const GAP = 44;
 const GOOD = 0.75; // pixels per unit; if less, the other direction is tried, too
 const BETTER = 1.3;
+const MUCH_BETTER = 1.5; // what the plain method must be, since its edges cross boxes
+const FEW = 30; // boxes and edges of a part that dagre lays out in any case
 const PADDING = 14;
 const TITLE = 20;
 
 export function layout(what) {
   const { down, room: [width, height] } = what;
   const scale = (found) => Math.min(width / found.width, height / found.height);
-  const found = directed(what, down);
-  if (scale(found) > GOOD) return found;
-  const other = directed(what, !down);
-  return scale(other) > scale(found) * BETTER ? other : found;
+  let best = directed(what, down);
+  for (const [way, plain, factor] of [[!down, false, BETTER], [down, true, MUCH_BETTER]]) {
+    if (scale(best) > GOOD) break;
+    const other = directed(what, way, plain);
+    if (scale(other) > scale(best) * factor) best = other;
+  }
+  return best;
 }
 
-function directed(what, down) {
+function directed(what, down, plain = false) {
   const aspect = what.room[0] / what.room[1];
   const parts = partsOf(what).map((part) => {
-    const small = part.boxes.length + part.edges.length <= MOST_FOR_DAGRE;
+    const few = plain ? FEW : MOST_FOR_DAGRE;
+    const small = part.boxes.length + part.edges.length <= few;
     return turned(small ? byDagre(part, down) : nested(part, { down, aspect }), part);
   });
   return { ...packed(parts, aspect), down };
@@ -116,7 +122,7 @@ function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
   for (const room of rooms) for (const id of room.ids) home.set(id, room.id);
   const outer = [
     ...boxes.filter(({ id }) => !home.has(id)),
-    ...rooms.map(({ id, placed }) => ({ id, width: placed.width, height: placed.height })),
+    ...rooms.map(({ id, placed }) => ({ id, width: placed.width + GAP, height: placed.height + 2 * GAP })),
   ];
   const links = new Map();
   for (const { from, to } of edges) {

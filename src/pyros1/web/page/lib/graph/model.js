@@ -14,8 +14,8 @@
 
 export const MODES = [
   ["nodes", "Nodes only"],
-  ["active", "Nodes and topics (active)"],
-  ["all", "Nodes and topics (all)"],
+  ["active", "Nodes/Topics (active)"],
+  ["all", "Nodes/Topics (all)"],
 ];
 export const HIDING = [
   ["debug", "debug", "rosout, statistics, logger levels, and the nodes of tools"],

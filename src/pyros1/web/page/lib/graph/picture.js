@@ -11,9 +11,11 @@ const NEAR = 7; // pixels from an edge that still hit it
 const ARROWS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1] };
 
 export class Picture {
-  // on: {choose(found, id), fold(group)}; found is {box}, {edge} or null
-  constructor(canvas, on) {
+  // room: the element whose shape the picture is to have; of it, the canvas may show a part only.
+  // on: {choose(found), fold(group), arranged()}; found is {box}, {edge} or null
+  constructor(canvas, room, on) {
     this.canvas = canvas;
+    this.room = room;
     this.on = on;
     this.scene = new Scene();
     this.fitted = true; // all is shown until the user moves something
@@ -57,7 +59,7 @@ export class Picture {
   // Show a model. A layout is made only if its structure is another one.
   show(model, rates) {
     this.rates = rates;
-    const [width, height] = this.camera.size;
+    const [width, height] = [this.room.clientWidth || 1, this.room.clientHeight || 1];
     const tall = height > width * 1.15;
     if (tall !== this.tall) [this.tall, this.down] = [tall, tall];
     const what = plan(model, { rates, down: this.down, room: [width, height], measure: (...args) => this._measure(...args) });
@@ -94,7 +96,7 @@ export class Picture {
       this.times.layout = seconds;
       this.times.shown = (performance.now() - at) / 1000;
       const first = !this.scene.items.size;
-      this.scene.arrange(model, what, found, first ? -Infinity : performance.now());
+      this.scene.arrange(model, what, found, this.chosen, first ? -Infinity : performance.now());
       if (!this.waiting) this.scene.refresh(this.model);
       if (this.fitted) this.fit(!first);
       this.on.arranged?.();

@@ -11,6 +11,7 @@ const LETTER = 5.5; // pixels of one at that size, about
 const FLOW_WIDTH = 104; // pixels kept for a rate, so that its digits move nothing
 const FAR = 0.25; // pixels per unit, below which only shapes are seen
 const SMALLEST = 11; // pixels of the names of groups
+const MOST_LABELS = 400;
 const LEAST_TEXT = 4.5; // pixels; smaller text is not drawn
 
 // Everything that a layout depends on. measure(text, size, weight) returns pixels.
@@ -49,7 +50,6 @@ export class Scene {
     this.frames = new Map(); // group -> {label, from, to, at}: [x, y, width, height]
     this.begin = -Infinity;
     this.bounds = [0, 0, 1, 1];
-    this.anchored = [0, 0];
   }
 
   // Rates have changed, nothing else.
@@ -59,10 +59,12 @@ export class Scene {
     for (const edge of model.edges) if (this.lines.has(edge.id)) this.lines.get(edge.id).edge = edge;
   }
 
-  // There is a new layout: what stays glides to its new place; the whole is moved so that most of it stays where it is.
-  arrange(model, what, found, now) {
+  // There is a new layout: what stays glides to its new place; the whole is moved so that what is chosen, or else most
+  // of it, stays where it is.
+  arrange(model, what, found, chosen, now) {
     const sizes = new Map(what.boxes.map((box) => [box.id, box]));
-    const kept = Object.entries(found.boxes).filter(([id]) => this.items.has(id)).map(([id, at]) => {
+    const still = found.boxes[chosen] && this.items.has(chosen) ? [[chosen, found.boxes[chosen]]] : Object.entries(found.boxes);
+    const kept = still.filter(([id]) => this.items.has(id)).map(([id, at]) => {
       const old = this.items.get(id).to;
       return [old[0] - at[0], old[1] - at[1]];
     });
@@ -176,23 +178,28 @@ export class Scene {
       if (text(11)) labels.push(line);
     }
     for (const { style, lines } of strokes.values()) pen.lines(lines, style);
-    for (const line of labels) drawLabel(pen, look, line);
-    for (const item of this.items.values()) {
-      if (!outside(...item.at, item.width, item.height)) drawBox(pen, look, item, text(13));
-    }
+    const boxes = [...this.items.values()].filter(({ at, width, height }) => !outside(...at, width, height));
+    const taken = boxes.map(({ at: [x, y], width, height }) => [x, y, width, height]);
+    if (labels.length <= MOST_LABELS) for (const line of labels) drawLabel(pen, look, line, taken);
+    for (const item of boxes) drawBox(pen, look, item, text(13));
+    for (const frame of this.frames.values()) drawTitle(pen, look, frame);
   }
 }
 
 const faint = (look, lit) => (lit ? 1 : look.colours.dark ? 0.28 : 0.32);
 
-// Names of groups are never too small to be read: far away they are what is left.
 function drawFrame(pen, { colours, pointed, scale }, { group, at: [x, y, width, height], alpha }) {
-  const here = pointed === group.id;
-  const fill = here ? colours.accent : colours.muted;
-  pen.box(x, y, width, height, { radius: 10, fill: colours.group, stroke: here ? colours.accent : colours.border, lineWidth: Math.max(1, 0.8 / scale), alpha });
+  const stroke = pointed === group.id ? colours.accent : colours.border;
+  pen.box(x, y, width, height, { radius: 10, fill: colours.group, stroke, lineWidth: Math.max(1, 0.8 / scale), alpha });
+}
+
+// Names of groups are never too small to be read: far away they are what is left.
+function drawTitle(pen, { colours, pointed, scale }, { group, at: [x, y, width, height], alpha }) {
   const size = Math.max(12, SMALLEST / scale);
-  const top = size > 14 ? y - height / 2 - size * 0.7 : y - height / 2 + 16;
-  pen.text(x - width / 2 + (size > 14 ? 0 : 12), top, `▾ ${group.label}`, { size, weight: 600, fill, align: "left", alpha });
+  const [left, top] = [x - width / 2 + (size > 14 ? 0 : 12), y - height / 2 + (size > 14 ? -size * 0.7 : 16)];
+  const text = `▾ ${group.label}`;
+  if (size > 14) pen.box(left + text.length * size * 0.3, top, text.length * size * 0.6, size * 1.2, { radius: size / 4, fill: colours.surface, alpha });
+  pen.text(left, top, text, { size, weight: 600, fill: pointed === group.id ? colours.accent : colours.muted, align: "left", alpha });
 }
 
 function styleOf(look, { edge, alpha }) {
@@ -209,17 +216,21 @@ function styleOf(look, { edge, alpha }) {
   };
 }
 
-function drawLabel(pen, look, { edge, at, alpha }) {
+// A label that would lie on a box or on another label is left out.
+function drawLabel(pen, look, { edge, at, alpha }, taken) {
   const { colours, lit } = look;
   const of = !lit || lit.edges.has(edge.id);
-  const state = stateOf(edge);
-  const rows = edge.lines.map((line) => [line, state === "broken" ? colours.error : colours.topic]);
+  const broken = new Set(edge.links.filter((link) => link.state === "broken").map(({ topic }) => shortened(topic)));
+  const rows = edge.lines.map((line) => [line, broken.has(line) ? colours.error : colours.topic]);
   const flow = edge.flows ? flowText(edge) : "";
   if (flow) rows.push([flow, colours.muted]);
   const [x, y] = at.slice(-2);
   if (!rows.length) return;
   const widest = Math.max(...rows.map(([text]) => text.length)) * LETTER + 8;
-  if (of) pen.box(x, y, widest, rows.length * LINE + 2, { radius: 3, fill: colours.surface, alpha });
+  const height = rows.length * LINE + 2;
+  if (taken.some(([left, top, wide, high]) => Math.abs(left - x) * 2 < wide + widest - 4 && Math.abs(top - y) * 2 < high + height - 4)) return;
+  taken.push([x, y, widest, height]);
+  if (of) pen.box(x, y, widest, height, { radius: 3, fill: colours.surface, alpha });
   rows.forEach(([text, fill], index) => {
     pen.text(x, y + (index - (rows.length - 1) / 2) * LINE, text, { size: 11, fill, alpha: alpha * faint(look, of) });
   });
@@ -248,7 +259,7 @@ function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
   if (box.kind === "group") {
     const topics = box.count - box.nodes;
     const size = Math.max(13, SMALLEST / scale);
-    pen.text(x, named && size < 20 ? y - 8 : y, `▸ ${box.shown}`, { size, weight: 600, ...words });
+    pen.text(x, named && size < 20 ? y - 8 : y, size > 13 ? box.shown : `▸ ${box.shown}`, { size, weight: 600, ...words });
     const text = `${plural(box.nodes, "node")}${topics ? `, ${plural(topics, "topic")}` : ""}`;
     if (named && size < 20) pen.text(x, y + 11, text, { size: 11, fill: colours.muted, alpha: shade });
   } else if (named) {
