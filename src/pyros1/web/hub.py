@@ -74,11 +74,12 @@ class Hub:
             A function that ends this. The listener may be called once more meanwhile.
         """
         with self._lock:
-            feed = self._feeds.get(topic)
-            if feed is None:
-                feed = self._feeds[topic] = _Feed(self._now)
+            known = self._feeds.get(topic)
+            feed = known or _Feed(self._now)
+            latched = feed.join(listener)  # before the first message can come
+            if known is None:
                 feed.subscriber = self._subscribe(topic, feed.arrived)
-            latched = feed.join(listener)
+                self._feeds[topic] = feed
         for arrival in latched:
             listener(arrival)
         return lambda: self._leave(topic, feed, listener)
