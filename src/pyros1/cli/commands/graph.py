@@ -137,14 +137,20 @@ class Picture:
     def dot(self) -> str:
         """Return the same in the dot language.
 
-        Edges have topics as labels; silent nodes and unknown edges are dashed, missing edges are dashed and red. The page
-        of ``pyros1 web`` saves the same form (`web/page/lib/graph/model.js`).
+        Edges have topics as labels. Silent nodes and unknown edges are dashed, missing edges are dashed and red. The
+        page of ``pyros1 web`` saves the same form (`web/page/lib/graph/model.js`).
         """
         lines = ["digraph system {", "  rankdir=LR;"]
         for node in self.nodes:
             lines.append(f"  {_quoted(node)}{' [style=dashed]' if node in self.silent else ''};")
         for edge in sorted({*self.edges, *self.missing, *self.unknown}):
-            look = ", color=red, style=dashed" if edge in self.missing else ", style=dashed" if edge in self.unknown else ""
+            look = (
+                ", color=red, style=dashed"
+                if edge in self.missing
+                else ", style=dashed"
+                if edge in self.unknown
+                else ""
+            )
             facts = f"label={_quoted(edge.topic)}{look}"
             lines.append(f"  {_quoted(edge.publisher)} -> {_quoted(edge.subscriber)} [{facts}];")
         return "\n".join([*lines, "}"])

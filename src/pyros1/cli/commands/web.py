@@ -159,8 +159,10 @@ COMMAND = Command(
     also={
         "rqt": ("--open",),
         "rqt_console": ("console",),
+        "rqt_graph": ("graph",),
         "rqt_plot": ("plot",),
         "rxconsole": ("console",),
+        "rxgraph": ("graph",),
         "rxplot": ("plot",),
     },
 )

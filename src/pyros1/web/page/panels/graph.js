@@ -35,7 +35,6 @@ class GraphPanel {
       fold: (group) => this._fold(group),
       arranged: () => this._arranged(),
     });
-    this.canvas.picture = this.picture; // for tests, and for the curious
     this.stream = place.robot.stream("system", {}, {
       data: (system) => this._take(system),
       problem: (text) => this._problem(text),
@@ -113,6 +112,7 @@ class GraphPanel {
     this.sheet = new Sheet(side, this.place, {
       choose: (id) => this._go(id), close: () => this._choose(null), unfold: (group) => this._fold(group),
     });
+    body.graph = this; // for tests, and the curious
     body.classList.add("graph");
     body.append(this.stage, side);
     body.addEventListener("keydown", (event) => this._key(event));
