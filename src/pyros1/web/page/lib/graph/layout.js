@@ -19,6 +19,7 @@ export const MOST_FOR_DAGRE = 260; // boxes and edges of a part
 const MOST_INSIDE = 60; // the same for a namespace of a large part, of which there may be many
 const GAP = 44;
 const GOOD = 0.75; // pixels per unit; if less, the other direction is tried, too
+const MANY = 1500; // boxes and edges
 const BETTER = 1.3;
 const MUCH_BETTER = 1.5; // what the plain method must be, since its edges cross boxes
 const FEW = 30; // boxes and edges of a part that dagre lays out in any case
@@ -29,6 +30,7 @@ export function layout(what) {
   const { down, room: [width, height] } = what;
   const scale = (found) => Math.min(width / found.width, height / found.height);
   let best = directed(what, down);
+  if (what.boxes.length + what.edges.length > MANY) return best; // each try takes seconds
   for (const [way, plain, factor] of [[!down, false, BETTER], [down, true, MUCH_BETTER]]) {
     if (scale(best) > GOOD) break;
     const other = directed(what, way, plain);
