@@ -26,7 +26,7 @@ class GraphPanel {
     this.toggled = new Set(Array.isArray(settings.toggled) ? settings.toggled.map(String) : []);
     this.rates = settings.rates !== false;
     this.chosen = null; // {id, kind: "box" | "edge"}
-    this.wanted = typeof settings.choose === "string" ? settings.choose : "";
+    this.wanted = typeof settings.selected === "string" ? settings.selected : "";
     this.found = [];
     this._style();
     this._build();
@@ -42,9 +42,9 @@ class GraphPanel {
     this._empty();
   }
 
-  // Another panel wants something shown: {choose: "/node" or "/topic"}.
-  accept({ choose }) {
-    this.wanted = String(choose || "");
+  // Another panel wants something shown: {selected: "/node" or "/topic"}.
+  accept({ selected }) {
+    this.wanted = String(selected || "");
     this._update();
   }
 

@@ -2,6 +2,7 @@
 
 const LEAST = 0.02;
 const MOST = 4;
+const FOOT = 24; // pixels below, where the numbers are
 const CLICK = 5; // pixels that a click may move
 const GLIDE = 260; // ms
 
@@ -58,8 +59,8 @@ export class Camera {
   // Show a part of the plane as large as it fits, but not larger than `most`.
   show([left, top, right, bottom], most, glide = true) {
     const [width, height] = this.size;
-    const scale = Math.max(LEAST, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40) / Math.max(1, bottom - top)));
-    this.go((left + right) / 2, (top + bottom) / 2, scale, glide);
+    const scale = Math.max(LEAST, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40 - FOOT) / Math.max(1, bottom - top)));
+    this.go((left + right) / 2, (top + bottom) / 2 + FOOT / 2 / scale, scale, glide);
   }
 
   go(x, y, scale, glide = true) {

@@ -138,7 +138,7 @@ export class Sheet {
       this._list("subscribers", subscribers, (node) => this._nodeLink(node)),
       this.latest.element,
       h("div.buttons", {},
-        h("button", { title: "the newest message as a tree", onclick: () => this.place.open("topics", { topic: name }) }, "Inspect"),
+        h("button", { title: "the newest message as a tree", onclick: () => this.place.open("topics", { selected: name }) }, "Inspect"),
         h("button", { title: "the first number of its messages over time; a click on another number plots that", onclick: () => this.latest.plot() }, "Plot"),
         !missing.length && findings(this.place.robot, "topic", name, false))];
   }
