@@ -99,10 +99,20 @@ function byDagre({ boxes, edges, groups }, down) {
   }
   for (const { id, from, to } of edges) {
     const { points, x, y } = graph.edge(from, to, id);
+    points[0] = atSide(graph.node(from), points[1], down) || points[0];
+    points[points.length - 1] = atSide(graph.node(to), points.at(-2), down) || points.at(-1);
     const line = sampled(points.flatMap((point) => [point.x, point.y]), POINTS);
     found.edges[id] = { points: line, label: x === undefined ? middle(line) : [x, y] };
   }
   return found;
+}
+
+// Where an edge leaves a box: at the side that looks towards the next layer, a little in the direction of its next point.
+function atSide({ x, y, width, height }, next, down) {
+  const [ahead, aside, half, room] = down ? [next.y - y, next.x - x, height / 2, width * 0.3] : [next.x - x, next.y - y, width / 2, height * 0.22];
+  if (Math.abs(ahead) <= half) return null;
+  const [along, across] = [Math.sign(ahead) * half, Math.max(-room, Math.min(room, aside * 0.25))];
+  return down ? { x: x + across, y: y + along } : { x: x + along, y: y + across };
 }
 
 // Each namespace is laid out for itself and then is one box for those around it.

@@ -127,7 +127,7 @@ export class Picture {
   // Move only as far as needed for a box to be seen.
   reveal(id) {
     const item = this.scene.items.get(id);
-    if (!item) return;
+    if (!item || this.fitted) return;
     const [left, top] = this.camera.toScreen(...item.to);
     const [width, height] = this.camera.size;
     if (left > 60 && left < width - 60 && top > 30 && top < height - 30) return;

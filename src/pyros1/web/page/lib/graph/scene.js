@@ -25,7 +25,7 @@ export function plan(model, { rates, down, room, measure }) {
   });
   const edges = model.edges.map((edge) => {
     edge.lines = namesOn(edge);
-    edge.flows = rates && edge.links.some(({ publisher, subscriber, state }) => publisher && subscriber && state === "ok");
+    edge.flows = rates && edge.links.some(({ publisher, subscriber }) => publisher && subscriber); // a node that is slow to answer moves nothing
     const widest = Math.max(0, edge.flows ? FLOW_WIDTH : 0, ...edge.lines.map((line) => Math.ceil(measure(line, 11, 400)) + 6));
     const height = (edge.lines.length + (edge.flows ? 1 : 0)) * LINE;
     return { id: edge.id, from: edge.from, to: edge.to, width: widest, height };
@@ -194,9 +194,10 @@ function drawFrame(pen, { colours, pointed, scale }, { group, at: [x, y, width, 
 }
 
 // Names of groups are never too small to be read: far away they are what is left.
-function drawTitle(pen, { colours, pointed, scale }, { group, at: [x, y, width, height], alpha }) {
+function drawTitle(pen, { colours, pointed, scale, seen }, { group, at: [x, y, width, height], alpha }) {
   const size = Math.max(12, SMALLEST / scale);
-  const [left, top] = [x - width / 2 + (size > 14 ? 0 : 12), y - height / 2 + (size > 14 ? -size * 0.7 : 16)];
+  const within = Math.min(Math.max(y - height / 2, seen[1]), y + height / 2 - 30); // of a large one it stays in sight
+  const [left, top] = [Math.max(x - width / 2, Math.min(seen[0], x)) + (size > 14 ? 0 : 12), size > 14 ? y - height / 2 - size * 0.7 : within + 16];
   const text = `▾ ${group.label}`;
   if (size > 14) pen.box(left + text.length * size * 0.3, top, text.length * size * 0.6, size * 1.2, { radius: size / 4, fill: colours.surface, alpha });
   pen.text(left, top, text, { size, weight: 600, fill: pointed === group.id ? colours.accent : colours.muted, align: "left", alpha });

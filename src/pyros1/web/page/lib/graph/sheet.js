@@ -155,7 +155,7 @@ export class Sheet {
     const pairs = edge.links.filter(({ publisher, subscriber }) => publisher && subscriber);
     return [`${from} → ${to}`, pairs.length > 1 ? plural(pairs.length, "connection") : "connection",
       broken.length > 0 && h("p.trouble", {}, "These nodes should be connected, but are not. Why:"),
-      unknown && h("p.trouble", {}, "One of the two does not answer, so nobody knows."),
+      unknown && h("p.trouble", {}, "Nobody knows whether they are connected: one of them does not answer, or has just begun."),
       broken.slice(0, 5).map((topic) => findings(this.place.robot, "topic", topic, true)),
       this._list("between", pairs, ({ topic, publisher, subscriber, state, hz, bytes: size }) => h("span", {}, this._link(`t:${topic}`, topic), " ",
         h("span.muted", {}, state === "ok" ? (hz === null ? "" : `${rate(hz)}${size ? `, ${bytes(size, "B/s")}` : ""}`) : state === "broken" ? "not connected" : "not known"),
