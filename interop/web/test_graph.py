@@ -254,6 +254,10 @@ def test_200_nodes_and_1000_topics(browser: Browser, web: Web, environ: dict[str
         browser.wait(f"{SHOWN}.length === 20 && {DRAWN} === 20", seconds=60)  # each robot is one box
         browser.run(f"{GRAPH}.picture.on.fold('/robot7')")
         browser.wait(f"{DRAWN} === 79")
+        browser.type(".tools input[type=search]", "/robot3/node4")
+        browser.wait(f"[...({GRAPH}.picture.lit?.boxes || [])].join() === 'g:/robot3'")
+        browser.run(f"{GRAPH}.accept({{selected: '/robot3/node4'}})")
+        browser.wait(f"{DRAWN} === 138 && {GRAPH}.picture.chosen === 'n:/robot3/node4'")
         browser.open(link(web, depth=0))
         browser.wait(f"{DRAWN} === 1200", seconds=60)
         times = browser.run(f"return {GRAPH}.picture.times")

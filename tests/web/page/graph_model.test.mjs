@@ -104,9 +104,10 @@ test("groups are namespaces, names in them are short, and lone ones stay outside
 test("a folded group is one box, with the edges that leave it", () => {
   const model = build(ROBOTS, { ...NOTHING, depth: 1, toggled: ["/a"] });
   const [box] = model.boxes.filter(({ kind }) => kind === "group");
-  assert.deepEqual([box.name, box.count, box.nodes], ["/a", 3, 2]);
+  assert.deepEqual([box.name, box.inside.length, box.nodes], ["/a", 3, 2]);
   assert.ok(edge(model, "g:/a", "t:/shared"));
   assert.equal(model.edges.filter(({ from, to }) => from === to).length, 0);
+  assert.deepEqual([...matching(model, "/a/two")], ["g:/a"], "a search looks into it");
 });
 
 function large(count) {

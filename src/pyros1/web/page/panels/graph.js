@@ -133,6 +133,7 @@ class GraphPanel {
   }
 
   _problem(text) {
+    if (text === this.trouble) return; // each push says that all is well
     this.trouble = text;
     this.place.problem(text && this.system ? `what is shown may be old: ${text}` : "");
     if (!this.system) this._empty();
@@ -143,9 +144,10 @@ class GraphPanel {
     this.model = build(this.system, { mode: this.mode, hide: [...this.hide], depth: this.depth, toggled: [...this.toggled] });
     this.picture.show(this.model, this.rates);
     if (this.wanted) {
-      const id = [`n:${this.wanted}`, `t:${this.wanted}`].find((each) => this.model.boxes.some((box) => box.id === each));
-      if (id) this._go(id);
+      const name = this.wanted;
       this.wanted = "";
+      if (name in this.system.nodes) this._go(`n:${name}`);
+      else if (name in this.system.topics) this._go(`t:${name}`);
     }
     this._follow();
     this._searched(false);
@@ -208,15 +210,17 @@ class GraphPanel {
     this._light();
   }
 
-  // Choose something by its id, also if it is hidden or folded just now.
+  // Choose something by its id, also if it is folded or hidden just now.
   _go(id) {
-    const box = this.model.boxes.find((each) => each.id === id);
-    if (box) {
-      this._choose({ box });
-      this.picture.centre([...around(this.model, id)].length > 12 ? [id] : around(this.model, id));
-    } else {
-      this._choose({ box: { id, kind: id.startsWith("n:") ? "node" : "topic", name: id.slice(2) } });
+    const home = this.model.boxes.find(({ inside }) => inside?.some((each) => each.id === id));
+    if (home) {
+      this._fold(home.name);
+      this.pending = [id];
     }
+    const box = this.model.boxes.find((each) => each.id === id) || { id, kind: id.startsWith("n:") ? "node" : "topic", name: id.slice(2) };
+    this._choose({ box });
+    const near = around(this.model, id);
+    if (!home) this.picture.centre(near.size > 12 ? [id] : near);
   }
 
   _fold(group) {
@@ -253,9 +257,15 @@ class GraphPanel {
   _searchKey(event) {
     if (event.key === "Enter" && this.found.length) {
       const id = this.found[this.next % this.found.length];
+      const box = this.model.boxes.find((each) => each.id === id);
       this.next += 1;
-      this._choose({ box: this.model.boxes.find((box) => box.id === id) });
-      this.picture.centre([id]);
+      if (box.inside && !box.name.toLowerCase().includes(this.search.value.trim().toLowerCase())) {
+        this.next = 0;
+        this._fold(box.name); // what was found is in it
+      } else {
+        this._choose({ box });
+        this.picture.centre([id]);
+      }
     } else if (event.key === "Escape") {
       this.search.value = "";
       this._searched(true);

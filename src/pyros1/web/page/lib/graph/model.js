@@ -5,7 +5,7 @@
 //   depth: levels of namespaces that become groups; -1: one if there are many boxes, and then they begin folded
 //   toggled: groups that were folded, or of those that begin folded, unfolded
 // build(system, choice) -> {
-//   boxes:  [{id, kind: "node" | "topic" | "group", name, label, group, silent, count}]
+//   boxes:  [{id, kind: "node" | "topic" | "group", name, label, group, silent, inside}]; inside: boxes that are folded
 //   edges:  [{id, from, to, links}]; links: [{topic, publisher, subscriber, state, hz, bytes}], state is one of
 //           "ok", "broken" (it should be there), "unknown" (an end of it does not answer, or has just begun)
 //   groups: [{id, name, label, parent}]
@@ -160,9 +160,9 @@ function grouped({ boxes, edges }, { depth: wanted, toggled }) {
     if (!kept.has(id)) {
       const above = parent(outermost);
       for (const name of upwards(above)) groups.set(name, frame(name));
-      kept.set(id, { ...box("group", outermost, {}), label: below(outermost, above), group: above, count: 0, nodes: 0 });
+      kept.set(id, { ...box("group", outermost, {}), label: below(outermost, above), group: above, nodes: 0, inside: [] });
     }
-    kept.get(id).count += 1;
+    kept.get(id).inside.push(each);
     kept.get(id).nodes += each.kind === "node" ? 1 : 0;
     kept.get(id).silent ||= each.silent;
   }
@@ -246,11 +246,12 @@ export function around(model, id) {
   return found;
 }
 
-// Ids of the boxes that a search finds; null for an empty search.
+// Ids of the boxes that a search finds, or in which it finds something; null for an empty search.
 export function matching(model, text) {
   const wanted = text.trim().toLowerCase();
   if (!wanted) return null;
-  return new Set(model.boxes.filter(({ name, type }) => name.toLowerCase().includes(wanted) || type?.toLowerCase() === wanted).map(({ id }) => id));
+  const fits = ({ name, type, inside }) => name.toLowerCase().includes(wanted) || type?.toLowerCase() === wanted || inside?.some(fits);
+  return new Set(model.boxes.filter(fits).map(({ id }) => id));
 }
 
 // The same in the dot language of Graphviz; in the mode "nodes" as `pyros1 graph --dot` prints it.

@@ -258,7 +258,7 @@ function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
   });
   const words = { fill: box.silent ? colours.muted : colours.text, alpha: shade };
   if (box.kind === "group") {
-    const topics = box.count - box.nodes;
+    const topics = box.inside.length - box.nodes;
     const size = Math.max(13, SMALLEST / scale);
     pen.text(x, named && size < 20 ? y - 8 : y, size > 13 ? box.shown : `▸ ${box.shown}`, { size, weight: 600, ...words });
     const text = `${plural(box.nodes, "node")}${topics ? `, ${plural(topics, "topic")}` : ""}`;
