@@ -153,6 +153,7 @@ def test_a_broken_connection_and_a_silent_node_and_why(
         browser.wait(f"{STATES}['n:/talker n:/listener']?.[0] === 'broken'")
         browser.wait(f"{STATES}['n:/hung n:/listener']?.[0] === 'unknown'")
         browser.wait_for_text("1 silent")
+        browser.wait_for_text("1 broken")
         browser.run(f"{GRAPH}._choose({{edge: {GRAPH}.model.edges.find((each) => each.from === 'n:/talker')}})")
         browser.wait_for_text("do not agree on its type: std_msgs/Float64, std_msgs/String")
         click(browser, "n:/hung")

@@ -2,7 +2,7 @@
 
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { plural } from "../lib/format.js";
-import { HIDING, MODES, around, build, dot, matching, stateOf } from "../lib/graph/model.js";
+import { HIDING, MODES, around, build, dot, matching } from "../lib/graph/model.js";
 import { Picture } from "../lib/graph/picture.js";
 import { Sheet } from "../lib/graph/sheet.js";
 
@@ -173,7 +173,8 @@ class GraphPanel {
     const { boxes, edges, cut } = this.model;
     const of = (kind) => boxes.filter((box) => box.kind === kind).length;
     const silent = boxes.filter((box) => box.silent).length;
-    const broken = edges.filter((edge) => stateOf(edge) === "broken").length;
+    const lacking = edges.flatMap(({ links }) => links).filter(({ state }) => state === "broken");
+    const broken = new Set(lacking.map((link) => `${link.topic} ${link.publisher} ${link.subscriber}`)).size;
     const parts = [plural(of("node"), "node"), this.mode !== "nodes" && plural(of("topic"), "topic"), of("group") && `${of("group")} folded`,
       cut && `${cut} more are left out`].filter(Boolean);
     const bad = [silent && `${silent} silent`, broken && `${broken} broken`].filter(Boolean);
