@@ -73,7 +73,7 @@ def test_fibonacci(environ: dict[str, str]) -> None:
 
 
 NO_ACTION = """
-import actionlib, actionlib.goal_id_generator, rospy
+import actionlib, actionlib.action_client, rospy
 from std_msgs.msg import String
 rospy.init_node("me")
 try:
@@ -81,7 +81,7 @@ try:
 except actionlib.ActionException as error:
     print(error)
 try:
-    actionlib.goal_id_generator.s_goalcount
+    actionlib.action_client._transitions
 except AttributeError as error:
     print(error)
 """
@@ -90,4 +90,4 @@ except AttributeError as error:
 def test_what_is_no_action(environ: dict[str, str]) -> None:
     out = run(NO_ACTION, environ)
     assert "Type is not an action spec: <class 'std_msgs.msg._String.String'>" in out
-    assert "pyros1 has no actionlib.goal_id_generator.s_goalcount" in out
+    assert "pyros1 has no actionlib.action_client._transitions" in out
