@@ -81,7 +81,7 @@ try:
 except actionlib.ActionException as error:
     print(error)
 try:
-    actionlib.action_client._transitions
+    actionlib.transitions
 except AttributeError as error:
     print(error)
 """
@@ -90,4 +90,4 @@ except AttributeError as error:
 def test_what_is_no_action(environ: dict[str, str]) -> None:
     out = run(NO_ACTION, environ)
     assert "Type is not an action spec: <class 'std_msgs.msg._String.String'>" in out
-    assert "pyros1 has no actionlib.action_client._transitions" in out
+    assert "pyros1 has no actionlib.transitions" in out

@@ -64,17 +64,17 @@ class ActionServer:
         self,
         ns: str,
         ActionSpec: Any,
-        goal_cb: Callable[[Any], object] | None,
+        goal_cb: Callable[[Any], object],
         cancel_cb: Callable[[Any], object] = nop_cb,
         auto_start: bool = True,
     ) -> None:
         self.ns = ns
         self.ActionSpec = ActionSpec
         self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
-        assert goal_cb
+        assert goal_cb is not None
         self.ActionResultType = type(self.ActionResult().result)
         self.lock = threading.RLock()
-        self.goal_callback: Callable[[Any], object] | None = goal_cb
+        self.goal_callback = goal_cb
         self.cancel_callback: Callable[[Any], object] | None = cancel_cb
         self.auto_start = auto_start
         self.started = False
@@ -116,7 +116,7 @@ class ActionServer:
     def last_cancel(self, time: Any) -> None:
         self._table.last_cancel = time
 
-    def register_goal_callback(self, cb: Callable[[Any], object] | None) -> None:
+    def register_goal_callback(self, cb: Callable[[Any], object]) -> None:
         """Set what is called with a handle of each new goal."""
         self.goal_callback = cb
 
@@ -141,8 +141,9 @@ class ActionServer:
 
     def initialize(self) -> None:
         """Make the topics and the timer; `start` does."""
-        size = rospy.get_param("actionlib_server_pub_queue_size", 50)
-        self.pub_queue_size = size = 50 if size < 0 else size
+        self.pub_queue_size = size = rospy.get_param("actionlib_server_pub_queue_size", 50)
+        if size < 0:
+            self.pub_queue_size = size = 50
         ns = self.ns
         self.status_pub = rospy.Publisher(f"{ns}/status", GoalStatusArray, latch=True, queue_size=size)
         self.result_pub = rospy.Publisher(f"{ns}/result", self.ActionResult, queue_size=size)
@@ -226,7 +227,7 @@ class ActionServer:
             handle = self._handle(tracker)
             if self._table.is_too_old(goal.goal_id):
                 handle.set_canceled(None, TOO_OLD)
-            elif self.goal_callback:
+            else:
                 self.goal_callback(handle)
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
