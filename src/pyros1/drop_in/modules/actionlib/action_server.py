@@ -75,7 +75,7 @@ class ActionServer:
         self.ActionResultType = type(self.ActionResult().result)
         self.lock = threading.RLock()
         self.goal_callback = goal_cb
-        self.cancel_callback: Callable[[Any], object] | None = cancel_cb
+        self.cancel_callback = cancel_cb
         self.auto_start = auto_start
         self.started = False
         self.id_generator = GoalIDGenerator()
@@ -120,7 +120,7 @@ class ActionServer:
         """Set what is called with a handle of each new goal."""
         self.goal_callback = cb
 
-    def register_cancel_callback(self, cancel_cb: Callable[[Any], object] | None) -> None:
+    def register_cancel_callback(self, cancel_cb: Callable[[Any], object]) -> None:
         """Set what is called with a handle of each goal that a client asks to cancel."""
         self.cancel_callback = cancel_cb
 
@@ -240,7 +240,7 @@ class ActionServer:
                 if tracker.handle_tracker is None:
                     tracker.handle_destruction_time = rospy.Time.now()
                 handle = self._handle(tracker)
-                if handle.set_cancel_requested() and self.cancel_callback:
+                if handle.set_cancel_requested():
                     self.cancel_callback(handle)
             if goal_id.id and self._table.find(goal_id.id) is None:  # its goal may still come
                 early = StatusTracker(goal_id, GoalStatus.RECALLING)
