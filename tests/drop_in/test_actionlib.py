@@ -91,3 +91,31 @@ def test_what_is_no_action(environ: dict[str, str]) -> None:
     out = run(NO_ACTION, environ)
     assert "Type is not an action spec: <class 'std_msgs.msg._String.String'>" in out
     assert "pyros1 has no actionlib.transitions" in out
+
+
+CHAIN = """
+import threading
+import actionlib, rospy
+from actionlib.msg import TestAction, TestGoal, TestResult
+rospy.init_node("chain")
+server = actionlib.SimpleActionServer("count", TestAction, lambda goal: server.set_succeeded(TestResult(goal.goal)), False)
+server.start()
+client = actionlib.SimpleActionClient("count", TestAction)
+assert client.wait_for_server(rospy.Duration(20))
+results, last = [], threading.Event()
+def done(state, result):
+    results.append((state, result.result))
+    if len(results) < 5:
+        client.send_goal(TestGoal(len(results)), done)  # stock's client loses it
+    else:
+        last.set()
+client.send_goal(TestGoal(0), done)
+assert client.wait_for_result(rospy.Duration(20)) and last.wait(20)
+assert results == [(3, number) for number in range(5)], results
+assert client.wait_for_result(rospy.Duration(20)) and client.get_state() == 3 and client.get_result().result == 4
+rospy.signal_shutdown("done")
+"""
+
+
+def test_goals_that_are_sent_at_the_end_of_others(environ: dict[str, str]) -> None:
+    run(CHAIN, environ)
