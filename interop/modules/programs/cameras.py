@@ -89,7 +89,12 @@ print(
 )
 
 pixels = np.random.RandomState(3)
-for coefficients in ([], [0.1, -0.05, 0.001, -0.002], [0.1, -0.05, 0.001, -0.002, 0.003], [0.2, 0.1, 0, 0, 0.01, 0.3, 0.02, 0.01]):
+for coefficients in (
+    [],
+    [0.1, -0.05, 0.001, -0.002],
+    [0.1, -0.05, 0.001, -0.002, 0.003],
+    [0.2, 0.1, 0, 0, 0.01, 0.3, 0.02, 0.01],
+):
     for turned in (False, True):
         i = info()
         i.D, i.width, i.height = coefficients, 64, 48
