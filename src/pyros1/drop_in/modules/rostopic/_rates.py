@@ -240,7 +240,7 @@ class ROSTopicDelay:
     def callback_delay(self, msg: Any) -> None:
         """Count a message; the first one is only where the window begins."""
         if not msg._has_header:
-            print("msg does not have header")
+            rospy.logerr("msg does not have header")
             return
         with self.lock:
             now = rospy.get_rostime().to_sec()
