@@ -98,7 +98,9 @@ import threading
 import actionlib, rospy
 from actionlib.msg import TestAction, TestGoal, TestResult
 rospy.init_node("chain")
-server = actionlib.SimpleActionServer("count", TestAction, lambda goal: server.set_succeeded(TestResult(goal.goal)), False)
+def execute(goal):
+    server.set_succeeded(TestResult(goal.goal))
+server = actionlib.SimpleActionServer("count", TestAction, execute, False)
 server.start()
 client = actionlib.SimpleActionClient("count", TestAction)
 assert client.wait_for_server(rospy.Duration(20))
