@@ -146,7 +146,7 @@ def load_package_dependencies(package: str, load_recursive: bool = False) -> Non
     else:
         from roslib.manifest import manifest_file, parse_file
 
-        needed = [each.name for each in parse_file(str(manifest_file(package, True))).depends]
+        needed = [each.package for each in parse_file(str(manifest_file(package, True))).depends]
     for other in needed:
         if other in _loaded or other == package:
             continue
