@@ -16,6 +16,8 @@ def test_connections(launcher: Master) -> None:
     assert faces.same(launcher, (PROGRAMS / "tcpros.py").read_text())
 
 
-@pytest.mark.parametrize("name", ["bag_tool", "distro", "prototypes", "ros_packages", "roslib_old", "small"])
+@pytest.mark.parametrize(
+    "name", ["bag_tool", "definition_names", "distro", "prototypes", "ros_packages", "roslib_old", "small"]
+)
 def test_the_same_as_stock(master: Master, name: str) -> None:
     assert faces.same(master, (PROGRAMS / f"{name}.py").read_text(), ROS_ROOT="/usr/share/ros")
