@@ -17,7 +17,8 @@ def test_connections(launcher: Master) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["bag_tool", "definition_names", "distro", "prototypes", "ros_packages", "roslib_old", "small"]
+    "name",
+    ["bag_tool", "definition_parts", "distro", "graph_parts", "prototypes", "ros_packages", "roslib_old", "small"],
 )
 def test_the_same_as_stock(master: Master, name: str) -> None:
     assert faces.same(master, (PROGRAMS / f"{name}.py").read_text(), ROS_ROOT="/usr/share/ros")
