@@ -18,7 +18,17 @@ def test_connections(launcher: Master) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["bag_tool", "definition_parts", "distro", "graph_parts", "prototypes", "ros_packages", "roslib_old", "small"],
+    [
+        "bag_tool",
+        "definition_parts",
+        "distro",
+        "graph_parts",
+        "prototypes",
+        "ros_packages",
+        "rospy_pure",
+        "roslib_old",
+        "small",
+    ],
 )
 def test_the_same_as_stock(master: Master, name: str) -> None:
     assert faces.same(master, (PROGRAMS / f"{name}.py").read_text(), ROS_ROOT="/usr/share/ros")

@@ -52,10 +52,11 @@ def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
     Raises:
         ROSInitException: a value is not YAML.
     """
-    from pyros1.node.parameters.private import private_parameter
+    from pyros1.values import load_yaml
 
+    given = names.parse_arguments(list(argv)).parameters
     try:
-        return {key: private_parameter(text) for key, text in names.parse_arguments(list(argv)).parameters.items()}
+        return {key: load_yaml(text) for key, text in given.items() if text}
     except Error as error:
         raise ROSInitException(f"invalid command-line parameters: {error}") from error
 

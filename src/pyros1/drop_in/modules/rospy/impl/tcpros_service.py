@@ -48,7 +48,7 @@ def convert_return_to_response(response: Any, response_class: type[Any]) -> Any:
     Raises:
         ServiceException: it cannot be one.
     """
-    if isinstance(response, response_class) or getattr(response, "_md5sum", None) == response_class._md5sum:
+    if isinstance(response, response_class) or getattr(response, "_type", None) == response_class._type:
         return response
     if response is None:
         raise ServiceException("service handler returned None")
@@ -57,10 +57,12 @@ def convert_return_to_response(response: Any, response_class: type[Any]) -> Any:
             return response_class(**response)
         except AttributeError as error:
             raise ServiceException(f"handler returned invalid value: {error}") from error
+    values = response if isinstance(response, (list, tuple)) else [response]
     try:
-        return response_class(*response) if isinstance(response, (list, tuple)) else response_class(response)
+        return response_class(*values)
     except Exception as error:
-        raise ServiceException(f"handler returned wrong number of values: {error}") from error
+        wrong = "wrong number of values" if values is response else "invalid value"
+        raise ServiceException(f"handler returned {wrong}: {error}") from error
 
 
 class ServiceImpl(_Service):
