@@ -12,8 +12,9 @@ MASTERS = ("ours",)
 PROGRAMS = Path(__file__).parent / "programs"
 
 
-def test_connections(launcher: Master) -> None:
-    assert faces.same(launcher, (PROGRAMS / "tcpros.py").read_text())
+@pytest.mark.parametrize("name", ["rospy_node", "tcpros"])
+def test_nodes(launcher: Master, name: str) -> None:
+    assert faces.same(launcher, (PROGRAMS / f"{name}.py").read_text())
 
 
 @pytest.mark.parametrize(

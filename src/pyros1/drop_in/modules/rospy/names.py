@@ -24,6 +24,11 @@ def isstring(s: object) -> bool:
     return isinstance(s, str)
 
 
+def as_text(name: Any) -> str:
+    """Return a name as text, as stock's functions take it: None is the empty name."""
+    return "" if name is None else str(name)
+
+
 def is_global(name: str) -> Any:
     """Return whether a name begins at the root; an empty one is returned as it is."""
     return name and name[0] == SEP

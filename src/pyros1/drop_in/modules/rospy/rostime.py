@@ -182,7 +182,7 @@ def get_rostime_cond() -> threading.Condition:
 def _tick(node: Any) -> None:
     PROCESS.on_shutdown(_wake, "after")
     if node.simulated_time:
-        from rosgraph_msgs.msg import Clock
+        from pyros1.msgs.rosgraph_msgs.msg import Clock
 
         node.subscribe("/clock", Clock, _wake, queue_size=1)
 

@@ -32,7 +32,7 @@ from rospy.impl.answering import Exchange, write_error
 from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
 from rospy.msg import args_kwds_to_message
 from rospy.msproxy import MasterProxy
-from rospy.names import isstring, resolve_name
+from rospy.names import as_text, isstring, resolve_name
 from rospy.service import SERVICES, ServiceException, _Service
 
 logger = logging.getLogger("rospy.service")
@@ -78,6 +78,7 @@ class ServiceImpl(_Service):
 
     Raises:
         ServiceException: the program has a service of that name.
+        ValueError: the name is not a text.
     """
 
     def __init__(
@@ -88,6 +89,8 @@ class ServiceImpl(_Service):
         buff_size: int = DEFAULT_BUFF_SIZE,
         error_handler: Callable[..., object] | None = None,
     ) -> None:
+        if not name or not isinstance(name, str):
+            raise ValueError("service name is not a non-empty string")
         super().__init__(name, service_class)
         self.handler = handler
         self.buff_size = buff_size
@@ -306,6 +309,7 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         raise ValueError("timeout must be non-zero")
     if PROCESS.is_shutdown:
         raise ROSInterruptException("rospy shutdown")
+    service = as_text(service) or "/"
     name = resolve_name(service)
     if seconds is not None and not seconds > 0:  # what is left until a time that has passed
         raise ROSException(f"timeout exceeded while waiting for service {name}")
