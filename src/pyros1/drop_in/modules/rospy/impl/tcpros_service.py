@@ -15,6 +15,7 @@ from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import (
     ConnectionRefusedByPeerError,
+    DeserializationError,
     Error,
     MasterError,
     NodeError,
@@ -262,18 +263,21 @@ class ServiceProxy(_Service):
             raise ServiceException(_reason(self.resolved_name, error)) from error
 
     def _connected(self) -> ServiceClient:
-        if self._client is None:
-            node = PROCESS.node
-            if node is None:  # rospy needs none to call a service
-                visitor: Any = _Visitor()
-                master = MasterProxy(None).client
-                return ServiceClient(
-                    visitor, master, self.resolved_name, self.service_class, self.persistent, self._headers
-                )
-            self._client = node.service(
+        client, node = self._client, PROCESS.node
+        if client is not None:
+            return client
+        if node is None:  # rospy needs none to call a service
+            visitor: Any = _Visitor()
+            master = MasterProxy(None).client
+            client = ServiceClient(
+                visitor, master, self.resolved_name, self.service_class, self.persistent, self._headers
+            )
+        else:
+            client = self._client = node.service(
                 self._given, self.service_class, persistent=self.persistent, headers=self._headers
             )
-        return self._client
+        client.lenient = True
+        return client
 
     def close(self) -> None:
         """Close the connection of a persistent proxy."""
@@ -289,7 +293,9 @@ def _reason(service: str, error: Error) -> str:
         return f"service [{service}] unavailable"
     if isinstance(error, (ServiceUnavailableError, ConnectionRefusedByPeerError)):
         return f"unable to connect to service: {error}"
-    return str(error)
+    if isinstance(error, DeserializationError):
+        error = Error(f"receive_once[{service}]: DeserializationError {error}")
+    return f"transport error completing service call: {error}"
 
 
 def wait_for_service(service: str, timeout: Any = None) -> None:
