@@ -16,6 +16,7 @@ import xmlrpc.client
 warnings.simplefilter("ignore")
 import rosgraph
 import rosgraph.impl.graph as graph
+import rosgraph.network
 import rosgraph.roslogging as roslogging
 import rosgraph.xmlrpc as rpc
 
@@ -223,6 +224,14 @@ for error in (BrokenPipeError(32, "gone"), ConnectionResetError(104, "gone")):
     except OSError:
         print(server.handle_error(None, ("1.2.3.4", 5)))
 server.server_close()
+
+for data in (b"", b"\x00", b"\x00\x00\x00\x00", b"\x09\x00\x00\x00a"):
+    try:
+        print(rosgraph.network.decode_ros_handshake_header(data))
+    except rosgraph.network.ROSHandshakeException as error:
+        print("not a header", error)
+    except Exception as error:
+        print(type(error).__name__)
 
 # Folders of logs
 print(roslogging.ROS_LOG_DIR, [each.__name__ for each in roslogging.LoggingException.__mro__][:2])

@@ -194,6 +194,10 @@ for call in (lambda: poller.add_kqueue(1), lambda: poller.remove_kqueue(1), lamb
         print(call())
     except AttributeError:
         print("not on Linux")
+t("poll", lambda: poller.add_poll(one.fileno()))
+t("poll", lambda: list(poller.error_poll_iter()))
+t("poll", lambda: poller.remove_poll(one.fileno()))
+t("poll", lambda: poller.remove_poll(one.fileno()))
 poller.add_fd(one.fileno())
 print(list(poller.error_iter()))
 poller.remove_fd(one.fileno())

@@ -266,3 +266,17 @@ for uri in ("http://a:1", "", None, "a", "rosrpc://a:1", "http://", 3):
 t("api", lambda: rospy.core.xmlrpcapi(os.environ["ROS_MASTER_URI"], cache=False).getPid("/x")[0])
 handler = rospy.core.NullHandler()
 print(handler.emit("anything"), handler.level)
+
+# Bytes that are no text
+import codecs
+
+import genpy.message
+
+handler = genpy.message.RosMsgUnicodeErrors()
+print(handler.msg_type, type(codecs.lookup_error("rosmsg")).__name__, ascii(b"a\xffb\xc3".decode("utf-8", "rosmsg")))
+for error in (
+    UnicodeDecodeError("utf-8", b"a\xff", 1, 2, "why"),
+    UnicodeEncodeError("ascii", "\xe9", 0, 1, "why"),
+    ValueError("x"),
+):
+    t("replaced", lambda: ascii(handler(error)))
