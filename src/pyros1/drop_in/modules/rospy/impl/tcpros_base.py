@@ -11,7 +11,6 @@ from time import monotonic
 from typing import Any
 
 from genpy.message import DeserializationError as _DeserializationError
-from rosgraph.network import ROSHandshakeException
 
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
@@ -158,6 +157,8 @@ class TCPROSTransport(Transport):
         Raises:
             TransportInitError: that failed.
         """
+        from rosgraph.network import ROSHandshakeException
+
         self.endpoint_id = endpoint_id
         try:
             self.socket = socket.create_connection((dest_addr, dest_port), timeout)
@@ -191,6 +192,8 @@ class TCPROSTransport(Transport):
         while header is None:
             data = self._sock().recv(4096)
             if not data or monotonic() > until:
+                from rosgraph.network import ROSHandshakeException
+
                 raise ROSHandshakeException(
                     "connection from sender terminated before handshake header received. "
                     f"{received} bytes were received. Please check sender for additional details."
