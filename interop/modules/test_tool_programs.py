@@ -1,0 +1,21 @@
+"""Libraries of the tools and of robots: programs that use their names, with stock's modules and with ours.
+
+Each program of ``programs/`` prints what the functions return and raise, for usual, odd and wrong arguments.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import faces
+import pytest
+from harness import Master
+
+MASTERS = ("ours",)
+pytestmark = pytest.mark.ours_only
+PROGRAMS = Path(__file__).parent / "programs"
+
+
+@pytest.mark.parametrize("name", ["launch_core", "launch_loader", "launch_monitor"])
+def test_the_same_as_stock(master: Master, name: str) -> None:
+    assert faces.same(master, (PROGRAMS / f"{name}.py").read_text())
