@@ -127,11 +127,14 @@ class ROSLaunchParent:
 
     def spin_once(self) -> bool:
         """Return whether something still runs."""
-        return self._started().spin_once()
+        return self.runner is not None and self.runner.spin_once()
 
     def spin(self) -> None:
-        """Wait until the launch has ended. Ctrl-C ends it."""
-        self._started().spin()
+        """Wait until the launch has ended. Ctrl-C ends it. Raises RLException if it was not started."""
+        if self.runner is None:
+            raise RLException("parent not started yet")
+        self.runner.spin()
+        self.shutdown()
 
     def shutdown(self) -> None:
         """End everything that was started, and wait until it has ended."""
@@ -139,8 +142,3 @@ class ROSLaunchParent:
             self.runner.stop()
         if self.pm is not None:
             self.pm.shutdown()
-
-    def _started(self) -> ROSLaunchRunner:
-        if self.runner is None:
-            raise RLException("parent not started yet")
-        return self.runner
