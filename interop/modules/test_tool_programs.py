@@ -16,6 +16,18 @@ pytestmark = pytest.mark.ours_only
 PROGRAMS = Path(__file__).parent / "programs"
 
 
-@pytest.mark.parametrize("name", ["launch_config", "launch_core", "launch_loader", "launch_monitor", "tf2_registries"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "images_shown",
+        "launch_config",
+        "launch_core",
+        "launch_loader",
+        "launch_monitor",
+        "markers",
+        "small_libraries",
+        "tf2_registries",
+    ],
+)
 def test_the_same_as_stock(master: Master, name: str) -> None:
     assert faces.same(master, (PROGRAMS / f"{name}.py").read_text())
