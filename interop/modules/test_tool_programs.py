@@ -12,6 +12,7 @@ import pytest
 from harness import Master
 
 MASTERS = ("ours",)
+OWN_MASTER = True  # of others, dead nodes may be left
 pytestmark = pytest.mark.ours_only
 PROGRAMS = Path(__file__).parent / "programs"
 
@@ -19,7 +20,11 @@ PROGRAMS = Path(__file__).parent / "programs"
 @pytest.mark.parametrize(
     "name",
     [
+        "bag_rules",
+        "bag_verbs",
+        "dead_nodes",
         "images_shown",
+        "kdl",
         "launch_config",
         "launch_core",
         "launch_loader",
@@ -27,6 +32,7 @@ PROGRAMS = Path(__file__).parent / "programs"
         "markers",
         "small_libraries",
         "tf2_registries",
+        "tool_parts",
     ],
 )
 def test_the_same_as_stock(master: Master, name: str) -> None:
