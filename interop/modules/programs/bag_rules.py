@@ -1,6 +1,10 @@
 """rosbag.migration: rules, classes, raw messages."""
 
-import io, os, sys, tempfile, re
+import io
+import os
+import sys
+import tempfile
+import re
 import genpy, genpy.dynamic, rosbag, rosbag.migration as migration
 from rosbag.migration import BagMigrationException, MessageMigrator, MessageUpdateRule
 from std_msgs.msg import String

@@ -1,7 +1,16 @@
 """rosbag_main: its verbs as functions, and what they do to bags."""
 
-import glob, io, os, re, shutil, subprocess, sys, tempfile, contextlib
-import genpy, rosbag
+import glob
+import io
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import contextlib
+import genpy
+import rosbag
 from rosbag import Bag, Compression, rosbag_main
 from std_msgs.msg import String, Int32
 

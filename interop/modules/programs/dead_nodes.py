@@ -1,7 +1,22 @@
 """rosnode's dead nodes, rosunit's and rostest's runners, rosbag's tuples."""
 
-import contextlib, io, os, re, socket, sys, tempfile, time, unittest
-import genpy, rosbag, rosbag.bag, rosgraph, rosnode, rospy, rostest, rosunit
+import contextlib
+import io
+import os
+import re
+import socket
+import sys
+import tempfile
+import time
+import unittest
+import genpy
+import rosbag
+import rosbag.bag
+import rosgraph
+import rosnode
+import rospy
+import rostest
+import rosunit
 from rosunit import junitxml
 import rosunit.pyunit
 

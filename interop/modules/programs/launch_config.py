@@ -1,6 +1,11 @@
 """roslaunch.config, roslaunch.rlutil and what the package itself has."""
 
-import contextlib, io, os, re, sys, tempfile
+import contextlib
+import io
+import os
+import re
+import sys
+import tempfile
 import roslaunch, roslaunch.config as config, roslaunch.core as core, roslaunch.rlutil as rlutil
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.core import Executable, Machine, Master, Node, Param, RosbinExecutable, Test

@@ -1,6 +1,9 @@
 """What XmlLoader has for tags: attributes, conditions, parameters, environments."""
 
-import os, re, sys, tempfile
+import os
+import re
+import sys
+import tempfile
 from xml.dom.minidom import parseString
 import roslaunch, roslaunch.xmlloader as xmlloader, roslaunch.loader as loader
 from roslaunch.config import ROSLaunchConfig

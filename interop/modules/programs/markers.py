@@ -1,6 +1,8 @@
 """Robot libraries: interactive markers, cv_bridge, diagnostics, reconfigure, topic_tools, tf."""
 
-import inspect, re, sys
+import inspect
+import re
+import sys
 import numpy as np
 import rospy
 from geometry_msgs.msg import Pose

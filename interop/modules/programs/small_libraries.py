@@ -1,9 +1,19 @@
 """Smaller names of libraries: diagnostic_updater, dynamic_reconfigure, topic_tools, tf, rosunit, rostest, message packages' helpers."""
 
-import io, re, sys, os
+import io
+import re
+import sys
+import os
 import numpy as np
-import rospy, diagnostic_updater, dynamic_reconfigure, tf, topic_tools
-import dynamic_reconfigure.client, dynamic_reconfigure.encoding as encoding, rosunit, rostest
+import rospy
+import diagnostic_updater
+import dynamic_reconfigure
+import tf
+import topic_tools
+import dynamic_reconfigure.client
+import dynamic_reconfigure.encoding as encoding
+import rostest
+import rosunit
 from rosunit import junitxml
 
 

@@ -1,7 +1,9 @@
 """tf2_ros: registries of conversions and transformations, the buffer's core, listeners' callbacks."""
 
-import sys, re
-import rospy, tf2_ros
+import sys
+import re
+import rospy
+import tf2_ros
 from tf2_ros import *
 from geometry_msgs.msg import TransformStamped, PointStamped, Vector3Stamped
 from tf2_msgs.msg import TFMessage

@@ -1,8 +1,23 @@
 """rostopic, rosnode, rosservice, rosparam and rosmsg: what other tools take from them."""
 
-import contextlib, io, os, re, sys, tempfile, threading, time
-import yaml, genpy
-import rosgraph, rosmsg, rosnode, rosparam, rospy, rosservice, rostopic, rospkg
+import contextlib
+import io
+import os
+import re
+import sys
+import tempfile
+import threading
+import time
+import yaml
+import genpy
+import rosgraph
+import rosmsg
+import rosnode
+import rosparam
+import rospy
+import rosservice
+import rostopic
+import rospkg
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import String, Header
 from sensor_msgs.msg import LaserScan
