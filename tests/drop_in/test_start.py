@@ -97,7 +97,8 @@ def test_a_program_for_an_older_python_3_gets_a_word(text: str, word: str | None
 
 
 def test_all_programs_of_an_environment(tmp_path: Path) -> None:
-    file = enable(str(tmp_path))
+    file, errors = enable(str(tmp_path), {})
+    assert not errors
     assert is_enabled(str(tmp_path))
     program = f"import site; site.addsitedir({str(tmp_path)!r}); import sys; print('start' in str(sys.path)); {WHERE}"
     first, second = run(program, {"PYTHONPATH": ""}).splitlines()
@@ -108,19 +109,20 @@ def test_all_programs_of_an_environment(tmp_path: Path) -> None:
     assert "No module named 'rospy'" in run(program, {"PYTHONPATH": ""}, code=1)
     assert disable(str(tmp_path))
     assert not disable(str(tmp_path))
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_file_of_an_environment_is_plain_ascii(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "pyros1.drop_in.environment.START", "/home/J\xf6rg/\udcff"
     )  # Python reads it as the locale says
-    assert enable(str(tmp_path)).read_bytes().isascii()
+    assert enable(str(tmp_path), {})[0].read_bytes().isascii()
     assert is_enabled(str(tmp_path))
 
 
 def test_a_folder_that_cannot_be_written_is_named() -> None:
-    with pytest.raises(Error, match=r"cannot write /dev/null/pyros1-rospy\.pth: Not a directory; use a virtual env"):
-        enable("/dev/null")
+    with pytest.raises(Error, match=r"cannot write /dev/null/pyros1_rospy_stubs.*: Not a directory; use a virtual env"):
+        enable("/dev/null", {})
     with pytest.raises(Error, match="cannot remove"):
         disable("/dev/null")
 

@@ -1,20 +1,27 @@
-"""Our modules in all programs of a Python environment: a .pth file in its site-packages.
+"""Our modules in all programs of a Python environment: a .pth file in its site-packages, and stubs for editors.
 
-See https://docs.python.org/3/library/site.html.
+See https://docs.python.org/3/library/site.html and PEP 561.
 """
 
 from __future__ import annotations
 
+import os
+import shutil
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Mapping
 from pathlib import Path
 
+from pyros1.finding.library import Library
 from pyros1.finding.python_modules import START
 from pyros1.ground.errors import Error
 
 NAME = "pyros1-rospy.pth"
 """The file; Python reads it when it starts. If pyros1 is removed, the file does nothing."""
+
+STUBS = "pyros1_rospy_stubs"
+"""The folder beside it with the stubs; the file names it, so that it is searched for modules. It has none to import."""
 
 
 class SiteError(Error):
@@ -34,35 +41,47 @@ def is_enabled(folder: str | None = None) -> bool:
         return False
 
 
-def enable(folder: str | None = None) -> Path:
-    """Write the file and return its place.
+def enable(folder: str | None = None, environ: Mapping[str, str] | None = None) -> tuple[Path, list[str]]:
+    """Write the file, and stubs of our modules and of message packages.
+
+    Args:
+        folder: for packages; this environment's if None.
+        environ: the environment variables that say where ROS packages are; ``os.environ`` if None.
+
+    Returns:
+        The file's place, and a text for each package of messages that cannot have stubs.
 
     Raises:
-        SiteError: it cannot be written.
+        SiteError: they cannot be written.
     """
+    from pyros1.drop_in.stubs import write_stubs  # noqa: PLC0415 - status needs none of it
+
     file = pth_file(folder)
     try:
+        errors = write_stubs(file.parent / STUBS, Library(os.environ if environ is None else environ))
         file.write_text(_text(), encoding="utf-8")
     except OSError as error:
         raise SiteError(
-            f"cannot write {file}: {error.strerror}; use a virtual environment of your own (python3 -m venv)"
+            f"cannot write {error.filename}: {error.strerror}; use a virtual environment of your own (python3 -m venv)"
         ) from error
-    return file
+    return file, errors
 
 
 def disable(folder: str | None = None) -> bool:
-    """Remove the file; return whether there was one.
+    """Remove the file and the stubs; return whether there was one.
 
     Raises:
         SiteError: it cannot be removed.
     """
     file = pth_file(folder)
     try:
+        if (file.parent / STUBS).is_dir():
+            shutil.rmtree(file.parent / STUBS)
         file.unlink()
     except FileNotFoundError:
         return False
     except OSError as error:
-        raise SiteError(f"cannot remove {file}: {error.strerror}") from error
+        raise SiteError(f"cannot remove {error.filename}: {error.strerror}") from error
     return True
 
 
@@ -83,4 +102,4 @@ def installed_rospy() -> str | None:
 
 def _text() -> str:
     call = "sys.path.append(p), __import__('pyros1_modules').install(), sys.path.remove(p)"
-    return f"import os, sys; p = {START!a}; os.path.isdir(p) and ({call})\n"  # one line: Python wants it so, in ASCII
+    return f"{STUBS}\nimport os, sys; p = {START!a}; os.path.isdir(p) and ({call})\n"  # Python wants one line, in ASCII

@@ -9,7 +9,7 @@ from __future__ import annotations
 import keyword
 from collections.abc import Iterable, Sequence
 
-from pyros1.ground.generated import module_name
+from pyros1.ground.generated import PREFIX, module_name
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
 
@@ -32,18 +32,19 @@ def package_stub(package: str) -> str:
     return f'"""Definitions of the ROS package {package}."""\n'
 
 
-def message_stub(package: str, specs: Sequence[MessageSpec]) -> str:
+def message_stub(package: str, specs: Sequence[MessageSpec], stock_names: bool = False) -> str:
     """Return the stub of a package's ``msg`` module.
 
     Args:
         package: the ROS package.
         specs: definitions of its messages.
+        stock_names: types of other packages are from ``std_msgs.msg``, not from ``pyros1.msgs.std_msgs.msg``.
     """
     body = "".join(_message(spec, spec.name.partition("/")[2]) for spec in specs if _is_usable(spec.name))
-    return _module(package, "Message", specs, body)
+    return _module(package, "Message", specs, body, stock_names)
 
 
-def service_stub(package: str, specs: Sequence[ServiceSpec]) -> str:
+def service_stub(package: str, specs: Sequence[ServiceSpec], stock_names: bool = False) -> str:
     """Return the stub of a package's ``srv`` module; arguments as for `message_stub`."""
     body = ""
     for spec in specs:
@@ -58,7 +59,7 @@ def service_stub(package: str, specs: Sequence[ServiceSpec]) -> str:
                 f"    _response_class: _ClassVar[_b.type[{short}Response]]\n"
             )
     both = [message for spec in specs for message in (spec.request, spec.response)]
-    return _module(package, "Service", both, body, "from pyros1.msgs import Message as _Message\n")
+    return _module(package, "Service", both, body, stock_names, "from pyros1.msgs import Message as _Message\n")
 
 
 def used_packages(spec: MessageSpec) -> set[str]:
@@ -66,9 +67,10 @@ def used_packages(spec: MessageSpec) -> set[str]:
     return {field.base.partition("/")[0] for field in spec.fields if not field.is_builtin}
 
 
-def _module(package: str, base: str, specs: Iterable[MessageSpec], body: str, more: str = "") -> str:
+def _module(package: str, base: str, specs: Iterable[MessageSpec], body: str, stock_names: bool, more: str = "") -> str:
     used = sorted({name for spec in specs for name in used_packages(spec)})
-    imports = "".join(f"from pyros1.msgs.{module_name(name)} import msg as _{name}\n" for name in used)
+    homes = {name: name if stock_names else f"{PREFIX}.{module_name(name)}" for name in used}
+    imports = "".join(f"from {homes[name]} import msg as _{name}\n" for name in used)
     return _HEAD.format(package=package, base=base) + more + imports + body
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import Any
 
 from pyros1.cli.invocation import Invocation
@@ -14,7 +15,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     from pyros1.drop_in.environment import enable, installed_rospy  # noqa: PLC0415
     from pyros1.drop_in.finder import MODULES, VARIABLE  # noqa: PLC0415
 
-    print(f"wrote {enable()}")
+    file, errors = enable()
+    for error in errors:
+        print(f"WARNING: no stubs: {error}", file=sys.stderr)
+    print(f"wrote {file}")
     found = installed_rospy()
     if found is None and os.environ.get(VARIABLE):
         print(f"programs do not import rospy all the same: {VARIABLE}={os.environ[VARIABLE]} is in the environment")
@@ -29,8 +33,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "enable",
     "let all programs of this Python environment import rospy, std_msgs.msg, ...",
-    description="Writes a .pth file into the environment's site-packages. Without it, only programs that pyros1 starts "
-    "find the modules, and those of a shell after `source <(pyros1 setup)`.",
+    description="Writes a .pth file into the environment's site-packages, and stubs for type checkers and the "
+    "completion of editors (for new message packages, do it again). Without it, only programs that pyros1 starts find "
+    "the modules, and those of a shell after `source <(pyros1 setup)`.",
     examples=[("", "then `python my_node.py`, pytest, notebooks and editors find rospy")],
     stock="",
     run=run,

@@ -1,0 +1,78 @@
+"""Stubs under stock's names, for type checkers and editors (PEP 561, stub-only packages)."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
+
+from pyros1.drop_in.finder import MODULES
+from pyros1.finding.library import Library
+from pyros1.finding.stubs import shipped
+from pyros1.ground.errors import MessageError
+from pyros1.ground.generated import PREFIX, module_name
+from pyros1.msgs.stubs import message_stub, service_stub
+
+_HERE = "pyros1.drop_in.modules"
+
+
+def write_stubs(folder: Path, library: Library) -> list[str]:
+    """Write stubs of our modules and of all message packages, in place of those that were there.
+
+    Args:
+        folder: for the stubs, and nothing else: it is emptied.
+        library: the message packages.
+
+    Returns:
+        A text for each package that has none, since a definition is wrong.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    if folder.is_dir():
+        shutil.rmtree(folder)
+    errors = []
+    own = shipped()
+    for package in library.packages():
+        try:
+            _write(folder / f"{package}-stubs", _shipped(own, package) or _messages(library, package))
+        except MessageError as error:
+            errors.append(str(error))
+    _write(folder, dict(_modules()))
+    return errors
+
+
+def _write(folder: Path, files: dict[str, str]) -> None:
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+def _modules() -> Iterator[tuple[str, str]]:
+    """Yield stubs that name ours, whose types are written in them."""
+    for source in sorted(Path(MODULES).rglob("*.py")):
+        top, *rest = PurePosixPath(source.relative_to(MODULES)).with_suffix("").parts
+        name = ".".join([top, *(part for part in rest if part != "__init__")])
+        yield "/".join([f"{top}-stubs", *rest]) + ".pyi", f"from {_HERE}.{name} import *\n"
+
+
+def _shipped(own: Library, package: str) -> dict[str, str]:
+    """Return stubs that name those of ``pyros1.msgs``; none for a package that does not come with pyros1."""
+    if not own.has_package(package):
+        return {}
+    kinds = [("msg", own.messages(package)), ("srv", own.services(package))]
+    texts = {kind: f"from {PREFIX}.{module_name(package)}.{kind} import *\n" for kind, names in kinds if names}
+    return _package(texts)
+
+
+def _messages(library: Library, package: str) -> dict[str, str]:
+    messages = [library.message(f"{package}/{short}") for short in library.messages(package)]
+    services = [library.service(f"{package}/{short}") for short in library.services(package)]
+    texts = {"msg": message_stub(package, messages, True)} if messages else {}
+    return _package(texts | ({"srv": service_stub(package, services, True)} if services else {}))
+
+
+def _package(texts: dict[str, str]) -> dict[str, str]:
+    files = {f"{kind}.pyi": text for kind, text in texts.items()}
+    return {"__init__.pyi": "", "py.typed": "partial\n", **files}  # the package may have modules of its own
