@@ -22,6 +22,7 @@ PROGRAMS = Path(__file__).parent / "programs"
     [
         "bag_rules",
         "bag_verbs",
+        "binary_parameters",
         "dead_nodes",
         "images_shown",
         "kdl",
