@@ -114,7 +114,8 @@ class InteractiveMarkerServer:
             context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
             if context is None or (update is not None and update.update_type == UpdateContext.FULL_UPDATE):
                 return False
-            return self.doSetPose(update, name, pose, header if header.frame_id else context.int_marker.header)
+            self.doSetPose(update, name, pose, header if header.frame_id else context.int_marker.header)
+            return True
 
     def erase(self, name: str) -> bool:
         """Remove a marker; return whether there is one."""
@@ -235,10 +236,16 @@ class InteractiveMarkerServer:
             message = InteractiveMarkerInit(server_id=self.server_id, seq_num=self.seq_num, markers=markers)
             self.init_pub.publish(message)
 
-    def doSetPose(self, update: Any, name: str, pose: Any, header: Any) -> bool:
-        """Note a new pose; the lock must be held."""
+    def doSetPose(self, update: Any, name: str, pose: Any, header: Any) -> None:
+        """Note a new pose; the lock must be held.
+
+        Args:
+            update: the UpdateContext that waits for `applyChanges`; None for a new one.
+            name: of the marker.
+            pose: a geometry_msgs/Pose.
+            header: a std_msgs/Header.
+        """
         if update is None or update.update_type == UpdateContext.ERASE:
             update = self.pending_updates[name] = UpdateContext()
             update.update_type = UpdateContext.POSE_UPDATE
         update.int_marker.pose, update.int_marker.header = pose, header
-        return True

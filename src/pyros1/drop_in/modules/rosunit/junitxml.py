@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from pyros1.launch.testing.junit import Case, description, printable, read_results
+from pyros1.launch.testing.junit import Case, description, read_results
 from pyros1.launch.testing.tests import results_folder
 from rosunit.summaries import print_summary
 
@@ -31,7 +31,8 @@ __all__ = [
 python2 = False
 RE_XML_ILLEGAL = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 """Pattern of the characters that XML cannot hold."""
-pattern = RE_XML_ILLEGAL
+pattern = "[^\t\n\r -~\x85\xa0-\xff\u0100-\ud7ff\ue000-\ufdcf\ufde0-\ufffd]"
+"""Pattern of the characters that stand as numbers in results."""
 
 
 def invalid_char_replacer(m: re.Match[str]) -> str:
@@ -45,8 +46,8 @@ def cdata(cdata_text: str) -> str:
 
 
 def filter_nonprintable_text(text: str) -> str:
-    """Return a text without characters that XML cannot hold."""
-    return printable(text)
+    """Return a text with numbers, as ``&#x001B;``, in place of characters that XML cannot hold, or should not."""
+    return re.sub(pattern, invalid_char_replacer, text)
 
 
 class TestInfo:
@@ -66,7 +67,7 @@ class TestInfo:
     def xml_element(self) -> ET.Element:
         """Return it as an XML element."""
         element = ET.Element(self.tag, {"type": self.type})
-        element.text = cdata(printable(self.text))
+        element.text = cdata(filter_nonprintable_text(self.text))
         return element
 
     def xml(self) -> bytes:
@@ -182,7 +183,7 @@ class Result:
         element.extend(each.xml_element() for each in self.test_case_results)
         for tag, text in (("system-out", self.system_out), ("system-err", self.system_err)):
             if text:
-                ET.SubElement(element, tag).text = cdata(printable(text))
+                ET.SubElement(element, tag).text = cdata(filter_nonprintable_text(text))
         return element
 
 
@@ -241,7 +242,7 @@ def test_failure_junit_xml(
     suite, case = _one_case(test_name, class_name, testcase_name, 1)
     ET.SubElement(case, "failure", {"message": message, "type": ""})
     if stdout:
-        ET.SubElement(suite, "system-out").text = cdata(printable(stdout))
+        ET.SubElement(suite, "system-out").text = cdata(filter_nonprintable_text(stdout))
     return bytes(ET.tostring(suite, encoding="utf-8", method="xml"))
 
 
