@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import pyros1
+from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
@@ -229,7 +230,7 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
     """
     try:
         with reaching():
-            return get_master().parameters[as_text(param_name)]
+            return as_stock(get_master().parameters[as_text(param_name)])
     except ParameterNotSetError:
         if default is not _unspecified:
             return default
@@ -251,7 +252,7 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
     with reaching():
         value = PROCESS.node.params.cached(as_text(param_name), _unspecified)
     if value is not _unspecified:
-        return value
+        return as_stock(value)
     if default is not _unspecified:
         return default
     raise KeyError(param_name)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
 from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterNotSetError
@@ -72,14 +73,15 @@ class MasterProxy:
             if place is not None and place < len(words) and key != "searchParam":
                 words[place] = resolve_name(words[place])
             with reaching():
-                return self.client.ask(key, *words)
+                answer = self.client.ask(key, *words)
+            return as_stock(answer) if key == "getParam" else answer
 
         return call
 
     def __getitem__(self, key: str) -> Any:
         """Return a parameter; raises KeyError if it is not set."""
         try:
-            return self.parameters[as_text(key)]
+            return as_stock(self.parameters[as_text(key)])
         except ParameterNotSetError:
             raise KeyError(key) from None
 
@@ -119,4 +121,4 @@ class MasterProxy:
         value = self.parameters.cached(as_text(key), missing)
         if value is missing:
             raise KeyError(key)
-        return value
+        return as_stock(value)
