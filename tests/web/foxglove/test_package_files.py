@@ -65,8 +65,9 @@ def test_links_within_a_package(files: PackageFiles, arm: Path) -> None:
         "package://arm/" + "a" * 5000,
         "package://arm/" + "a" * 500,
         "package://none/x",
+        "package://arm/\ud800",
     ],
-    ids=range(23),
+    ids=range(24),
 )
 def test_nothing_else_is_read(files: PackageFiles, uri: str) -> None:
     with pytest.raises(FileError):

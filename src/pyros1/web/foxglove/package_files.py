@@ -84,6 +84,7 @@ def _split(uri: str) -> tuple[str, list[str]]:
     if len(uri) > _LONGEST:
         raise FileError(f"a URI has at most {_LONGEST} characters")
     try:
+        uri.encode()
         parts = urlsplit(uri)
     except ValueError:
         raise FileError("this is no URI") from None
