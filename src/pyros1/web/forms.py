@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import Message, load_message
 from pyros1.msgs.json_form import to_json
+from pyros1.msgs.spec import Constant, parse_message
+from pyros1.values.writing import dump
 
 _DEEPEST = 12
+_INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)) | {"byte", "char"}
+_NO_CHOICE = frozenset({"id", "seq"})
+"""Fields that are counted, whatever constants a type has."""
 
 
 def form(cls: type[Message]) -> dict[str, Any]:
@@ -18,7 +24,7 @@ def form(cls: type[Message]) -> dict[str, Any]:
     Returns:
         - type: its name
         - text: its definition
-        - fields: a list of name, type, and the fields of the type or null
+        - fields: a list of name, type, the fields of the type or null, and the choices: a list of name and value
         - default: a message with default values, as JSON
     """
     return {"type": cls._type, "text": cls._full_text, "fields": _fields(cls, 0), "default": to_json(cls())}
@@ -39,8 +45,91 @@ def numbers(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
                 continue
 
 
+def to_yaml(value: Mapping[str, Any]) -> str:
+    """Return a message as YAML text, as ``pyros1 topic pub`` takes it.
+
+    Args:
+        value: the message as `pyros1.msgs.json_form.to_json` returns it; bytes are base64 text here and there.
+    """
+
+    def short(part: Any) -> bool:
+        inner = part.values() if isinstance(part, Mapping) else part
+        return not any(isinstance(each, (list, dict)) for each in inner) and (
+            isinstance(part, list) or part.keys() == {"secs", "nsecs"}
+        )
+
+    return dump(value, inline=short, ordered=True)
+
+
+def from_yaml(cls: type[Message], value: Any) -> Any:
+    """Return a message as JSON in which every field has a value, from what YAML text says: some of the fields.
+
+    Raises:
+        MessageError: there is no such field, or this is no message.
+    """
+    if value is None:
+        value = {}
+    if not isinstance(value, dict):
+        raise MessageError(f"a message is written as fields with values, not as {_plain(value)!r}")
+    found: dict[str, Any] = to_json(cls())
+    kinds = dict(zip(cls.__slots__, cls._slot_types, strict=True))
+    for name, given in value.items():
+        if name not in kinds:
+            raise MessageError(f"{cls._type} has no field {str(name)[:100]!r}")
+        nested = cls._classes.get(kinds[name].partition("[")[0])
+        if nested is not None and "[" not in kinds[name] and isinstance(given, dict):
+            found[name] = from_yaml(nested, given)
+        elif nested is not None and isinstance(given, list):
+            found[name] = [from_yaml(nested, each) for each in given]
+        else:
+            found[name] = _plain(given)
+    return found
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return "NaN" if math.isnan(value) else f"{'-' * (value < 0)}Infinity"
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, (bytes, bytearray)):
+        return list(value)
+    return value if isinstance(value, (str, int, float, bool)) or value is None else str(value)
+
+
+def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
+    """Return for fields of a message which constants of the message they may be meant for, as name and value.
+
+    A definition does not say that. Constants that begin with a field's name belong to it; the others to all fields of
+    their type, or, if there is none, to those that are integers as they are.
+    """
+    try:
+        constants = parse_message(cls._type, cls._full_text.split("\n" + "=" * 10, 1)[0]).constants
+    except MessageError:
+        return {}
+    fields = [pair for pair in zip(cls.__slots__, cls._slot_types, strict=True) if pair[0] not in _NO_CHOICE]
+    found: dict[str, list[list[Any]]] = {}
+    rest: list[Constant] = []
+    for constant in constants:
+        owners = [name for name, _ in fields if constant.name.upper().startswith(f"{name.upper()}_")]
+        if owners:
+            found.setdefault(max(owners, key=len), []).append([constant.name, constant.value])
+        else:
+            rest.append(constant)
+    for constant in rest:
+        same = [name for name, kind in fields if kind == constant.type]
+        if not same and constant.type in _INTEGERS:
+            same = [name for name, kind in fields if kind in _INTEGERS]
+        for name in same:
+            found.setdefault(name, []).append([constant.name, constant.value])
+    return found
+
+
 def _fields(cls: type[Message], depth: int) -> list[list[Any]]:
-    return [[name, kind, _inner(kind, depth)] for name, kind in zip(cls.__slots__, cls._slot_types, strict=True)]
+    words = choices(cls)
+    slots = zip(cls.__slots__, cls._slot_types, strict=True)
+    return [[name, kind, _inner(kind, depth), words.get(name)] for name, kind in slots]
 
 
 def _inner(kind: str, depth: int) -> list[list[Any]] | None:

@@ -13,6 +13,9 @@ from typing import Any
 from pyros1.msgs import AnyMsg, Message
 from pyros1.observe.decoder import Decoder
 
+_MOST_LATCHED = 50
+"""Most publishers of a topic whose latched messages are kept."""
+
 Listener = Callable[["Arrival"], object]
 """Called with each message, in a thread of the node. It must be quick, and raises nothing."""
 
@@ -70,6 +73,8 @@ class Hub:
 
         Returns:
             A function that ends this. The listener may be called once more meanwhile.
+
+        The listener gets the latched messages that have come before, too, in this thread.
         """
         with self._lock:
             feed = self._feeds.get(topic)
@@ -77,6 +82,8 @@ class Hub:
                 feed = self._feeds[topic] = _Feed(self._now)
                 feed.subscriber = self._subscribe(topic, feed.arrived)
             feed.listeners = (*feed.listeners, listener)
+        for arrival in feed.latched():
+            listener(arrival)
         return lambda: self._leave(topic, feed, listener)
 
     def _leave(self, topic: str, feed: _Feed, listener: Listener) -> None:
@@ -104,8 +111,18 @@ class _Feed:
         self._decoder = Decoder()
         self.listeners: tuple[Listener, ...] = ()
         self.subscriber: Any = None
+        self._latched: dict[str, Arrival] = {}  # of each publisher, the newest
+
+    def latched(self) -> list[Arrival]:
+        """Return the latched messages: a publisher sends them once, but more listeners may come."""
+        return list(self._latched.values())
 
     def arrived(self, raw: AnyMsg) -> None:
         arrival = Arrival(raw, self._now(), monotonic(), self._decoder)
+        header = raw._connection_header or {}
+        if header.get("latching") == "1" and (
+            len(self._latched) < _MOST_LATCHED or header.get("callerid") in self._latched
+        ):
+            self._latched[header.get("callerid", "")] = arrival
         for listener in self.listeners:
             listener(arrival)
