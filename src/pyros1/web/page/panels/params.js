@@ -25,7 +25,7 @@ class Parameters {
       this.configure.value = "";
     } });
     this.listing = new Listing(place, {
-      label: "parameters", word: "parameter", tools: [add, this.configure],
+      label: "parameters", word: "parameter", tree: true, tools: [add, this.configure],
       words: (row) => `${row.name} ${row.text}`,
       columns: [
         { title: "parameter", text: (row) => row.name, width: "minmax(140px, 1fr)" },

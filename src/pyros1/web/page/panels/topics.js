@@ -103,9 +103,14 @@ class Topics {
     const people = h("div.people");
     const type = h("span.mono");
     const plot = (curve) => place.open("plot", { curves: [curve] });
+    let publisher = null; // goes on while another tab is looked at
+    const publishing = () => {
+      publisher ??= new Publisher(robot, row.name, "");
+      return { element: publisher.element };
+    };
     const tabs = tabbed([
       ["Message", () => new Inspector(robot, row.name, { plot })],
-      !robot.about.read_only && ["Publish", () => new Publisher(robot, row.name, "")],
+      !robot.about.read_only && ["Publish", publishing],
       ["Definition", () => this._definition(row.name)],
     ].filter(Boolean), this.tab || 0, (index) => { this.tab = index; });
     let known = "";
@@ -119,7 +124,7 @@ class Topics {
       fill(people, facts([["published by", links(now.publishers, node)], ["subscribed by", links(now.subscribers, node)]]));
     };
     update(row);
-    return { element: h("div.about", {}, h("h3", {}, copied(row.name)), type, people, tabs.element), update, close: () => tabs.close() };
+    return { element: h("div.about", {}, h("h3", {}, copied(row.name)), type, people, tabs.element), update, close: () => { tabs.close(); publisher?.close(); } };
   }
 
   _definition(topic) {

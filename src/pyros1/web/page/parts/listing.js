@@ -7,8 +7,8 @@ import { Table } from "./table.js";
 const style = h("link", { rel: "stylesheet", href: "parts/parts.css" });
 document.head.append(style);
 
-// options: {columns, label, word, words(row), details(row, close), empty(), tools}
-//   word: what a row is; words: the text that is searched; details: makes {element, update(row), close()};
+// options: {columns, label, word, tree, words(row), details(row), empty(), tools}
+//   tree: whether it begins as a tree, or null: if there are many; word: what a row is; words: the text that is searched; details: makes {element, update(row), close()};
 //   empty: what is shown if there are no rows; tools: more elements for the panel's head.
 export class Listing {
   constructor(place, options) {
@@ -22,7 +22,7 @@ export class Listing {
     this.table = new Table(options.columns, {
       select: (row) => this.choose(row.name),
       changed: () => this._save(),
-    }, { label: options.label, sort: settings.sort, tree: settings.tree ?? null, open: Array.isArray(settings.open) ? settings.open : [] });
+    }, { label: options.label, sort: settings.sort, tree: settings.tree ?? options.tree ?? null, open: Array.isArray(settings.open) ? settings.open : [] });
     this._build();
     this._filter();
     this.onAbout = () => this._reopen();

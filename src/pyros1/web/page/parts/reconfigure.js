@@ -5,7 +5,7 @@ import { number } from "../lib/format.js";
 import { copied, outcome } from "./pieces.js";
 
 const WIDEST = 1e6; // between the ends of a slider
-const STEPS = 1000;
+const STEPS = 500; // of a slider, at least
 
 export class Reconfigure {
   constructor(robot, node) {
@@ -83,13 +83,14 @@ export class Reconfigure {
   _number({ name, type, min, max }, label) {
     const whole = type === "int";
     const bounded = min !== null && max !== null && max > min && max - min <= WIDEST;
-    const clean = (value) => (whole ? Math.round(value) : value);
+    const step = whole ? 1 : 10 ** Math.floor(Math.log10((max - min) / STEPS));
+    const clean = (value) => (whole ? Math.round(value) : Number((Math.round(value / step) * step).toPrecision(9)));
     const field = h("input.num.mono", { ...label, type: "number", step: whole ? 1 : "any", min: bounded ? min : undefined, max: bounded ? max : undefined, onchange: () => {
-      if (field.value !== "" && Number.isFinite(Number(field.value))) this._send(name, clean(Number(field.value)));
+      if (field.value !== "" && Number.isFinite(Number(field.value))) this._send(name, whole ? clean(Number(field.value)) : Number(field.value));
     } });
-    const slider = bounded && h("input", { ...label, type: "range", min, max, step: whole ? 1 : (max - min) / STEPS, oninput: () => {
-      const value = clean(Number(slider.value));
-      field.value = number(value, 4);
+    const slider = bounded && h("input", { ...label, type: "range", min, max, step: whole ? 1 : "any", oninput: () => {
+      const value = Math.min(max, Math.max(min, clean(Number(slider.value))));
+      field.value = number(value, 6);
       this._send(name, value);
     } });
     const ends = bounded ? `${number(min)} to ${number(max)}` : "";

@@ -65,7 +65,7 @@ export class Tree {
     element.classList.add(numeric ? (type === "bool" ? "bool" : "num") : type === "string" ? "text" : "time");
     let last;
     return { element, update: (value) => {
-      const text = written(value);
+      const text = written(value, type);
       if (text === last) return;
       last = text;
       element.textContent = text;
@@ -169,9 +169,9 @@ export class Tree {
   }
 }
 
-export function written(value) {
+export function written(value, type = "") {
   if (value === null || value === undefined) return "";
-  if (typeof value === "number") return number(value, 6);
+  if (typeof value === "number") return number(value, type === "float32" ? 4 : 7); // what the type can hold, nearly
   if (typeof value === "object" && "secs" in value) {
     const seconds = value.secs + value.nsecs / 1e9;
     return seconds > 1e8 ? clock(seconds) : `${number(seconds, 7)} s`;
