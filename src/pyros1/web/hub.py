@@ -13,9 +13,6 @@ from typing import Any
 from pyros1.msgs import AnyMsg, Message
 from pyros1.observe.decoder import Decoder
 
-_MOST_LATCHED = 50
-"""Most publishers of a topic whose latched messages are kept."""
-
 Listener = Callable[["Arrival"], object]
 """Called with each message, in a thread of the node. It must be quick, and raises nothing."""
 
@@ -71,18 +68,19 @@ class Hub:
             topic: the topic's full name.
             listener: see `Listener`.
 
+        A topic that is latched has a message already; the listener is called with it at once, in this thread.
+
         Returns:
             A function that ends this. The listener may be called once more meanwhile.
-
-        The listener gets the latched messages that have come before, too, in this thread.
         """
         with self._lock:
-            feed = self._feeds.get(topic)
-            if feed is None:
-                feed = self._feeds[topic] = _Feed(self._now)
+            known = self._feeds.get(topic)
+            feed = known or _Feed(self._now)
+            latched = feed.join(listener)  # before the first message can come
+            if known is None:
                 feed.subscriber = self._subscribe(topic, feed.arrived)
-            feed.listeners = (*feed.listeners, listener)
-        for arrival in feed.latched():
+                self._feeds[topic] = feed
+        for arrival in latched:
             listener(arrival)
         return lambda: self._leave(topic, feed, listener)
 
@@ -90,7 +88,7 @@ class Hub:
         with self._lock:
             if listener not in feed.listeners:
                 return
-            feed.listeners = tuple(each for each in feed.listeners if each is not listener)
+            feed.leave(listener)
             if feed.listeners or self._feeds.get(topic) is not feed:
                 return
             del self._feeds[topic]
@@ -109,20 +107,28 @@ class _Feed:
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
         self._decoder = Decoder()
+        self._lock = threading.Lock()
+        self._latched: dict[str, Arrival] = {}  # by publisher
         self.listeners: tuple[Listener, ...] = ()
         self.subscriber: Any = None
-        self._latched: dict[str, Arrival] = {}  # of each publisher, the newest
 
-    def latched(self) -> list[Arrival]:
-        """Return the latched messages: a publisher sends them once, but more listeners may come."""
-        return list(self._latched.values())
+    def join(self, listener: Listener) -> list[Arrival]:
+        """Add a listener; return the latched messages, which it has not seen."""
+        with self._lock:
+            self.listeners = (*self.listeners, listener)
+            return list(self._latched.values())
+
+    def leave(self, listener: Listener) -> None:
+        """Remove a listener."""
+        with self._lock:
+            self.listeners = tuple(each for each in self.listeners if each is not listener)
 
     def arrived(self, raw: AnyMsg) -> None:
         arrival = Arrival(raw, self._now(), monotonic(), self._decoder)
         header = raw._connection_header or {}
-        if header.get("latching") == "1" and (
-            len(self._latched) < _MOST_LATCHED or header.get("callerid") in self._latched
-        ):
-            self._latched[header.get("callerid", "")] = arrival
-        for listener in self.listeners:
+        with self._lock:
+            listeners = self.listeners
+            if header.get("latching") == "1":
+                self._latched[header.get("callerid", "")] = arrival
+        for listener in listeners:
             listener(arrival)

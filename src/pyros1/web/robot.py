@@ -43,6 +43,7 @@ class Robot:
         self._make_node = make_node
         self._node: Node | None = None
         self._ended = threading.Event()
+        self._found = threading.Event()
         self._hub = Hub(self._subscribe, self._now)
         self.publishing = Publishing(lambda: self.node)
         self._thread = threading.Thread(target=self._start, name="web: looks for the master", daemon=True)
@@ -61,6 +62,14 @@ class Robot:
         if self._node is None:
             raise RequestError(self.trouble)
         return self._node
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait for the server's node; return whether it is there.
+
+        Args:
+            timeout: seconds; None for no limit.
+        """
+        return self._found.wait(timeout)
 
     def listen(self, topic: str, listener: Any) -> Callable[[], None]:
         """See `Hub.listen`.
@@ -107,6 +116,7 @@ class Robot:
                 continue
             self._node, self.trouble = node, ""
             self.console.start(node)
+            self._found.set()
             return
 
     def _subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:

@@ -74,7 +74,7 @@ class WebServer:
                 host,
                 port,
                 process_request=self._answer,
-                subprotocols=[PROTOCOL],
+                select_subprotocol=lambda _, offered: PROTOCOL if PROTOCOL in offered else None,
                 max_size=wire.MAX_REQUEST * 4,
                 max_queue=16,
                 compression=None,

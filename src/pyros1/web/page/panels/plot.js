@@ -82,6 +82,7 @@ class Plot {
     this.legend = h("div.legend");
     this.area = h("div.charts");
     body.classList.add("plot");
+    body.plot = this; // for tests, and the curious
     body.append(this.legend, this.area);
   }
 

@@ -1,0 +1,89 @@
+"""A page in a browser, and the server that it comes from, as tests use them."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Any
+
+from selenium.common.exceptions import TimeoutException
+from selenium.webdriver.support.ui import WebDriverWait
+
+PATIENCE = 20.0
+
+
+class Browser:
+    """A page in headless Chromium."""
+
+    def __init__(self, driver: Any) -> None:
+        self.driver = driver
+
+    def open(self, link: str) -> None:
+        """Load a link; one that differs only behind # is loaded anew, too."""
+        self.driver.get("about:blank")
+        self.driver.get(link)
+
+    def run(self, script: str, *values: Any) -> Any:
+        """Run JavaScript; return what it returns."""
+        return self.driver.execute_script(script, *values)
+
+    def wait(self, script: str, *values: Any, seconds: float = PATIENCE) -> Any:
+        """Wait until an expression in JavaScript is true, and return it. Its values are ``arguments[0]``..."""
+        found: list[Any] = []
+
+        def look(_: Any) -> bool:
+            found[:] = [self.run(f"return {script}", *values)]
+            return bool(found[0])
+
+        try:
+            WebDriverWait(self.driver, seconds, 0.1).until(look)
+        except TimeoutException:
+            shown = self.run("return document.body.innerText.slice(0, 2000)")
+            raise AssertionError(f"never true: {script} {values or ''}; the page shows:\n{shown}") from None
+        return found[0]
+
+    def wait_for_text(self, text: str, seconds: float = PATIENCE) -> None:
+        """Wait until the page shows a text."""
+        self.wait("document.body.innerText.includes(arguments[0])", text, seconds=seconds)
+
+    def click(self, selector: str, text: str = "") -> None:
+        """Click the first element that fits a selector, and has a text, as soon as it is there."""
+        find = "[...document.querySelectorAll(arguments[0])].find((each) => each.textContent.includes(arguments[1]))"
+        self.wait(find, selector, text)
+        self.run(f"{find}.click()", selector, text)
+
+    def type(self, selector: str, text: str) -> None:
+        """Fill a field, as if one typed."""
+        self.wait("document.querySelector(arguments[0])", selector)
+        self.run(
+            "const field = document.querySelector(arguments[0]); field.focus(); field.value = arguments[1];"
+            "field.dispatchEvent(new Event('input', {bubbles: true}));"
+            "field.dispatchEvent(new Event('change', {bubbles: true}));",
+            selector,
+            text,
+        )
+
+    def resize(self, width: int, height: int) -> None:
+        """Set the size of the page in pixels."""
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+
+    def picture(self, file: Path) -> None:
+        """Write what is seen as PNG."""
+        assert self.driver.save_screenshot(str(file))
+
+    def complaints(self) -> list[str]:
+        """Return what the browser's console says since the last call: errors, and what was refused."""
+        return [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
+
+
+class Web:
+    """A running ``pyros1 web``."""
+
+    def __init__(self, process: subprocess.Popen[str], link: str) -> None:
+        self.process = process
+        self.link = link
+
+    def page(self, panel: str) -> str:
+        """Return the link of a panel."""
+        return f"{self.link}#{panel}"

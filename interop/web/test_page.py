@@ -1,0 +1,114 @@
+"""The page: coming in, going away, coming back."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from browsing import Browser, Web
+
+from pyros1.master.server import Master
+
+
+def test_every_panel_opens_without_complaint(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    make_node("talker").log.warn("hello")
+    browser.open(web.page(""))
+    names = browser.wait("[...document.querySelectorAll('.tab')].map((tab) => tab.textContent)")
+    assert {"Console", "Plot"} <= {*names}
+    for size in ((1280, 800), (390, 800)):
+        browser.resize(*size)
+        for name in names:
+            browser.click(".tab", name)
+            browser.wait("document.querySelector('.panel .body').childElementCount > 0")
+            wide = browser.run("return document.documentElement.scrollWidth - innerWidth")
+            assert wide <= 0, f"{name} is wider than the page, by {wide} pixels"
+
+
+def test_without_the_token_the_page_says_what_to_do(browser: Browser, web: Web) -> None:
+    browser.open(web.link.replace("token=", "token=x"))
+    browser.wait_for_text("Use the link that the server printed")
+    assert any("401" in text or "WebSocket" in text for text in browser.complaints())
+
+
+def test_a_master_that_comes_later_is_found(
+    browser: Browser, environ: dict[str, str], start_web: Callable[..., Web], make_node: Callable[..., Any]
+) -> None:
+    port = free_port()
+    environ["ROS_MASTER_URI"] = f"http://localhost:{port}/"
+    web = start_web()
+    browser.open(web.page("plot"))
+    browser.type(".tools form input", "/topic1/data")
+    browser.click(".tools form button", "Add")
+    browser.wait_for_text("start one with: pyros1 core")
+    master = Master(port=port, bind_host="127.0.0.1")
+    master.start()
+    try:
+        make_node("talker").advertise("topic1", "std_msgs/Float64", latch=True).publish(7.5)
+        browser.wait("document.querySelector('.chip .value').textContent === '7.5'")
+    finally:
+        master.stop()
+
+
+def test_nothing_from_the_robot_becomes_markup(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    evil = "<img src=x onerror=\"document.title='owned'\"><script>document.title='owned'</script>"
+    node = make_node("talker")
+    node.log.error("%s", evil)
+    browser.open(web.page("console"))
+    browser.wait_for_text(evil)
+    browser.click(".entry", "img src")
+    browser.wait("document.querySelector('.detail pre').textContent.includes('onerror')")
+    assert browser.run("return document.title") == "pyros1"
+    assert browser.run("return document.querySelectorAll('.panel img, .panel script').length") == 0
+
+
+def test_the_log_survives_a_reload(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    log = make_node("talker").log
+    browser.open(web.page("console"))
+    log_until_shown(browser, log)
+    browser.click("button", "Clear")
+    for number in range(300):
+        log.warn("line %d", number)
+    browser.wait("document.querySelector('.levels .warn').textContent === 'warn 300'")
+    browser.driver.refresh()
+    browser.wait("document.querySelector('.levels .warn')?.textContent === 'warn 300'")
+    browser.wait_for_text("line 299")
+    browser.type("input[placeholder=text]", "/line 29[0-4]$/")
+    browser.wait("document.querySelectorAll('.entry').length === 5")
+    browser.click(".levels .warn")
+    browser.wait_for_text("No message fits the filters")
+
+
+def test_the_page_goes_on_when_the_server_comes_back(
+    browser: Browser, start_web: Callable[..., Web], make_node: Callable[..., Any]
+) -> None:
+    port = free_port()
+    web = start_web("--port", str(port), "--token", "same")
+    browser.open(web.page("console"))
+    log = make_node("talker").log
+    log.warn("before")
+    browser.wait_for_text("before")
+    web.process.terminate()
+    web.process.wait(10)
+    browser.wait_for_text("the server does not answer")
+    start_web("--port", str(port), "--token", "same")
+    browser.wait("document.querySelector('.banner').hidden")
+    log_until_shown(browser, log)
+    browser.complaints()  # of the time in between
+
+
+def log_until_shown(browser: Browser, log: Any) -> None:
+    """Log until the server listens and the page shows it."""
+    until = time.monotonic() + 20
+    while not browser.run("return document.body.innerText.includes('are you there?')"):
+        assert time.monotonic() < until
+        log.info("are you there?")
+
+
+def free_port() -> int:
+    import socket
+
+    with socket.socket() as sock:
+        sock.bind(("127.0.0.1", 0))
+        port: int = sock.getsockname()[1]
+        return port

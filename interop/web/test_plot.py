@@ -1,0 +1,79 @@
+"""The plot, with the minimal simulator of the tutorial."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+from browsing import Browser, Web
+
+from pyros1.msgs.std_msgs.msg import Float64
+
+SHOWN = """Object.fromEntries([...document.querySelectorAll('.chip')].map(
+    (chip) => [chip.querySelector('.name').textContent, chip.querySelector('.value').textContent]))"""
+POINTS = """
+    const curve = document.querySelector('.plot').plot.curves[0].points.get(-1);
+    return [curve.times, curve.values].map((each) => [...each.subarray(curve.start, curve.end)]);
+"""
+
+
+def add(browser: Browser, text: str) -> None:
+    browser.type(".plot input, .tools form input", text)
+    browser.click(".tools form button", "Add")
+
+
+def test_the_simulators_approach_is_exponential(
+    browser: Browser, web: Web, start_program: Callable[..., Any], make_node: Callable[..., Any]
+) -> None:
+    start_program("launch", "minimal_nodes", "minimal_simulator.launch")
+    browser.open(web.page("plot"))
+    add(browser, "/velocity/data,/force_cmd/data")
+    browser.wait(f"'/velocity/data' in {SHOWN} && document.querySelector('.uplot canvas')")
+    browser.wait(f"{SHOWN}['/velocity/data'] === '0'")
+    node: Any = make_node("commander")
+    publisher = node.advertise("vel_cmd", Float64)
+    assert publisher.wait_for_subscribers(timeout=20)
+    publisher.publish(Float64(1.0))
+    browser.wait(f"{SHOWN}['/velocity/data'] > 0.999")
+    publisher.publish(Float64(0.0))
+    browser.wait(f"Math.abs({SHOWN}['/velocity/data']) < 0.001")
+    check_exponential(*browser.run(POINTS))
+
+
+def check_exponential(times: list[float], values: list[float]) -> None:
+    """The controller's force is proportional to the error, so the error shrinks by equal factors in equal times."""
+    assert times == sorted(times)
+    rising = [(t, v) for t, v in zip(times, values, strict=True) if 0.1 < v < 0.9]
+    assert max(values) <= 1.0 + 1e-6
+    up = [pair for pair in rising if pair[0] < times[values.index(max(values))]]
+    slope = [(math.log(1 - v), t) for t, v in up]
+    (first, begin), (last, end) = slope[0], slope[-1]
+    rate = (first - last) / (end - begin)
+    for log, t in slope:
+        assert abs((first - log) - rate * (t - begin)) < 0.15, json.dumps([log, t])
+
+
+def test_a_wrong_field_says_so_and_others_go_on(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    publisher = make_node("talker").advertise("numbers", "std_msgs/Int32MultiArray", latch=True)
+    message = publisher.type(data=[3, 4, 5])
+    publisher.publish(message)
+    browser.open(web.page("plot"))
+    for text in ("/numbers/data[1]", "/numbers/data[0:2]", "/numbers: m.data[2] * 10", "/numbers/dat", "/nothing/here"):
+        add(browser, text)
+    browser.wait(f"{SHOWN}['/numbers/data[1]'] === '4' && {SHOWN}['/numbers/data[0:2]'] === '3  4'")
+    browser.wait(f"{SHOWN}['/numbers: m.data[2] * 10'] === '50'")
+    browser.wait(f"{SHOWN}['/numbers/dat'].includes(\"no field 'dat'\")")
+    browser.wait(f"{SHOWN}['/nothing/here'] === 'no such topic yet'")
+
+
+def test_curves_are_in_the_link_and_kept(browser: Browser, web: Web) -> None:
+    browser.open(web.page("plot"))
+    add(browser, "/a/data")
+    browser.wait("document.querySelectorAll('.chip').length === 1")
+    browser.click("#bar button", "Link")
+    link = browser.wait("location.href.includes('=') && location.hash.length > 10 && location.href")
+    browser.run("localStorage.clear()")
+    browser.open(link)
+    browser.wait("document.querySelector('.chip .name')?.textContent === '/a/data'")

@@ -1,0 +1,207 @@
+"""The server's port, as pages and as attackers use it."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Callable
+from contextlib import closing
+from typing import Any
+
+import pytest
+from serving import PATIENCE, Served
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from pyros1.msgs.std_msgs.msg import Float64
+
+
+def get(server: Served, path: str, host: str = "localhost", **headers: str) -> tuple[int, dict[str, str], bytes]:
+    """Return status, headers and body of a plain request."""
+    lines = [
+        f"GET {path} HTTP/1.1",
+        f"Host: {host}",
+        *(f"{name.replace('_', '-')}: {value}" for name, value in headers.items()),
+    ]
+    return ask(server, "\r\n".join(lines).encode() + b"\r\n\r\n")
+
+
+def ask(server: Served, request: bytes) -> tuple[int, dict[str, str], bytes]:
+    with closing(socket.create_connection(("127.0.0.1", server.port), PATIENCE)) as sock:
+        sock.sendall(request)
+        answer = b""
+        while part := sock.recv(65536):
+            answer += part
+    head, _, body = answer.partition(b"\r\n\r\n")
+    first, *rest = head.decode().split("\r\n")
+    return int(first.split()[1]), {k.lower(): v for k, _, v in (line.partition(": ") for line in rest)}, body
+
+
+def page(server: Served, token: str, **options: Any) -> Any:
+    return connect(f"ws://localhost:{server.port}/ws?token={token}", open_timeout=PATIENCE, **options)
+
+
+def until(socket_: ClientConnection, fits: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """Return the first text frame that fits; each push is answered."""
+    while True:
+        frame = socket_.recv(timeout=PATIENCE)
+        if isinstance(frame, bytes):
+            frame = frame[4 : 4 + int.from_bytes(frame[:4], "little")].decode()
+        message: dict[str, Any] = json.loads(frame)
+        if "data" in message:
+            socket_.send(json.dumps({"next": message["stream"]}))
+        if fits(message):
+            return message
+
+
+def test_files_of_the_page(serve: Callable[..., Served]) -> None:
+    server = serve(token="t")
+    status, headers, body = get(server, "/")
+    assert (status, headers["content-type"]) == (200, "text/html; charset=utf-8")
+    assert b"main.js" in body
+    assert "default-src 'self'" in headers["content-security-policy"]
+    assert headers["x-content-type-options"] == "nosniff"
+    status, headers, _ = get(server, "/main.js?x=1")
+    assert (status, headers["content-type"]) == (200, "text/javascript; charset=utf-8")
+    assert get(server, "/main.js", If_None_Match=headers["etag"])[0] == 304
+    panels = json.loads(get(server, "/panels.json")[2])
+    assert {"console", "plot"} <= {*panels}
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/nothing",
+        "/../server.py",
+        "/..%2fserver.py",
+        "//etc/passwd",
+        "/page/index.html",
+        "/lib/../../server.py",
+        "/lib",
+        "/%00",
+    ],
+)
+def test_nothing_else_is_given_out(serve: Callable[..., Served], path: str) -> None:
+    assert get(serve(token="t"), path)[0] == 404
+
+
+def test_a_page_of_another_name_or_site_is_refused(serve: Callable[..., Served]) -> None:
+    server = serve(token="t")
+    assert get(server, "/", host="evil.example")[0] == 403  # DNS rebinding
+    with pytest.raises(InvalidStatus, match="403"):
+        page(server, "t", additional_headers={"Origin": "http://evil.example"})
+    with pytest.raises(InvalidStatus, match="401"):
+        page(server, "wrong")
+    with page(server, "t", additional_headers={"Origin": f"http://localhost:{server.port}"}) as socket_:
+        socket_.send('{"call": "page.about", "id": 1}')
+        assert until(socket_, lambda message: message.get("id") == 1)["result"]["version"]
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        b"",
+        b"\r\n\r\n",
+        b"GET\r\n\r\n",
+        b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 999999999999\r\n\r\n",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: localhost\r\nHost: localhost\r\n\r\n",
+        b"GET /" + b"a" * 100_000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(range(256)),
+    ],
+)
+def test_garbage_ends_its_connection_only(serve: Callable[..., Served], request_: bytes) -> None:
+    server = serve(token="t")
+    with closing(socket.create_connection(("127.0.0.1", server.port), PATIENCE)) as sock:
+        sock.sendall(request_)
+        sock.shutdown(socket.SHUT_WR)
+        sock.settimeout(PATIENCE)
+        try:
+            while sock.recv(65536):
+                pass
+        except ConnectionResetError:
+            pass
+    assert get(server, "/")[0] == 200
+
+
+@pytest.mark.parametrize("frame", ["", "{}", b"\x00", "[" * 1000, '{"open": 1}', "x" * 2_000_000])
+def test_a_page_that_sends_nonsense_is_told_to_go(serve: Callable[..., Served], frame: str | bytes) -> None:
+    server = serve(token="t")
+    with page(server, "t") as socket_:
+        socket_.send(frame)
+        with pytest.raises(ConnectionClosed):
+            socket_.recv(timeout=PATIENCE)
+    assert get(server, "/")[0] == 200
+
+
+def test_a_stream_of_a_topic(serve: Callable[..., Served], make_node: Callable[..., Any]) -> None:
+    server = serve(token="t")
+    publisher = make_node("talker").advertise("topic1", Float64, latch=True)
+    publisher.publish(2.5)
+    with page(server, "t") as socket_:
+        socket_.send('{"open": "message", "stream": 4, "args": {"topic": "/topic1"}}')
+        data = until(socket_, lambda message: "data" in message)["data"]
+        assert (data["type"], data["publisher"], data["size"]) == ("std_msgs/Float64", "/talker", 8)
+        assert data["value"] == {"fields": [["data", "float64", 2.5]]}
+        publisher.publish(3.5)
+        again = until(socket_, lambda message: "data" in message)
+        assert again["data"]["value"]["fields"][0][2] == 3.5
+
+
+def test_a_page_that_does_not_take_its_pushes_gets_one_and_then_the_newest(
+    serve: Callable[..., Served], make_node: Callable[..., Any]
+) -> None:
+    server = serve(token="t")
+    publisher = make_node("talker").advertise("topic1", Float64, queue_size=0)
+    with page(server, "t") as socket_:
+        socket_.send('{"open": "message", "stream": 4, "args": {"topic": "/topic1"}}')
+        assert publisher.wait_for_subscribers(timeout=PATIENCE)
+        publisher.publish(0.0)
+        assert json.loads(socket_.recv(timeout=PATIENCE))["data"]["count"] == 1
+        with page(server, "t") as other:  # it sees when all have come
+            other.send('{"open": "message", "stream": 1, "args": {"topic": "/topic1"}}')
+            other.send('{"call": "page.about", "id": 1}')
+            until(other, lambda message: message.get("id") == 1)
+            for number in range(1, 1001):
+                publisher.publish(float(number))
+            until(other, lambda message: "data" in message and message["data"]["value"]["fields"][0][2] == 1000.0)
+        socket_.send('{"next": 4}')
+        data = json.loads(socket_.recv(timeout=PATIENCE))["data"]
+        assert (data["value"]["fields"][0][2], data["count"]) == (1000.0, 1001)
+
+
+def test_read_only(serve: Callable[..., Served]) -> None:
+    server = serve(token="t", read_only=True)
+    with page(server, "t") as socket_:
+        for number, (name, args) in enumerate(
+            [
+                ("topics.publish", {"topic": "/x", "type": "std_msgs/Float64", "value": {}}),
+                ("services.call", {"service": "/x"}),
+                ("params.put", {"name": "/x", "yaml": "1"}),
+                ("params.delete", {"name": "/x"}),
+                ("nodes.kill", {"node": "/x"}),
+                ("nodes.set_level", {"node": "/x", "logger": "rosout", "level": "debug"}),
+            ]
+        ):
+            socket_.send(json.dumps({"call": name, "id": number, "args": args}))
+            answer = until(socket_, lambda message, number=number: message.get("id") == number)  # type: ignore[misc]
+            assert "read-only" in answer["error"]
+
+
+def test_only_some_topics(serve: Callable[..., Served], make_node: Callable[..., Any]) -> None:
+    node = make_node("talker")
+    for name in ("/camera/image", "/secret"):
+        node.advertise(name, Float64, latch=True).publish(1.0)
+    server = serve(token="t", topics=("/camera/*",))
+    with page(server, "t") as socket_:
+        socket_.send('{"open": "system", "stream": 1}')
+        shown = until(socket_, lambda message: "/camera/image" in message.get("data", {}).get("topics", {}))
+        assert [*shown["data"]["topics"]] == ["/camera/image"]
+        socket_.send('{"open": "message", "stream": 2, "args": {"topic": "/secret"}}')
+        assert "--topics" in until(socket_, lambda message: message.get("stream") == 2)["error"]
+        socket_.send('{"open": "plot", "stream": 3, "args": {"curves": [{"id": 1, "text": "/secret/data"}]}}')
+        problems = until(socket_, lambda message: message.get("stream") == 3)["data"]["problems"]
+        assert "--topics" in problems["1"]
+        args = {"topic": "/secret", "type": "std_msgs/Float64", "value": {}}
+        socket_.send(json.dumps({"call": "topics.publish", "id": 4, "args": args}))
+        assert "--topics" in until(socket_, lambda message: message.get("id") == 4)["error"]
