@@ -49,8 +49,17 @@ def test_mistakes_are_errors_that_can_be_shown(robot: Robot, name: str, args: di
 
 @pytest.mark.parametrize(
     "name",
-    ["topics.publish", "services.call", "params.put", "params.delete", "nodes.kill", "nodes.set_level"]
-    + ["reconfigure.update", "actions.send", "actions.cancel"],
+    [
+        "topics.publish",
+        "services.call",
+        "params.put",
+        "params.delete",
+        "nodes.kill",
+        "nodes.set_level",
+        "reconfigure.update",
+        "actions.send",
+        "actions.cancel",
+    ],
 )
 def test_a_read_only_server_changes_nothing(make_robot: Make, name: str) -> None:
     with pytest.raises(RequestError, match="read-only"):

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from pyros1.ground.timing import Time
-from pyros1.msgs.geometry_msgs.msg import PoseArray, Quaternion
 from pyros1.msgs.geometry_msgs.msg import Pose as PoseMessage
+from pyros1.msgs.geometry_msgs.msg import PoseArray, Quaternion
 from pyros1.msgs.sensor_msgs.msg import LaserScan
 from pyros1.msgs.std_msgs.msg import Int64, String, UInt8MultiArray
 from pyros1.web.robot import Robot
