@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pyros1.ground.errors import MessageError
-from pyros1.msgs import Message, load_message
+from pyros1.msgs import Message
 from pyros1.msgs.json_form import to_json
 from pyros1.msgs.spec import Constant, parse_message
 from pyros1.values.writing import dump
@@ -39,10 +39,7 @@ def numbers(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
             if base != "string":
                 yield inner
         elif depth < _DEEPEST:
-            try:
-                yield from numbers(load_message(base), inner, depth + 1)
-            except MessageError:
-                continue
+            yield from numbers(cls._classes[base], inner, depth + 1)
 
 
 def to_yaml(value: Mapping[str, Any]) -> str:
@@ -129,14 +126,9 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
 def _fields(cls: type[Message], depth: int) -> list[list[Any]]:
     words = choices(cls)
     slots = zip(cls.__slots__, cls._slot_types, strict=True)
-    return [[name, kind, _inner(kind, depth), words.get(name)] for name, kind in slots]
+    return [[name, kind, _inner(cls, kind, depth), words.get(name)] for name, kind in slots]
 
 
-def _inner(kind: str, depth: int) -> list[list[Any]] | None:
-    base = kind.partition("[")[0]
-    if "/" not in base or depth >= _DEEPEST:
-        return None
-    try:
-        return _fields(load_message(base), depth + 1)
-    except MessageError:
-        return None
+def _inner(cls: type[Message], kind: str, depth: int) -> list[list[Any]] | None:
+    nested = cls._classes.get(kind.partition("[")[0])
+    return None if nested is None or depth >= _DEEPEST else _fields(nested, depth + 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import Error
+from pyros1.msgs import from_definition
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 from pyros1.web import calls
 from pyros1.web.robot import Robot
@@ -119,3 +121,24 @@ def test_nodes_loggers_and_their_end(make_node: Make, robot: Robot) -> None:
     assert calls.run(robot, "nodes.loggers", {"node": "/worker"})[0][1].lower() == "error"
     calls.run(robot, "nodes.kill", {"node": "/worker"})
     assert ended.wait(PATIENCE)
+
+
+def test_types_that_are_not_installed_come_with_their_messages(make_node: Make, robot: Robot) -> None:
+    parts = "=" * 80 + "\nMSG: far_msgs/Part\nbool on"
+    cls = from_definition("far_msgs/Odd", f"int32 kind\nint32 KIND_A=1\nfar_msgs/Part[] parts\n{parts}")
+    node = make_node("far")
+    node.advertise("/odd", cls, latch=True).publish(cls(kind=1))
+    form = calls.run(robot, "topics.form", {"topic": "/odd"})
+    assert form["fields"] == [
+        ["kind", "int32", None, [["KIND_A", 1]]],
+        ["parts", "far_msgs/Part[]", [["on", "bool", None, None]], None],
+    ]
+    heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    node.subscribe("/again", cls, heard.put)
+    value = calls.run(robot, "forms.value", {"type": "far_msgs/Odd", "yaml": "parts: [{on: true}]"})
+    assert value == {"kind": 0, "parts": [{"on": True}]}
+    calls.run(robot, "topics.publish", {"topic": "/again", "type": "far_msgs/Odd", "value": value})
+    assert heard.get(timeout=PATIENCE).parts[0].on
+    make_node("quiet").advertise("/quiet", from_definition("far_msgs/Quiet", "int32 a"))
+    with pytest.raises(Error, match="no message has come on /quiet"):
+        calls.run(robot, "topics.form", {"topic": "/quiet"})

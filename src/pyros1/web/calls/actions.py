@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
 
-from pyros1.msgs import load_message
 from pyros1.web.forms import form as form_of
 from pyros1.web.robot import Robot
 from pyros1.web.views.view import text
@@ -17,11 +16,12 @@ _numbers = count(1)
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return the form of an action's goals; see `pyros1.web.forms.form`. Args: action."""
-    action_goal = load_message(_goal_type(robot, text(args, "action")))
+    name = text(args, "action")
+    action_goal = robot.types.find_on(f"{name}/goal", _goal_type(robot, name))
     kinds = dict(zip(action_goal.__slots__, action_goal._slot_types, strict=True))
-    if "goal" not in kinds or "goal_id" not in kinds:
+    if kinds.get("goal") not in action_goal._classes or "goal_id" not in kinds:
         raise RequestError(f"{action_goal._type} is no goal of an action")
-    return form_of(load_message(kinds["goal"]))
+    return form_of(action_goal._classes[kinds["goal"]])
 
 
 def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.msgs import Message, load_message, load_service
+from pyros1.msgs import Message, load_service
 from pyros1.msgs.json_form import from_json
 from pyros1.values import load_yaml
 from pyros1.web.forms import from_yaml, to_yaml
@@ -24,18 +24,18 @@ def yaml(robot: Robot, args: Mapping[str, Any]) -> str:
 
 def value(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return a message in YAML text as a value for the form. Args: type, part ("request" of a service's type), yaml."""
-    cls = _class(args)
+    cls = _class(robot, args)
     found = from_yaml(cls, load_yaml(text(args, "yaml")))
     from_json(cls, found, robot.node.now())  # says what does not fit
     return found
 
 
-def _class(args: Mapping[str, Any]) -> type[Message]:
+def _class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:
     name = text(args, "type")
     if args.get("part") == "request":
         request: type[Message] = load_service(name)._request_class
         return request
-    return load_message(name)
+    return robot.types.find(name)
 
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"yaml": yaml, "value": value}

@@ -19,12 +19,13 @@ _MOST_FIELDS = 200
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return the form of a type; see `pyros1.web.forms.form`. Args: type, or topic."""
     name = args.get("type")
-    if not isinstance(name, str):
-        topic = text(args, "topic")
-        name = robot.graph.topic_types().get(topic, "")
-        if name in ("", "*"):
-            raise RequestError(f"the type of {topic} is not known")
-    return form_of(load_message(name))
+    if isinstance(name, str):
+        return form_of(robot.types.find(name))
+    topic = text(args, "topic")
+    name = robot.graph.topic_types().get(topic, "")
+    if name in ("", "*"):
+        raise RequestError(f"the type of {topic} is not known")
+    return form_of(robot.types.find_on(topic, name))
 
 
 def publish(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:

@@ -11,12 +11,20 @@ export class Publisher {
     this.topic = topic;
     this.element = h("div.publisher", {}, h("p.muted.hint", {}, "…"));
     this.stream = null;
+    // It does not begin again by itself, perhaps much later.
+    this.onState = () => {
+      if (!this.stream || robot.state === "connected") return;
+      this._stop();
+      this.outcome.fail("the connection was lost, so publishing has ended");
+    };
+    robot.addEventListener("state", this.onState);
     robot.call("topics.form", type ? { type } : { topic }).then((form) => this._build(form), (error) => {
       fill(this.element, h("p.wrong.hint", { role: "alert" }, error.message));
     });
   }
 
   close() {
+    this.robot.removeEventListener("state", this.onState);
     this._stop();
   }
 

@@ -197,8 +197,7 @@ export class Table {
     element.setAttribute("aria-level", String(item.depth + 1));
     if (item.group) {
       element.setAttribute("aria-expanded", String(item.open));
-      put(cells[0], `${item.open ? "▾" : "▸"} ${item.label}`);
-      if (cells[1]) put(cells[1], `${item.group.count}`);
+      put(cells[0], `${item.open ? "▾" : "▸"} ${item.label} (${item.group.count})`, item.group.path);
       return;
     }
     element.classList.toggle("dim", Boolean(item.row.dim));
