@@ -135,7 +135,7 @@ def test_types_that_are_not_installed_come_with_their_messages(make_node: Make, 
     ]
     heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
     node.subscribe("/again", cls, heard.put)
-    value = calls.run(robot, "forms.value", {"type": "far_msgs/Odd", "yaml": "parts: [{on: true}]"})
+    value = calls.run(robot, "forms.value", {"type": "far_msgs/Odd", "yaml": "parts: [{'on': true}]"})
     assert value == {"kind": 0, "parts": [{"on": True}]}
     calls.run(robot, "topics.publish", {"topic": "/again", "type": "far_msgs/Odd", "value": value})
     assert heard.get(timeout=PATIENCE).parts[0].on
