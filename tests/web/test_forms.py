@@ -32,12 +32,13 @@ def test_a_form_has_fields_and_defaults() -> None:
         ("actionlib_msgs/GoalStatus", "status", ["PENDING", "ACTIVE"]),
         ("sensor_msgs/PointField", "datatype", ["INT8", "UINT8"]),
         ("visualization_msgs/Marker", "type", ["ARROW", "CUBE"]),
+        ("visualization_msgs/Marker", "action", ["ADD", "MODIFY", "DELETE", "DELETEALL"]),
     ],
 )
 def test_constants_are_offered_where_they_fit(kind: str, field: str, words: list[str]) -> None:
     found = choices(load_message(kind))
     assert [name for name, _ in found[field]][: len(words)] == words
-    assert "id" not in found
+    assert "id" not in found and ("DELETE" in words) == (found[field][-1][0] == "DELETEALL")
 
 
 def test_constants_with_a_fields_name_belong_to_it() -> None:

@@ -6,6 +6,8 @@ import datetime
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pyros1.values import load_yaml
 from pyros1.web.params import MOST, Changes, flatten, pretty, shown
@@ -73,3 +75,12 @@ def test_too_many_are_counted() -> None:
 @pytest.mark.parametrize("value", [1, 1.0, "a: b", "true", "", [1, 2], {"a": {"b": [[1], [2]]}}, "two\nlines\n", None])
 def test_text_for_editing_is_the_value(value: Any) -> None:
     assert load_yaml(pretty(value)) == value
+
+
+@given(st.text(alphabet="ab :#'-|\n\t "))
+def test_any_text_can_be_edited(value: str) -> None:
+    assert load_yaml(pretty(value)) == value
+
+
+def test_text_of_several_lines_is_edited_as_it_is() -> None:
+    assert pretty("<a>\n  <b/>\n</a>\n") == "|2\n  <a>\n    <b/>\n  </a>\n"

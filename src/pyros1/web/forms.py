@@ -98,8 +98,8 @@ def _plain(value: Any) -> Any:
 def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
     """Return for fields of a message which constants of the message they may be meant for, as name and value.
 
-    A definition does not say that. Constants that begin with a field's name belong to it; the others to all fields of
-    their type, or, if there is none, to those that are integers as they are.
+    A definition does not say that. Constants that begin with a field's name belong to it; the others to the fields of
+    their type, or, if there is none, to those that are integers as they are: one run of values to each, or all to all.
     """
     try:
         constants = parse_message(cls._type, cls._full_text.split("\n" + "=" * 10, 1)[0]).constants
@@ -114,13 +114,28 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
             found.setdefault(max(owners, key=len), []).append([constant.name, constant.value])
         else:
             rest.append(constant)
-    for constant in rest:
-        same = [name for name, kind in fields if kind == constant.type]
-        if not same and constant.type in _INTEGERS:
-            same = [name for name, kind in fields if kind in _INTEGERS]
-        for name in same:
-            found.setdefault(name, []).append([constant.name, constant.value])
+    for kind in dict.fromkeys(constant.type for constant in rest):
+        names = [name for name, its in fields if its == kind]
+        if not names and kind in _INTEGERS:
+            names = [name for name, its in fields if its in _INTEGERS]
+        runs = _runs([constant for constant in rest if constant.type == kind])
+        for number, name in enumerate(names):
+            mine = [runs[number]] if len(runs) == len(names) else runs
+            found.setdefault(name, []).extend([each.name, each.value] for run in mine for each in run)
     return found
+
+
+def _runs(constants: list[Constant]) -> list[list[Constant]]:
+    """Divide constants where their values begin anew: there may be a run for each field, in order."""
+    runs: list[list[Constant]] = []
+    for constant in constants:
+        before = runs[-1][-1].value if runs else None
+        if before is None or (
+            not isinstance(before, str) and not isinstance(constant.value, str) and constant.value < before
+        ):
+            runs.append([])
+        runs[-1].append(constant)
+    return runs
 
 
 def _fields(cls: type[Message], depth: int) -> list[list[Any]]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from pyros1.ground.shown import foreign
-from pyros1.values import YamlError
+from pyros1.values import YamlError, load_yaml
 from pyros1.values.writing import dump
 
 MOST = 20_000
@@ -89,14 +90,27 @@ class Changes:
 
 
 def pretty(value: Any) -> str:
-    """Return the YAML text of a value for editing: flat lists in brackets.
+    """Return the YAML text of a value for editing: flat lists in brackets, text of several lines as it is.
 
     Raises:
         YamlError: see `pyros1.values.dump_yaml`.
     """
+
+    if isinstance(value, str) and "\n" in value:
+        text = _block(value)
+        with contextlib.suppress(YamlError):
+            if load_yaml(text) == value:
+                return text
 
     def flat(part: Any) -> bool:
         items: Any = part.values() if isinstance(part, Mapping) else part
         return not any(isinstance(item, (list, dict)) for item in items)
 
     return dump(value, inline=lambda part: isinstance(part, list) and flat(part), ordered=True).removesuffix("...\n")
+
+
+def _block(value: str) -> str:
+    """Return text of several lines as a YAML block; not every text can be one."""
+    end = "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
+    lines = value.removesuffix("\n").split("\n") if end != "-" else value.split("\n")
+    return f"|2{end}\n" + "".join(f"  {line}\n" if line else "\n" for line in lines)

@@ -29,7 +29,7 @@ class Parameters {
       words: (row) => `${row.name} ${row.text}`,
       columns: [
         { title: "parameter", text: (row) => row.name, width: "minmax(140px, 1fr)" },
-        { title: "value", text: (row) => row.text.split("\n")[0] + (row.more || row.text.includes("\n") ? " …" : ""), value: (row) => (row.kind === "int" || row.kind === "double" ? Number(row.text) : row.text), width: "minmax(0, 1fr)" },
+        { title: "value", text: (row) => row.text.split("\n")[0] + (row.more || row.text.trimEnd().includes("\n") ? " …" : ""), value: (row) => (row.kind === "int" || row.kind === "double" ? Number(row.text) : row.text), width: "minmax(0, 1fr)" },
         { title: "kind", text: (row) => row.kind, width: "70px", least: 480 },
       ],
       details: (row) => this._details(row),
@@ -125,7 +125,7 @@ class Parameters {
     };
     const save = async () => {
       try {
-        await robot.call("params.put", { name: row.name, yaml: area.value });
+        await robot.call("params.put", { name: row.name, yaml: `${area.value}\n` });
         loaded = area.value;
         state();
         result.say("saved");

@@ -5,11 +5,23 @@ import { fill, h } from "../lib/dom.js";
 // Text that a click copies.
 export function copied(text, shown = text) {
   const element = h("button.copy.mono", { title: `click to copy ${text}`, onclick: () => {
-    navigator.clipboard?.writeText(text).catch(() => {});
+    copy(text);
     element.classList.add("done");
     setTimeout(() => element.classList.remove("done"), 1000);
   } }, shown);
   return element;
+}
+
+function copy(text) {
+  if (navigator.clipboard) {
+    navigator.clipboard.writeText(text).catch(() => {});
+    return;
+  }
+  const area = h("textarea", { value: text }); // a page of another machine, over plain http, has no clipboard
+  document.body.append(area);
+  area.select();
+  document.execCommand("copy");
+  area.remove();
 }
 
 // A button that asks before it does something: act() may return a promise.

@@ -15,6 +15,7 @@ export class Tree {
     this.on = on;
     this.prefix = prefix;
     this.folds = new Map(); // path -> open, as the user wants it
+    this.lengths = new Map(); // of arrays, by path
     this.element = h("div.tree.mono", { role: "tree" });
     this.root = null;
     this.kind = null;
@@ -74,7 +75,10 @@ export class Tree {
   }
 
   _message(label, path, type, depth) {
-    return this._fold(label, path, type, depth, depth < OPEN_DEPTH - (label === "header" ? 2 : 0), (value) => value.fields.map(([name, kind]) => [name, `${path}.${name}`, kind]), (value) => value.fields.map((field) => field[2]));
+    const element = path.endsWith("]");
+    const few = element && this.lengths.get(path.slice(0, path.lastIndexOf("["))) <= MANY;
+    const open = element ? few && depth <= OPEN_DEPTH : depth < OPEN_DEPTH && label !== "header";
+    return this._fold(label, path, type, depth, open, (value) => value.fields.map(([name, kind]) => [name, `${path}.${name}`, kind]), (value) => value.fields.map((field) => field[2]));
   }
 
   // A fold whose inside is made when it is open for the first time, and again when its shape has changed.
@@ -118,6 +122,7 @@ export class Tree {
         ({ items }) => items);
       let known = false;
       return { element: h("div.branch", {}, fold.element, pager.element), update: (value) => {
+        this.lengths.set(path, value.length);
         if (!known && !this.folds.has(path)) { known = true; if (value.length <= MANY && depth < OPEN_DEPTH) this.folds.set(path, true); }
         fold.update(value);
         pager.update(value, this.folds.get(path) ?? false);
