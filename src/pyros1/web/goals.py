@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from pyros1.ground.shown import foreign
-
 MOST = 50
 """Most goals that are kept; the oldest are forgotten."""
 
@@ -63,5 +61,5 @@ class Goals:
                 del self._goals[min(self._goals.values(), key=lambda each: each.stamp).id]
             goal = self._goals[name] = Goal(name)
         goal.stamp, goal.status = status.goal_id.stamp.to_sec(), status.status
-        goal.text = foreign(status.text[:500])
+        goal.text = status.text[:500]
         return goal

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from pyros1.ground.shown import foreign
 from pyros1.values import YamlError, load_yaml
 from pyros1.values.writing import dump
 
@@ -34,7 +33,7 @@ def flatten(tree: Any) -> Iterator[tuple[str, Any]]:
     while waiting:
         name, value = waiting.pop()
         if isinstance(value, dict) and (value or not name):
-            waiting.extend((f"{name}/{foreign(str(key))}", inner) for key, inner in reversed(value.items()))
+            waiting.extend((f"{name}/{key!s}", inner) for key, inner in reversed(value.items()))
         else:
             yield name, value
 
@@ -43,7 +42,7 @@ def shown(value: Any) -> Shown:
     """Return what is shown of a value."""
     kind = _KINDS.get(value.__class__, "null" if value is None else "other")
     if isinstance(value, str):
-        return Shown(kind, foreign(value[:_MOST_TEXT]), len(value) > _MOST_TEXT)
+        return Shown(kind, value[:_MOST_TEXT], len(value) > _MOST_TEXT)
     if isinstance(value, float):
         return Shown(kind, str(value) if math.isfinite(value) else _SPECIAL[str(value)], False)
     if isinstance(value, (bool, int)):
@@ -54,7 +53,7 @@ def shown(value: Any) -> Shown:
     except YamlError:
         text = str(value)
     text = " ".join(text.split())
-    return Shown(kind, foreign(text[:_MOST_TEXT]), cut or len(text) > _MOST_TEXT)
+    return Shown(kind, text[:_MOST_TEXT], cut or len(text) > _MOST_TEXT)
 
 
 class Changes:

@@ -96,7 +96,8 @@ class Robot:
         """End all."""
         self._ended.set()
         self.master.close()
-        self._thread.join(5)
+        if self._thread.is_alive():
+            self._thread.join(5)
         self._hub.close()
         self.publishing.close()
         if self._node is not None:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.ground.shown import foreign
 from pyros1.values import load_yaml
 from pyros1.web.params import flatten, pretty
 from pyros1.web.robot import Robot
@@ -52,7 +51,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, str):
-        return foreign(value)
+        return value
     if isinstance(value, (int, float, bool)) or value is None:
         return value
     return str(value)

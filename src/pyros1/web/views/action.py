@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error, MessageError
-from pyros1.ground.shown import foreign
 from pyros1.web.goals import Goals
 from pyros1.web.hub import Arrival
 from pyros1.web.views.message import tree
@@ -59,7 +58,7 @@ class ActionView(View):
             goals = self._goals.all()
             shown = [
                 {
-                    "id": foreign(goal.id),
+                    "id": goal.id,
                     "stamp": goal.stamp,
                     "status": goal.status,
                     "text": goal.text,

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
-from pyros1.ground.shown import foreign
 from pyros1.reconfigure.encoding import decode
 from pyros1.reconfigure.values import choices
 from pyros1.web.hub import Arrival
@@ -80,9 +79,9 @@ def parameters(description: Any) -> list[dict[str, Any]]:
     return [
         {
             "name": each.name,
-            "type": foreign(each.type),
-            "group": foreign(group.name),
-            "description": foreign(each.description),
+            "type": each.type,
+            "group": group.name,
+            "description": each.description,
             "min": low.get(each.name),
             "max": high.get(each.name),
             "default": usual.get(each.name),
@@ -102,7 +101,7 @@ def _choices(edit_method: str) -> list[list[Any]]:
     if len(edit_method) > _LONGEST:
         return []
     found = choices(edit_method)
-    return [[foreign(name), _plain(value)] for name, value in list(found.items())[:_MOST_CHOICES]]
+    return [[name, _plain(value)] for name, value in list(found.items())[:_MOST_CHOICES]]
 
 
 def _plain(value: Any) -> Any:
