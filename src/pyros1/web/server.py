@@ -37,6 +37,7 @@ MOST_PAGES = 64
 _MOST_CALLS = 32
 """Most calls of a page that run at the same time; more wait."""
 _THREADS = 32
+"""Threads of streams, and as many of calls: calls may wait for minutes, and streams must go on then."""
 
 
 class WebServer:
@@ -52,6 +53,7 @@ class WebServer:
         self._access = access
         self._assets = Assets()
         self._threads = ThreadPoolExecutor(_THREADS, "web")
+        self._callers = ThreadPoolExecutor(_THREADS, "web call")
         self._pages = 0
 
     @contextlib.asynccontextmanager
@@ -84,7 +86,8 @@ class WebServer:
             ) as server:
                 yield server
         finally:
-            self._threads.shutdown(wait=False, cancel_futures=True)
+            for threads in (self._threads, self._callers):
+                threads.shutdown(wait=False, cancel_futures=True)
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a WebSocket begin."""
@@ -120,7 +123,7 @@ class WebServer:
     async def _page(self, socket: ServerConnection) -> None:
         self._pages += 1
         try:
-            await _Page(socket, self._robot, self._threads).run()
+            await _Page(socket, self._robot, self._threads, self._callers).run()
         finally:
             self._pages -= 1
 
@@ -128,8 +131,11 @@ class WebServer:
 class _Page:
     """Drives a `Session`: one task reads, one sends, one per call."""
 
-    def __init__(self, socket: ServerConnection, robot: Robot, threads: ThreadPoolExecutor) -> None:
+    def __init__(
+        self, socket: ServerConnection, robot: Robot, threads: ThreadPoolExecutor, callers: ThreadPoolExecutor
+    ) -> None:
         self._socket = socket
+        self._callers = callers
         self._threads = threads
         self._loop = asyncio.get_running_loop()
         self._awake = asyncio.Event()
@@ -172,7 +178,7 @@ class _Page:
 
     async def _call(self, call: wire.Call) -> None:
         try:
-            frame = await self._in_thread(self._session.answer, call)
+            frame = await self._loop.run_in_executor(self._callers, self._session.answer, call)
             with contextlib.suppress(ConnectionClosed):
                 await self._socket.send(frame)
         finally:

@@ -20,11 +20,13 @@ class Services {
   constructor(place) {
     this.place = place;
     this.types = new Map(); // service and node -> type
-    this.all = Boolean(place.settings.all);
+    this.all = Boolean(place.settings.all) || PLUMBING.test(place.settings.selected || "");
     this.services = {};
-    const everything = h("button", { "aria-pressed": String(this.all), title: "show the services for levels of logs that every node has", onclick: () => {
+    const everything = this.everything = h("button", { "aria-pressed": String(this.all), title: "show the services for levels of logs that every node has", onclick: () => {
       this.all = !this.all;
       everything.setAttribute("aria-pressed", String(this.all));
+      this.listing.extra = { all: this.all };
+      this.listing.save();
       this._show();
     } }, "Loggers");
     this.listing = new Listing(place, {
@@ -38,6 +40,7 @@ class Services {
       details: (row) => this._details(row),
       empty: () => empty("No services", this.all ? "Nodes that run show their services here." : "“Loggers” shows those that every node has.", command("pyros1 run minimal_nodes minimal_service")),
     });
+    this.listing.extra = { all: this.all };
     this.stream = place.robot.stream("system", {}, {
       data: (system) => { this.services = system.services; this._show(); this._ask(); },
       problem: (text) => place.problem(text),
@@ -51,7 +54,7 @@ class Services {
 
   accept({ selected }) {
     if (!selected) return;
-    if (PLUMBING.test(selected)) this.all = true;
+    if (PLUMBING.test(selected) && !this.all) this.everything.click();
     this._show();
     this.listing.choose(selected);
   }

@@ -16,12 +16,13 @@ export class Listing {
     this.options = options;
     this.rows = null;
     this.details = null;
+    this.extra = {}; // more settings, of the panel
     const { settings } = place;
     this.search = String(settings.search || "");
     this.selected = settings.selected || null;
     this.table = new Table(options.columns, {
       select: (row) => this.choose(row.name),
-      changed: () => this._save(),
+      changed: () => this.save(),
     }, { label: options.label, sort: settings.sort, tree: settings.tree ?? options.tree ?? null, open: Array.isArray(settings.open) ? settings.open : [] });
     this._build();
     this._filter();
@@ -40,13 +41,13 @@ export class Listing {
     this.field = h("input.search", {
       value: this.search, placeholder: `find ${this.options.word}s`, type: "search", size: 14, "aria-label": `find ${this.options.word}s`,
       title: "words that the name or type must have; /.../ is a regular expression",
-      oninput: () => { this.search = this.field.value; this._filter(); this._save(); },
+      oninput: () => { this.search = this.field.value; this._filter(); this.save(); },
       onkeydown: (event) => { if (event.key === "ArrowDown") { this.table.element.focus(); event.preventDefault(); } },
     });
     this.folder = h("button", { title: "names as a tree of namespaces", onclick: () => {
       this.table.setTree(!this.table.isTree);
       this._drawTools();
-      this._save();
+      this.save();
     } }, "Tree");
     this.counter = h("span.muted.counter");
     tools.append(this.field, this.folder, ...(this.options.tools || []), this.counter);
@@ -78,7 +79,7 @@ export class Listing {
     this.selected = name;
     this.table.select(name);
     this._open(this.rows?.find((each) => each.name === name));
-    this._save();
+    this.save();
   }
 
   // Show something that is no row.
@@ -125,9 +126,9 @@ export class Listing {
     fill(this.nothing, all ? h("div.empty", {}, h("h3", {}, "Nothing has such a name"), h("p", {}, `${plural(all, this.options.word)} in all.`)) : this.options.empty());
   }
 
-  _save() {
+  save() {
     const { sort, tree, turned } = this.table;
-    this.place.save({ search: this.search, selected: this.selected, sort, tree, open: [...turned].slice(0, 500) });
+    this.place.save({ ...this.extra, search: this.search, selected: this.selected, sort, tree, open: [...turned].slice(0, 500) });
   }
 }
 
