@@ -83,4 +83,4 @@ def test_any_text_can_be_edited(value: str) -> None:
 
 
 def test_text_of_several_lines_is_edited_as_it_is() -> None:
-    assert pretty("<a>\n  <b/>\n</a>\n") == "|2\n  <a>\n    <b/>\n  </a>\n"
+    assert pretty("<a>\n  <b/>\n</a>\n") == "|\n  <a>\n    <b/>\n  </a>\n"
