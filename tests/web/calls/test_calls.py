@@ -30,6 +30,15 @@ def test_forms_stay_in_step(robot: Robot) -> None:
     assert calls.run(robot, "forms.value", request) == {"data": True}
 
 
+def test_types_are_proposed(robot: Robot) -> None:
+    assert "geometry_msgs/" in calls.run(robot, "topics.types", {"begin": "geo"})
+    assert calls.run(robot, "topics.types", {"begin": "std_msgs/Float6"}) == [
+        "std_msgs/Float64",
+        "std_msgs/Float64MultiArray",
+    ]
+    assert calls.run(robot, "topics.types", {"begin": "no_such/"}) == []
+
+
 @pytest.mark.parametrize(
     ("name", "args"),
     [
