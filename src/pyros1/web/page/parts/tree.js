@@ -115,7 +115,7 @@ export class Tree {
       caret.textContent = is ? "▾" : "▸";
       line.setAttribute("aria-expanded", String(is));
       inside.hidden = !is;
-      const text = is ? "" : summary(value);
+      const text = is && value.items?.length !== 0 ? "" : summary(value);
       if (preview.textContent !== text) preview.textContent = text;
       if (!is) return;
       const entries = list(value);
