@@ -88,9 +88,11 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
     panels = Assets().panels
     if panel not in panels:
         raise UsageError(f"there is no panel {panel!r}; there are {', '.join(panels)}")
+    if panel == "image" and len(words) == 1:
+        return panel, {"topic": invocation.resolve(words[0])}
     if panel != "plot":
         if words:
-            raise UsageError(f"the panel {panel} takes no arguments")
+            raise UsageError(f"the panel {panel} takes {'one topic' if panel == 'image' else 'no arguments'}")
         return panel, {}
     from pyros1.observe.fields import expand  # noqa: PLC0415
 
@@ -145,7 +147,7 @@ COMMAND = Command(
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
         Argument("panel", optional=True, help="the panel to open: graph, console, plot ..."),
-        Argument("argument", optional=True, many=True, help="what it shows: curves of a plot"),
+        Argument("argument", optional=True, many=True, help="what it shows: curves of a plot, the topic of an image"),
         usage="[options] [PANEL [ARGUMENT ...]]",
         description="Graph, console, plots, messages, parameters and services, live. Needs pyros1[web].",
         examples=[
@@ -159,7 +161,9 @@ COMMAND = Command(
     also={
         "rqt": ("--open",),
         "rqt_console": ("console",),
+        "rqt_image_view": ("image",),
         "rqt_plot": ("plot",),
+        "rqt_tf_tree": ("frames",),
         "rxconsole": ("console",),
         "rxplot": ("plot",),
     },

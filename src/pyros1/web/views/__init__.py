@@ -16,6 +16,8 @@ _HOMES = {
     "params": "ParamsView",
     "reconfigure": "ReconfigureView",
     "action": "ActionView",
+    "frames": "FramesView",
+    "image": "ImageView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""
