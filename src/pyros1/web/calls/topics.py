@@ -8,9 +8,9 @@ from typing import Any
 from pyros1.ground import generated
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
-from pyros1.web.forms import form as form_of
-from pyros1.web.forms import numbers
 from pyros1.web.robot import Robot
+from pyros1.web.tables.forms import form as form_of
+from pyros1.web.tables.forms import numbers
 from pyros1.web.views.view import text
 from pyros1.web.wire import RequestError
 
@@ -18,7 +18,7 @@ _MOST_FIELDS = 200
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the form of a type; see `pyros1.web.forms.form`. Args: type, or topic."""
+    """Return the form of a type; see `pyros1.web.tables.forms.form`. Args: type, or topic."""
     name = args.get("type")
     if isinstance(name, str):
         return form_of(robot.types.find(name))

@@ -14,7 +14,7 @@ export class Tree {
   constructor(on = {}, prefix = "") {
     this.on = on;
     this.prefix = prefix;
-    this.fields = null; // of the definition, see pyros1/web/forms.py: names of constants are shown beside their values
+    this.fields = null; // of the definition, see pyros1/web/tables/forms.py: names of constants are shown beside their values
     this.folds = new Map(); // path -> open, as the user wants it
     this.lengths = new Map(); // of arrays, by path
     this.element = h("div.tree.mono", { role: "tree" });

@@ -13,7 +13,7 @@ from pyros1.msgs.geometry_msgs.msg import PoseStamped
 from pyros1.msgs.json_form import from_json, to_json
 from pyros1.msgs.sensor_msgs.msg import BatteryState, LaserScan
 from pyros1.values import load_yaml
-from pyros1.web.forms import choices, form, from_yaml, numbers, to_yaml
+from pyros1.web.tables.forms import choices, form, from_yaml, numbers, to_yaml
 
 
 def test_a_form_has_fields_and_defaults() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 from pyros1.ground.errors import Error
-from pyros1.web.repeating import Repeating
+from pyros1.web.tables.repeating import Repeating
 
 PATIENCE = 20.0
 

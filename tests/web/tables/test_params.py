@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.values import load_yaml
-from pyros1.web.params import MOST, Changes, flatten, pretty, shown
+from pyros1.web.tables.params import MOST, Changes, flatten, pretty, shown
 
 
 def everything(_: str) -> bool:
