@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
+import threading
 from collections.abc import Callable
 from contextlib import closing
 from typing import Any
@@ -176,6 +177,34 @@ def test_a_page_that_does_not_take_its_pushes_gets_one_and_then_the_newest(
         socket_.send('{"next": 4}')
         data = json.loads(socket_.recv(timeout=PATIENCE))["data"]
         assert (data["value"]["fields"][0][2], data["count"]) == (1000.0, count + 1000)
+
+
+def test_a_slow_view_does_not_hold_back_the_robot(
+    make_robot: Callable[..., Any], make_node: Callable[..., Any]
+) -> None:
+    robot = make_robot()
+    publisher = make_node("talker").advertise("topic1", Float64, queue_size=None)  # publish() waits for subscribers
+    go_on = threading.Event()
+    seen: list[float] = []
+
+    def slow(arrival: Any) -> None:
+        go_on.wait(PATIENCE)
+        seen.append(arrival.message.data)
+
+    end = robot.listen("/topic1", slow)
+    assert publisher.wait_for_subscribers(timeout=PATIENCE)
+    published = threading.Event()
+
+    def publish() -> None:
+        for number in range(50_000):
+            publisher.publish(float(number))
+        published.set()
+
+    threading.Thread(target=publish).start()
+    assert published.wait(PATIENCE)
+    go_on.set()
+    publisher.publish(-1.0)
+    end()
 
 
 def test_read_only(serve: Callable[..., Served]) -> None:

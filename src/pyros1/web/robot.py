@@ -8,8 +8,8 @@ from time import monotonic
 from typing import Any
 
 from pyros1.graph import Graph
-from pyros1.ground.errors import Error, MasterError, ProtocolError
-from pyros1.msgs import AnyMsg
+from pyros1.ground.errors import Error, MasterError, MessageError, ProtocolError
+from pyros1.msgs import AnyMsg, load_message
 from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
 from pyros1.web.access import Access
@@ -24,6 +24,8 @@ _TRY_AGAIN = 1.0
 """Seconds between two looks for a master."""
 _TOPICS_AGE = 0.5
 """Seconds for which the master's list of topics is believed."""
+_FEW, _SOME, _MANY = 10, 100, 2_000
+"""Most messages that wait for slow views: of types for pictures and clouds, of unknown types, and of others."""
 _CALLER = "/pyros1_web"
 
 
@@ -126,7 +128,15 @@ class Robot:
             return
 
     def _subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
-        return self.node.subscribe(topic, AnyMsg, callback)
+        # Bounded: a view that is slow must not hold back the robot's publishers.
+        return self.node.subscribe(topic, AnyMsg, callback, queue_size=self._queue_size(topic))
+
+    def _queue_size(self, topic: str) -> int:
+        try:
+            kind = self.graph.topic_types().get(topic, "")
+            return _FEW if "uint8[]" in load_message(kind)._full_text else _MANY
+        except (MasterError, ProtocolError, MessageError):
+            return _SOME
 
     def _now(self) -> float:
         return self._node.now().to_sec() if self._node else 0.0
