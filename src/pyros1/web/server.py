@@ -1,4 +1,4 @@
-"""The server: the page's files, and a WebSocket for each page, on one port.
+"""The server: the page's files, a WebSocket for each page, and other programs', on one port.
 
 See https://www.rfc-editor.org/rfc/rfc6455. Everything that can take time runs in threads, so that a slow page, node or
 master delays nobody else.
@@ -27,16 +27,22 @@ from pyros1.web import wire
 from pyros1.web.access import Access
 from pyros1.web.assets import SECURITY, Assets
 from pyros1.web.robot import Robot
+from pyros1.web.rosbridge.driver import Driver
+from pyros1.web.rosbridge.intake import MAX_FRAME
 from pyros1.web.session import Session
 from pyros1.web.wire import RequestError
 
 PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET = "/ws"
 """Path of the page's WebSocket."""
+_OTHERS = ("/", "/rosbridge")
+"""Paths of the WebSockets of other programs."""
 MOST_PAGES = 64
 _MOST_CALLS = 32
 """Most calls of a page that run at the same time; more wait."""
 _THREADS = 32
+_MOST_CALLS_OF_ALL = 64
+"""Most calls of services for rosbridge's clients that run at the same time; more wait."""
 
 
 class WebServer:
@@ -52,6 +58,7 @@ class WebServer:
         self._access = access
         self._assets = Assets()
         self._threads = ThreadPoolExecutor(_THREADS, "web")
+        self._calls = ThreadPoolExecutor(_MOST_CALLS_OF_ALL, "web call")
         self._pages = 0
 
     @contextlib.asynccontextmanager
@@ -75,7 +82,7 @@ class WebServer:
                 port,
                 process_request=self._answer,
                 select_subprotocol=lambda _, offered: PROTOCOL if PROTOCOL in offered else None,
-                max_size=wire.MAX_REQUEST * 4,
+                max_size=MAX_FRAME,
                 max_queue=16,
                 compression=None,
                 server_header=None,
@@ -85,6 +92,7 @@ class WebServer:
                 yield server
         finally:
             self._threads.shutdown(wait=False, cancel_futures=True)
+            self._calls.shutdown(wait=False, cancel_futures=True)
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a WebSocket begin."""
@@ -92,7 +100,9 @@ class WebServer:
         if not self._access.is_our_name(host):
             return _plain(HTTPStatus.FORBIDDEN, "This server has another name. Use the link that it printed.\n")
         path = urlsplit(request.path).path
-        return self._admit(request) if path == SOCKET else self._file(path, request.headers.get("If-None-Match"))
+        if path == SOCKET or (path in _OTHERS and _wants_socket(request)):
+            return self._admit(request)
+        return self._file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
         """Let a page's WebSocket begin, or say why not."""
@@ -120,7 +130,10 @@ class WebServer:
     async def _page(self, socket: ServerConnection) -> None:
         self._pages += 1
         try:
-            await _Page(socket, self._robot, self._threads).run()
+            if socket.request is not None and urlsplit(socket.request.path).path in _OTHERS:
+                await Driver(socket, self._robot, self._threads, self._calls).run()
+            else:
+                await _Page(socket, self._robot, self._threads).run()
         finally:
             self._pages -= 1
 
@@ -201,6 +214,10 @@ class _Page:
             self._waking = True
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 self._loop.call_soon_threadsafe(self._awake.set)
+
+
+def _wants_socket(request: Request) -> bool:
+    return "websocket" in request.headers.get("Upgrade", "").lower()
 
 
 def _plain(status: HTTPStatus, text: str) -> Response:

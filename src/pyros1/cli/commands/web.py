@@ -40,6 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         any_address=options.host in _EVERYWHERE,
         read_only=options.read_only,
         topics=tuple(options.topics),
+        origins=frozenset(origin.lower().rstrip("/") for origin in options.origins),
         **more,
     )
     uri = master_uri(os.environ, invocation.special)
@@ -88,6 +89,14 @@ COMMAND = Command(
             "--token",
             metavar="TOKEN",
             help="token in the link, empty for none; without this option, a new one at each start",
+        ),
+        Option(
+            "--origin",
+            dest="origins",
+            action="append",
+            default=[],
+            metavar="ORIGIN",
+            help="other site whose pages may connect, with the token: for example http://localhost:8000; null: files",
         ),
         Flag("--read-only", dest="read_only", help="pages may look, but publish, call, set and stop nothing"),
         Option(
