@@ -115,7 +115,7 @@ class Client:
         elif wish.key not in flow.wishes and len(flow.wishes) >= MOST_TOPICS:
             raise BridgeError(f"a client subscribes to a topic at most {MOST_TOPICS} times")
         flow.wish(wish)
-        before = flow.end
+        before, flow.last = flow.end, None
         try:
             # Once more for each subscription: who comes later gets a latched message, too.
             flow.end = self._robot.listen(topic, lambda arrival: self.outbox.put(flow, arrival))
