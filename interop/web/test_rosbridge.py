@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import queue
+import re
 import shutil
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -21,6 +24,7 @@ from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray, String
 from pyros1.node import Node
 
 PATIENCE = 30.0
+README = Path(__file__).resolve().parents[2] / "README.md"
 PROGRAM = Path(__file__).with_name("roslib_client.mjs")
 
 
@@ -167,3 +171,26 @@ def test_roslibpy(web: Web, robot: Node, make_node: Callable[..., Node]) -> None
         assert len(images[0]["data"]) == 48 * 64 / 3 * 4
     finally:
         ros.terminate()
+
+
+def test_readmes_example(web: Web, make_node: Callable[..., Node]) -> None:
+    text = README.read_text(encoding="utf-8")
+    program = re.search(r"^### Other people's viewers\n.*?^```python\n(.*?)^```", text, re.M | re.S)
+    assert program is not None
+    commands: queue.Queue[float] = queue.Queue()
+    node = make_node("simulator")
+    node.advertise("velocity", Float64)
+    node.subscribe("vel_cmd", Float64, lambda message: commands.put(message.data))
+    # roslibpy sends in another thread: an answer means that what came before was sent
+    end = "ros.get_topics()\nros.terminate()\n"
+    done = subprocess.run(
+        [sys.executable, "-c", program[1] + end],
+        env={**os.environ, "LINK": socket_url(web)},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "std_msgs/Float64\n"
+    assert commands.get(timeout=PATIENCE) == 1.0

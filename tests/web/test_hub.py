@@ -12,6 +12,8 @@ from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.web.hub import Arrival, Hub
 
+from ..bodies import encode
+
 
 class Subscriptions:
     """What a node would do, step by step."""
@@ -31,7 +33,7 @@ class Subscriptions:
         return Subscriber()
 
     def send(self, topic: str, number: float, latching: bool = False, caller: str = "/talker") -> None:
-        raw = AnyMsg(Float64._encode(Float64(number)))
+        raw = AnyMsg(encode(Float64(number)))
         raw._connection_header = {
             "type": "std_msgs/Float64",
             "md5sum": Float64._md5sum,

@@ -21,6 +21,16 @@ class FieldPathError(Error):
     """A field path is malformed, or does not lead to a field of the type."""
 
 
+def expand(name: str) -> list[str]:
+    """Return the fields that an argument names: three for ``/t/x:y:z``, two for ``/t/x,/u/y``."""
+    names = []
+    for part in name.split(","):
+        head, *others = part.split(":") if "[" not in part else [part]
+        folder = head.rpartition("/")[0]
+        names += [head, *(f"{folder}/{other}" for other in others)]
+    return names
+
+
 @dataclass(frozen=True)
 class _Step:
     field: str

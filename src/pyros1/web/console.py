@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable
 from itertools import islice
 from typing import Any, NamedTuple
 
-from pyros1.ground.shown import foreign
 from pyros1.node import Node
 
 SIZE = 50_000
@@ -52,7 +51,7 @@ class Console:
 
     def take(self, message: Any) -> None:
         """Keep a rosgraph_msgs/Log message."""
-        text = foreign(message.msg[: _LONGEST + 1])
+        text = message.msg[: _LONGEST + 1]
         if len(text) > _LONGEST:
             text = f"{text[:_LONGEST]}..."
         with self._lock:
@@ -62,12 +61,12 @@ class Console:
                     self._count,
                     message.header.stamp.to_sec(),
                     message.level,
-                    foreign(message.name),
+                    message.name,
                     text,
-                    foreign(message.file),
-                    foreign(message.function),
+                    message.file,
+                    message.function,
                     message.line,
-                    [*map(foreign, message.topics[:_MOST_TOPICS])],
+                    message.topics[:_MOST_TOPICS],
                 )
             )
         for listener in self._listeners:

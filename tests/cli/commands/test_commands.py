@@ -17,12 +17,12 @@ from typing import Any
 import pytest
 
 from pyros1.cli import registry
-from pyros1.cli.commands.topic.plot import expand
 from pyros1.cli.main import entry
 from pyros1.msgs import load_message, load_service
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.msgs.std_msgs.msg import Bool, Empty, Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
+from pyros1.observe.fields import expand
 
 
 @pytest.fixture

@@ -101,6 +101,16 @@ def test_publish(serve: Serve, make_node: MakeNode) -> None:
             assert word in answer["msg"]
 
 
+def test_the_last_words_of_a_client_are_heard(serve: Serve, make_node: MakeNode) -> None:
+    got: queue.Queue[Any] = queue.Queue()
+    make_node("listener").subscribe("words", String, lambda message: got.put(message.data))
+    with client(serve(token="")) as socket_:
+        tell(socket_, "advertise", topic="/words", type="std_msgs/String")
+        for number in range(100):
+            tell(socket_, "publish", topic="/words", msg={"data": str(number)})
+    assert [got.get(timeout=PATIENCE) for _ in range(100)] == [str(number) for number in range(100)]
+
+
 def test_subscribe(serve: Serve, make_node: MakeNode) -> None:
     publisher = make_node("talker").advertise("number", Float64, latch=True)
     publisher.publish(1.5)

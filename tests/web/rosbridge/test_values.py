@@ -17,6 +17,8 @@ from pyros1.msgs.std_msgs.msg import Float64, Header
 from pyros1.msgs.visualization_msgs.msg import MarkerArray
 from pyros1.web.rosbridge import frames, values
 
+from ...bodies import encode
+
 NOW = Time(5, 6)
 ALL = from_definition(
     "test_msgs/All",
@@ -40,7 +42,7 @@ duration[] spans
 
 def sent(message: Message) -> Message:
     """Return a message as it comes from the network."""
-    return values.decode(type(message), type(message)._encode(message))
+    return values.decode(type(message), encode(message))
 
 
 def as_json(message: Message) -> Any:
@@ -88,7 +90,7 @@ def test_json() -> None:
     assert math.isnan(again.f64[0])
     assert math.isnan(again.f32[1])
     assert (again.bytes, again.at) == (b"abc", Time(1, 2))
-    ALL._encode(again)
+    encode(again)
 
 
 def test_json_of_messages_that_were_not_received() -> None:
@@ -138,7 +140,7 @@ def test_headers_get_the_time() -> None:
 )
 def test_what_does_not_fit(cls: type[Message], value: Any) -> None:
     with pytest.raises(MessageError):
-        cls._encode(values.from_client(cls, value, NOW))
+        encode(values.from_client(cls, value, NOW))
 
 
 def test_args_as_lists() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import sys
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Command, Flag, Option, Verb
+from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -20,16 +21,39 @@ _EVERYWHERE = ("0.0.0.0", "::", "")
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Serve the page until a signal comes."""
-    if args:
-        raise UsageError(f"unrecognized arguments: {' '.join(args)}")
+    """Serve the page until a signal comes; or open a panel of a server that runs."""
     if not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
+    panel, settings = _wanted(invocation, options, args)
     try:
         import websockets  # noqa: F401, PLC0415 - of the extra
     except ImportError:
         raise CommandError("this needs the package websockets: pip install 'pyros1[web]'") from None
-    from pyros1.net.hosts import master_uri  # noqa: PLC0415 - after the command line proved right
+    from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - after the command line proved right
+    from pyros1.net.hosts import master_uri  # noqa: PLC0415
+    from pyros1.web.links import note_file, noted, panel_link, running_link  # noqa: PLC0415
+
+    uri = master_uri(os.environ, invocation.special)
+    note = note_file(ros_home(os.environ), uri)
+    if panel and (known := running_link(note)):
+        _show(panel_link(known, panel, settings), uri)
+        return 0
+    with contextlib.ExitStack() as stack:
+
+        def started(link: str) -> None:
+            stack.enter_context(noted(note, link))
+            shown = panel_link(link, panel, settings)
+            print(f"the robot at {uri} in a browser: {shown}", flush=True)
+            if not _is_loopback(options.host):
+                print("other machines can reach this page; whoever has the link can do what it can", file=sys.stderr)
+            if options.open or panel:
+                _show(shown, uri, told=True)
+
+        _serve(invocation, options, uri, started)
+    return 0
+
+
+def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[str], object]) -> None:
     from pyros1.web.access import Access  # noqa: PLC0415
     from pyros1.web.robot import Robot  # noqa: PLC0415
     from pyros1.web.run import run_server  # noqa: PLC0415
@@ -43,25 +67,43 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         origins=frozenset(origin.lower().rstrip("/") for origin in options.origins),
         **more,
     )
-    uri = master_uri(os.environ, invocation.special)
     robot = Robot(uri, access, _node_maker(invocation, uri))
-
-    def started(port: int) -> None:
-        link = _link(options.host, port, access.token)
-        print(f"the robot at {uri} in a browser: {link}", flush=True)
-        if options.host in _EVERYWHERE or not _is_loopback(options.host):
-            print("other machines can reach this page; whoever has the link can do what it can", file=sys.stderr)
-        if options.open:
-            _open(link)
-
     try:
-        run_server(robot, access, options.host, options.port, started)
+        run_server(
+            robot, access, options.host, options.port, lambda port: started(_link(options.host, port, access.token))
+        )
     except OSError as error:
         reason = error.strerror or str(error)
         raise CommandError(
             f"cannot listen on {options.host or '*'}:{options.port}: {reason}. --port 0 takes any free port"
         ) from None
-    return 0
+
+
+def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str, dict[str, Any]]:
+    """Return the panel that the words name, and its settings."""
+    if not args:
+        return "", {}
+    from pyros1.web.assets import Assets  # noqa: PLC0415
+
+    panel, *words = args
+    panels = Assets().panels
+    if panel not in panels:
+        raise UsageError(f"there is no panel {panel!r}; there are {', '.join(panels)}")
+    if panel == "image" and len(words) == 1:
+        return panel, {"topic": invocation.resolve(words[0])}
+    if panel != "plot":
+        if words:
+            raise UsageError(f"the panel {panel} takes {'one topic' if panel == 'image' else 'no arguments'}")
+        return panel, {}
+    from pyros1.observe.fields import expand  # noqa: PLC0415
+
+    curves = [invocation.resolve(field) for word in words for field in expand(word)]
+    settings: dict[str, Any] = {"curves": curves} if curves else {}
+    if options.period is not None:
+        settings["period"] = options.period
+    if options.paused:
+        settings["paused"] = True
+    return panel, settings
 
 
 COMMAND = Command(
@@ -70,7 +112,7 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        Option("-p", "--port", type="int", default=PORT, metavar="PORT", help=f"port of the page ({PORT}); 0: any"),
+        Option("--port", type="int", default=PORT, metavar="PORT", help=f"port of the page ({PORT}); 0: any"),
         Option(
             "--host",
             default="localhost",
@@ -106,16 +148,34 @@ COMMAND = Command(
             metavar="PATTERN",
             help="show only topics, services and parameters that match, for example '/camera/*'; may be repeated",
         ),
-        Flag("--open", dest="open", help="open the page in this machine's browser"),
+        Flag("--open", dest="open", help="open the page in this machine's browser; so does naming a panel"),
+        Option("-p", "--period", type="float", metavar="SECONDS", help="of a plot: seconds to show"),
+        Flag("-P", "--start-paused", dest="paused", help="of a plot: begin paused"),
+        # rqt and its plugins take these; the page has nothing to clear or discover
+        Flag("-e", "--empty", hidden=True),
+        Flag("--clear-config", dest="clear_config", hidden=True),
+        Flag("--force-discover", dest="force_discover", hidden=True),
+        Argument("panel", optional=True, help="the panel to open: graph, console, plot ..."),
+        Argument("argument", optional=True, many=True, help="what it shows: curves of a plot, the topic of an image"),
+        usage="[options] [PANEL [ARGUMENT ...]]",
         description="Graph, console, plots, messages, parameters and services, live. Needs pyros1[web].",
         examples=[
             ("--open", "the robot in this machine's browser"),
+            ("plot /velocity/data,/force_cmd/data", "a plot, from a server that runs or a new one"),
             ("--host 0.0.0.0 --read-only", "for other machines, to look only"),
         ],
         run=run,
     ),
     group="look",
-    stock="",
+    also={
+        "rqt": ("--open",),
+        "rqt_console": ("console",),
+        "rqt_image_view": ("image",),
+        "rqt_plot": ("plot",),
+        "rqt_tf_tree": ("frames",),
+        "rxconsole": ("console",),
+        "rxplot": ("plot",),
+    },
 )
 
 
@@ -153,8 +213,10 @@ def _link(host: str, port: int, token: str) -> str:
     return f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
 
 
-def _open(link: str) -> None:
+def _show(link: str, uri: str, told: bool = False) -> None:
     import webbrowser  # noqa: PLC0415
 
+    if not told:
+        print(f"the robot at {uri} in a browser: {link}", flush=True)
     if not webbrowser.open(link):
-        print("no browser could be opened; open the link yourself", file=sys.stderr)
+        print("no browser could be opened here; open the link yourself", file=sys.stderr)

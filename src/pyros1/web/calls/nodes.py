@@ -52,7 +52,7 @@ def kill(robot: Robot, args: Mapping[str, Any]) -> None:
 def loggers(robot: Robot, args: Mapping[str, Any]) -> list[list[str]]:
     """Return the names and levels of a node's loggers. Args: node."""
     response = _call(robot, text(args, "node"), "get_loggers", "roscpp/GetLoggers", {})
-    return [[logger.name, logger.level] for logger in response.loggers]
+    return [[logger.name, logger.level.lower()] for logger in response.loggers]
 
 
 def set_level(robot: Robot, args: Mapping[str, Any]) -> None:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.ground.shown import foreign
 from pyros1.values import load_yaml
 from pyros1.web.robot import Robot
 from pyros1.web.views.view import text
@@ -36,7 +35,7 @@ def delete(robot: Robot, args: Mapping[str, Any]) -> None:
 def _flatten(value: Any, name: str, found: dict[str, Any]) -> None:
     if isinstance(value, dict) and (value or not name):
         for key, inner in value.items():
-            _flatten(inner, f"{name}/{foreign(str(key))}", found)
+            _flatten(inner, f"{name}/{key!s}", found)
     else:
         found[name] = _plain(value)
 
@@ -49,7 +48,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, str):
-        return foreign(value)
+        return value
     if isinstance(value, (int, float, bool)) or value is None:
         return value
     return str(value)

@@ -4,6 +4,7 @@ import { fill, h } from "./lib/dom.js";
 import { Robot } from "./lib/robot.js";
 import { panelList } from "./lib/panels.js";
 import { Workspace } from "./lib/workspace.js";
+import { layoutsButton } from "./lib/layouts.js";
 import { fromLink, linkFor, load, store } from "./lib/store.js";
 
 const token = new URLSearchParams(location.search).get("token") || "";
@@ -22,23 +23,26 @@ fill(bar,
   tabs,
   h("span.gap"),
   state,
+  layoutsButton({ tree: () => workspace.tree, show: (name, tree) => choose(name, tree) }),
   h("button.quiet", { title: "copy a link to what is shown", "aria-label": "copy a link", onclick: share }, "Link"),
   h("button.quiet", { title: "light or dark", "aria-label": "light or dark", onclick: theme }, "◐"),
 );
 
 function drawTabs() {
-  fill(tabs, panels.map((panel, index) => h("button.tab", {
+  const other = panels.some((panel) => panel.name === current) ? null : h("button.tab", { "aria-current": "page" }, current);
+  fill(tabs, other, panels.map((panel, index) => h("button.tab", {
     "aria-current": panel.name === current ? "page" : null,
     title: `${panel.description} (${index + 1})`,
     onclick: () => choose(panel.name),
   }, panel.title)));
 }
 
-// Show the layout of a tab; each tab is a layout that begins as one panel.
+// Show a tab, or a layout that has a name. Each tab is a layout that begins as one panel.
 function choose(name, tree) {
-  const panel = panels.find((each) => each.name === name) || panels[0];
-  current = panel.name;
+  const known = tree || layouts[name] || panels.some((panel) => panel.name === name);
+  current = known ? name : panels[0].name;
   workspace.show(tree || layouts[current] || { panel: current });
+  if (tree) changed(workspace.tree);
   drawTabs();
   history.replaceState(null, "", linkFor(current, null));
 }

@@ -1,11 +1,11 @@
-"""Drives a `Client` over a WebSocket: one task reads, one does what was read, one sends."""
+"""Drives each `Client` over its WebSocket: one task reads, one does what was read, one sends."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from itertools import islice
 from time import monotonic
 from typing import Any
@@ -23,32 +23,50 @@ _AT_ONCE = 64
 """Frames that are made at a time."""
 _PAUSE = 0.02
 """Seconds between looks whether the client has read what it was told."""
+_THREADS = 32
+"""Threads for operations and messages of all clients."""
+_CALLS = 64
+"""Threads for their calls of services, which may take long; more calls wait."""
 
 
-class Driver:
-    """One client.
+class Bridge:
+    """All clients.
 
     Args:
-        socket: its WebSocket.
-        robot: what it may see and do.
-        threads: where its operations run.
-        calls: where calls of services run, which may take long.
+        robot: what they may see and do.
     """
 
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._threads = ThreadPoolExecutor(_THREADS, "web: clients")
+        self._calls = ThreadPoolExecutor(_CALLS, "web: clients' calls")
+
+    async def serve(self, socket: ServerConnection) -> None:
+        """Serve a client until it goes."""
+        await _Driver(socket, self._robot, self._threads, self._calls).run()
+
+    def close(self) -> None:
+        """Begin nothing more."""
+        for pool in (self._threads, self._calls):
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+class _Driver:
     def __init__(self, socket: ServerConnection, robot: Robot, threads: Executor, calls: Executor) -> None:
         self._socket = socket
         self._threads = threads
         self._loop = asyncio.get_running_loop()
         self._awake = asyncio.Event()
         self._waking = False
-        self._read: asyncio.Queue[str | bytes] = asyncio.Queue(_MOST_READ)
+        self._gone = False
+        self._read: asyncio.Queue[str | bytes | None] = asyncio.Queue(_MOST_READ)
         self._client = Client(robot, calls.submit, self._wake)
 
     async def run(self) -> None:
         """Serve the client until it goes."""
         tasks = [asyncio.create_task(part()) for part in (self._receive, self._work, self._send)]
         try:
-            ended, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            ended, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_EXCEPTION)
             for task in ended:
                 task.result()  # raises if it failed; the connection ends in any case
         finally:
@@ -61,19 +79,24 @@ class Driver:
         with contextlib.suppress(ConnectionClosed):
             async for frame in self._socket:
                 await self._read.put(frame)
+        self._gone = True
+        self._wake()
+        await self._read.put(None)
 
     async def _work(self) -> None:
-        while True:
+        more = True
+        while more:  # to the last frame, also if the client has gone: programs publish as the last thing they do
             frames = [await self._read.get()]
             while not self._read.empty():
                 frames.append(self._read.get_nowait())
-            await self._in_thread(self._client.handle, frames)
-            while self._client.outbox.is_full():  # it asks faster than it reads
+            more = frames[-1] is not None
+            await self._in_thread(self._client.handle, [frame for frame in frames if frame is not None])
+            while self._client.outbox.is_full() and not self._gone:  # it asks faster than it reads
                 await asyncio.sleep(_PAUSE)
 
     async def _send(self) -> None:
         with contextlib.suppress(ConnectionClosed):
-            while True:
+            while not self._gone:
                 self._awake.clear()
                 self._waking = False
                 frames, made, again = await self._in_thread(self._take)

@@ -11,6 +11,8 @@ _HOMES = {
     "console": "ConsoleView",
     "plot": "PlotView",
     "message": "MessageView",
+    "frames": "FramesView",
+    "image": "ImageView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""

@@ -10,7 +10,6 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
-from pyros1.ground.shown import foreign
 from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
 from pyros1.web.hub import Arrival
@@ -72,8 +71,8 @@ class MessageView(View):
         )
         size = len(arrival.raw._buff)
         facts = {
-            "type": foreign(header.get("type", "")),
-            "publisher": foreign(header.get("callerid", "")),
+            "type": header.get("type", ""),
+            "publisher": header.get("callerid", ""),
             "count": count,
             "hz": rate,
             "bytes": rate and rate * sum(each for _, each in times) / len(times),
@@ -108,7 +107,7 @@ def tree(message: Message) -> Any:
         if isinstance(value, float):
             return value if math.isfinite(value) else str(value)
         if isinstance(value, str):
-            return foreign(value[:_MOST_TEXT]) + ("..." if len(value) > _MOST_TEXT else "")
+            return value[:_MOST_TEXT] + ("..." if len(value) > _MOST_TEXT else "")
         if isinstance(value, (bool, int)):
             return value if -(1 << 53) < value < 1 << 53 else str(value)
         length = len(value)

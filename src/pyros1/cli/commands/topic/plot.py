@@ -20,21 +20,11 @@ from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import TVal
 from pyros1.msgs import AnyMsg
 from pyros1.observe.decoder import Decoder
-from pyros1.observe.fields import FieldPath, FieldPathError
+from pyros1.observe.fields import FieldPath, FieldPathError, expand
 
 _MOST_POINTS = 20_000
 _FRAME = 0.1
 _HOME, _BEGIN, _END = "\033[H\033[J", "\033[?1049h\033[?25l", "\033[?25h\033[?1049l"
-
-
-def expand(name: str) -> list[str]:
-    """Return the fields that an argument names: three for ``/t/x:y:z``, two for ``/t/x,/u/y``."""
-    names = []
-    for part in name.split(","):
-        head, *others = part.split(":") if "[" not in part else [part]
-        folder = head.rpartition("/")[0]
-        names += [head, *(f"{folder}/{other}" for other in others)]
-    return names
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -20,6 +20,7 @@ export function store(key, value) {
 
 // "#plot" shows a tab; "#plot=..." a whole layout.
 export function linkFor(name, tree) {
+  name = encodeURIComponent(name);
   if (!tree) return `${location.pathname}${location.search}#${name}`;
   const bytes = new TextEncoder().encode(JSON.stringify(tree));
   const text = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
@@ -27,7 +28,13 @@ export function linkFor(name, tree) {
 }
 
 export function fromLink(hash) {
-  const [name, text] = hash.replace(/^#/, "").split("=", 2);
+  const [word, text] = hash.replace(/^#/, "").split("=", 2);
+  let name = "";
+  try {
+    name = decodeURIComponent(word);
+  } catch {
+    // not a link of this page
+  }
   if (!text) return { name, tree: null };
   try {
     const raw = atob(text.replaceAll("-", "+").replaceAll("_", "/"));

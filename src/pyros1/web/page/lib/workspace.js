@@ -101,10 +101,10 @@ export class Workspace {
     node.body = h("div.body", { tabIndex: -1 });
     node.note = h("div.note", { role: "alert", hidden: true });
     return h("section.panel", { dataset: { panel: panel.name }, "aria-label": panel.title },
-      h("header", {}, choice, node.tools, h("span.gap"),
+      h("header", {}, choice, node.tools, h("span.arrangement", {},
         h("button.quiet.arrange", { title: "another panel beside this one", onclick: () => this._split(node, "row") }, "⬓"),
         h("button.quiet.arrange", { title: "another panel below this one", onclick: () => this._split(node, "column") }, "⬒"),
-        h("button.quiet.arrange.close", { title: "close this panel", onclick: () => this._remove(node) }, "✕")),
+        h("button.quiet.arrange.close", { title: "close this panel", onclick: () => this._remove(node) }, "✕"))),
       node.note, node.body);
   }
 

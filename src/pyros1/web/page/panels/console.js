@@ -63,14 +63,14 @@ class Console {
       if (!this.paused) this._filtersChanged();
     } }, "Pause");
     const field = (key, hint, title) => h("input", {
-      value: this[key], placeholder: hint, title, size: 14, "aria-label": hint,
+      value: this[key], placeholder: hint, title, size: 10, "aria-label": hint,
       oninput: (event) => { this[key] = event.target.value; this._filtersChanged(); },
     });
     const file = h("input", { type: "file", accept: ".csv,text/csv", hidden: true, onchange: (event) => this._load(event.target.files[0]) });
     tools.append(
       h("span.levels", {}, [...this.buttons.values()]), this.pause,
       field("search", "text", "only messages with this text; /.../ is a regular expression"),
-      field("node", "node or topic", "only messages of nodes, or about topics, with this in their names"),
+      field("node", "node", "only messages of nodes, or about topics, with this in their names"),
       field("marking", "highlight", "mark messages with this text; /.../ is a regular expression"),
       h("button.quiet", { title: "forget what is in the list", onclick: () => this._clear() }, "Clear"),
       h("button.quiet", { title: "save what is shown, as rqt_console's CSV", onclick: () => this._save() }, "Save"),

@@ -29,12 +29,13 @@ class Plot {
     this.ids = 0;
     this._build();
     for (const text of place.settings.curves || []) this._add(String(text), false);
+    this.startPaused = Boolean(place.settings.paused);
     this.stream = place.robot.stream("plot", this._args(), {
       data: (data, blob) => this._take(data, blob),
       problem: (text) => place.problem(text),
     });
     this._layOut();
-    this.observer = new ResizeObserver(() => this._layOut());
+    this.observer = new ResizeObserver(() => this._resize());
     this.observer.observe(this.area);
     this.onTheme = () => this._layOut();
     addEventListener("themechange", this.onTheme);
@@ -68,7 +69,7 @@ class Plot {
     const periods = h("select", {
       "aria-label": "period", title: "how much is shown",
       onchange: (event) => { this.period = Number(event.target.value); this.range = null; this._save(); },
-    }, PERIODS.map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
+    }, [...new Set([...PERIODS, this.period])].sort((one, other) => one - other).map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
     this.pause = h("button", { "aria-pressed": "false", title: "stop the picture; drag to zoom, double click for all", onclick: () => this._pause() }, "Pause");
     const stack = h("button", { "aria-pressed": String(this.stacked), title: "a chart for each curve", onclick: () => {
       this.stacked = !this.stacked;
@@ -132,6 +133,10 @@ class Plot {
 
   _take(data, blob) {
     this.now = data.now;
+    if (this.startPaused) {
+      this.startPaused = false;
+      this._pause();
+    }
     this.nowAt = performance.now();
     const numbers = new Float64Array(blob.buffer, blob.offset);
     let at = 0;
@@ -177,24 +182,37 @@ class Plot {
     fill(this.area);
     const shown = this.lines.filter((line) => !line.curve.hidden);
     const groups = this.stacked && shown.length ? shown.map((line) => [line]) : [shown];
-    const box = this.area.getBoundingClientRect();
-    const height = Math.max(LEAST_HEIGHT, Math.floor(box.height / groups.length) - 4);
-    for (const lines of groups) this.charts.push(this._chart(lines, Math.max(120, Math.floor(box.width)), height));
+    this._drawValues(); // the legend has its height before the charts are measured
+    for (const lines of groups) this.charts.push(this._chart(lines, this._size(groups.length)));
     this.dirty = true;
   }
 
-  _chart(lines, width, height) {
+  _size(count) {
+    const { width, height } = this.area.getBoundingClientRect();
+    return { width: Math.max(120, Math.floor(width) - 8), height: Math.max(LEAST_HEIGHT, Math.floor((height - 10) / count)) };
+  }
+
+  _resize() {
+    for (const chart of this.charts) chart.setSize(this._size(this.charts.length));
+    this.dirty = true;
+  }
+
+  _chart(lines, size) {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
     const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 } };
     const chart = new uPlot({
-      width, height,
+      ...size,
       padding: [10, 12, 0, 0],
       legend: { show: false },
       cursor: { sync: { key: "plots" }, drag: { x: true, y: false }, focus: { prox: 24 } },
       scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
       axes: [
-        { ...axis, values: (_, ticks) => ticks.map((tick) => number(tick - (this.now ?? 0), 3)), label: "", size: 30 },
+        {
+          ...axis, size: 30,
+          splits: (plot, _, begin, end) => ticksBefore(this.origin ?? end, begin, end, plot.over.clientWidth / 80),
+          values: (_, ticks) => ticks.map((tick) => `${number(tick - (this.origin ?? 0), 3)} s`),
+        },
         { ...axis, size: 64, values: (_, ticks) => ticks.map((tick) => number(tick)) },
       ],
       series: [{}, ...lines.map((line) => ({
@@ -268,6 +286,7 @@ class Plot {
     if (this.now === null || (!this.dirty && this.range)) return;
     this.dirty = false;
     const [begin, end] = this._shown();
+    if (!this.range) this.origin = end; // of the times at the axis; it stays where it was while one looks at the past
     for (const chart of this.charts) {
       const columns = Math.max(50, Math.floor(chart.over.clientWidth));
       const places = grid(begin, end, columns);
@@ -347,6 +366,16 @@ function expand(text) {
     const folder = head.slice(0, head.lastIndexOf("/"));
     return [head, ...others.map((other) => `${folder}/${other}`)];
   });
+}
+
+// Round numbers of seconds before a time, about so many.
+function ticksBefore(origin, begin, end, count) {
+  const least = (end - begin) / Math.max(2, count);
+  const power = 10 ** Math.floor(Math.log10(least));
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= least);
+  const first = Math.ceil((begin - origin) / step - 1e-6);
+  const last = Math.floor((end - origin) / step + 1e-6);
+  return Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => origin + (first + index) * step);
 }
 
 function spread(least, most) {

@@ -1,0 +1,70 @@
+"""Panels beside each other, and layouts with names."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from browsing import Browser, Web
+
+PANELS = "[...document.querySelectorAll('.panel')].map((each) => each.dataset.panel)"
+
+
+def test_panels_are_split_changed_and_closed(browser: Browser, web: Web) -> None:
+    browser.open(web.page("plot"))
+    browser.click("button[title='another panel beside this one']")
+    browser.wait(f'JSON.stringify({PANELS}) === \'["plot","plot"]\'')
+    browser.run("document.querySelectorAll('.kind')[1].value = 'console'")
+    browser.run("document.querySelectorAll('.kind')[1].dispatchEvent(new Event('change'))")
+    browser.wait(f'JSON.stringify({PANELS}) === \'["plot","console"]\'')
+    browser.driver.refresh()  # it is kept
+    browser.wait(f'JSON.stringify({PANELS}) === \'["plot","console"]\'')
+    browser.click("button[title='close this panel']")
+    browser.wait(f"JSON.stringify({PANELS}) === '[\"console\"]'")
+
+
+def test_a_layout_that_is_made_in(browser: Browser, web: Web) -> None:
+    browser.open(web.page(""))
+    browser.click("#bar button", "Layouts")
+    browser.click(".layouts .title", "Tutorial")
+    browser.wait(f"{PANELS}.includes('plot') && {PANELS}.includes('console')")
+    browser.wait("[...document.querySelectorAll('.chip .name')].some((each) => each.textContent === '/velocity/data')")
+    assert not browser.run("return document.querySelector('dialog').open")
+
+
+def test_a_layout_of_ones_own(browser: Browser, web: Web, tmp_path: Path) -> None:
+    browser.open(web.page("console"))
+    browser.click("button[title='another panel below this one']")
+    browser.click("#bar button", "Layouts")
+    browser.type("[aria-label='name of the layout']", "mine <b>")
+    browser.click(".layouts form button")
+    browser.click("dialog button", "Close")
+    browser.click(".tab", "Plot")
+    browser.wait(f"JSON.stringify({PANELS}) === '[\"plot\"]'")
+    browser.click("#bar button", "Layouts")
+    browser.click(".layouts .title", "mine <b>")
+    browser.wait(f'JSON.stringify({PANELS}) === \'["console","console"]\'')
+
+    file = tmp_path / "layout.json"
+    file.write_text(json.dumps({"form": "pyros1 layout 1", "name": "of a file", "tree": {"panel": "plot"}}))
+    browser.click("#bar button", "Layouts")
+    browser.driver.find_element("css selector", ".layouts input[type=file]").send_keys(str(file))
+    browser.click(".layouts .title", "of a file")
+    browser.wait(f"JSON.stringify({PANELS}) === '[\"plot\"]'")
+
+
+def test_a_link_with_a_strange_layout_does_no_harm(browser: Browser, web: Web) -> None:
+    deep = {"panel": "console"}
+    for _ in range(50):
+        deep = {"split": "row", "parts": [deep, {"panel": "plot"}]}  # type: ignore[dict-item]
+    trees = [None, 1, [], {"panel": "x"}, {"parts": []}, {"parts": [{"panel": "plot", "settings": 5}] * 100}, deep]
+    for tree in trees:
+        browser.run("localStorage.clear()") if tree is not trees[0] else None
+        encode = "btoa(JSON.stringify(arguments[0])).replaceAll('+', '-').replaceAll('/', '_').replaceAll('=', '')"
+        browser.open(web.page("plot"))
+        text = browser.run(f"return {encode}", tree)
+        browser.open(web.page(f"plot={text}"))
+        browser.wait("document.querySelectorAll('.panel').length > 0")
+        assert browser.run("return document.querySelectorAll('.panel').length") <= 8
+    browser.open(web.page("%E0%A4%A"))
+    browser.wait("document.querySelectorAll('.panel').length > 0")

@@ -1,0 +1,66 @@
+"""Links to the page, and the note that a running server leaves so that other commands find it."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import json
+import os
+import urllib.request
+from collections.abc import Iterator, Mapping
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+_PATIENCE = 2.0
+_MOST = 10_000
+
+
+def panel_link(link: str, panel: str, settings: Mapping[str, Any]) -> str:
+    """Return the link to a panel.
+
+    Args:
+        link: the page's link, with its token.
+        panel: the panel's name; empty for the first.
+        settings: what the panel shows; see its module in ``page/panels``.
+    """
+    if not settings:
+        return f"{link}#{panel}" if panel else link
+    text = json.dumps({"panel": panel, "settings": settings}, separators=(",", ":")).encode()
+    return f"{link}#{panel}={base64.urlsafe_b64encode(text).decode().rstrip('=')}"
+
+
+def note_file(home: Path, master_uri: str) -> Path:
+    """Return the place of the note about the server for a master, in the folder of ROS's own files."""
+    return home / "pyros1" / f"web-{sha256(master_uri.encode()).hexdigest()[:16]}.json"
+
+
+@contextlib.contextmanager
+def noted(file: Path, link: str) -> Iterator[None]:
+    """Leave a note while a server runs, which only its user can read, since it has the token."""
+    with contextlib.suppress(OSError):  # then other commands start servers of their own
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.unlink(missing_ok=True)
+        descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with open(descriptor, "w", encoding="utf-8") as note:
+            json.dump({"link": link}, note)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            if json.loads(file.read_text(encoding="utf-8"))["link"] == link:
+                file.unlink()
+
+
+def running_link(file: Path) -> str | None:
+    """Return the link of the server that left a note, if it still answers."""
+    try:
+        link = json.loads(file.read_text(encoding="utf-8")[:_MOST])["link"]
+        base = link.partition("?")[0]
+        if not base.startswith("http://"):
+            return None
+        with urllib.request.urlopen(f"{base}panels.json", timeout=_PATIENCE) as answer:
+            json.loads(answer.read(_MOST))
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return str(link)

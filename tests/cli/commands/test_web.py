@@ -1,0 +1,155 @@
+"""`pyros1 web`: its words, its messages, and how a second one finds the first."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import re
+import signal
+import socket
+import stat
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from pyros1.cli.registry import stock_names
+
+Start = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def start(environ: dict[str, str]) -> Iterator[Start]:
+    """Return a function that starts ``pyros1 web`` with some words; its browser does nothing."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def begin(*words: str, **more: str) -> subprocess.Popen[str]:
+        processes.append(
+            subprocess.Popen(
+                [sys.executable, "-m", "pyros1", "web", *words],
+                env={**os.environ, **environ, "BROWSER": "true", **more},
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+            )
+        )
+        return processes[-1]
+
+    yield begin
+    for process in processes:
+        process.terminate()
+        assert "Traceback" not in process.communicate(timeout=30)[0]
+
+
+def first_line(process: subprocess.Popen[str]) -> str:
+    assert process.stdout is not None
+    return process.stdout.readline()
+
+
+def link_in(line: str) -> str:
+    match = re.search(r"http://localhost:\d+/\S*$", line.strip().removesuffix("\n"))
+    assert match, line
+    return match[0]
+
+
+def settings_in(link: str) -> object:
+    text = link.partition("=")[2].partition("#plot=")[2]
+    return json.loads(base64.urlsafe_b64decode(text + "=" * (-len(text) % 4)))
+
+
+def test_it_prints_a_link_that_works_and_ends_with_a_signal(start: Start) -> None:
+    process = start("--port", "0")
+    link = link_in(first_line(process))
+    assert re.search(r"\?token=[\w-]{20,}$", link)
+    with urllib.request.urlopen(link, timeout=20) as answer:
+        assert b"<title>pyros1</title>" in answer.read()
+    process.send_signal(signal.SIGINT)
+    assert process.wait(20) == 0
+
+
+def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) -> None:
+    server = start("--port", "0")
+    link = link_in(first_line(server))
+    (note,) = Path(environ["ROS_HOME"], "pyros1").iterdir()
+    assert stat.S_IMODE(note.stat().st_mode) == 0o600  # it has the token
+    for words, settings in [
+        (["plot", "/velocity/data,force"], {"curves": ["/velocity/data", "/force"]}),
+        (["plot", "-p", "5", "-P", "/a/x:y"], {"curves": ["/a/x", "/a/y"], "period": 5.0, "paused": True}),
+    ]:
+        other = start(*words)
+        found = link_in(first_line(other))
+        assert other.wait(20) == 0
+        assert found.startswith(f"{link}#plot=")
+        assert settings_in(found) == {"panel": "plot", "settings": settings}
+    found = link_in(first_line(start("image", "camera/image")))
+    assert found.startswith(f"{link}#image=")
+    other = start("console")
+    assert link_in(first_line(other)) == f"{link}#console"
+    server.terminate()
+    assert server.wait(20) == 0
+    assert not note.exists()
+
+
+def test_a_note_of_a_server_that_is_gone_does_no_harm(start: Start, environ: dict[str, str]) -> None:
+    server = start("--port", "0")
+    first_line(server)
+    server.kill()
+    server.wait(20)
+    other = start("--port", "0", "plot")
+    link = link_in(first_line(other))
+    assert link.endswith("#plot")
+    with urllib.request.urlopen(link, timeout=20) as answer:
+        assert answer.status == 200
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["nothing"], "there is no panel 'nothing'; there are "),
+        (["console", "/x"], "the panel console takes no arguments"),
+        (["--port", "70000"], "the port must be from 0 to 65535"),
+    ],
+)
+def test_wrong_words(start: Start, words: list[str], said: str) -> None:
+    process = start(*words)
+    output, _ = process.communicate(timeout=30)
+    assert process.returncode != 0
+    assert said in output
+
+
+def test_a_port_that_is_taken(start: Start) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        process = start("--host", "127.0.0.1", "--port", str(port))
+        output, _ = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert f"cannot listen on 127.0.0.1:{port}: " in output
+    assert "--port 0 takes any free port" in output
+
+
+def test_without_the_package_it_says_what_to_install(start: Start, tmp_path: Path) -> None:
+    (tmp_path / "websockets.py").write_text("raise ImportError('not here')")
+    process = start("--port", "0", PYTHONPATH=str(tmp_path))
+    output, _ = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert "pip install 'pyros1[web]'" in output
+
+
+def test_other_machines_are_warned_of(start: Start) -> None:
+    process = start("--port", "0", "--host", "0.0.0.0")
+    assert process.stdout is not None
+    lines = [process.stdout.readline() for _ in range(2)]
+    assert any("whoever has the link" in line for line in lines)
+
+
+def test_names_of_the_stock_programs() -> None:
+    names = stock_names()
+    assert names["rqt_plot"] == names["rxplot"] == ("web", "plot")
+    assert names["rqt_console"] == names["rxconsole"] == ("web", "console")
