@@ -100,6 +100,17 @@ def test_parts_are_put_together(compression: str, size: int | None) -> None:
     assert intake.take(parts[0]) == Intake().take(PUBLISH)
 
 
+def test_a_character_that_was_cut_in_two() -> None:
+    intake = Intake()
+    part = {"op": "fragment", "id": 1, "total": 2}
+    assert intake.take(json.dumps({**part, "num": 0, "data": '{"op":"publish","topic":"t","msg":"\ud83d'})) is None
+    found = intake.take(json.dumps({**part, "num": 1, "data": '\ude00"}'}))
+    assert found is not None
+    assert found[1] == Publish("t", "\U0001f600")
+    with pytest.raises(BridgeError, match="half"):
+        intake.take('{"op":"publish","topic":"t","msg":"\\ud83d"}')
+
+
 def test_pictures_in_parts() -> None:
     data = picture.pack(PUBLISH)
     intake = Intake()

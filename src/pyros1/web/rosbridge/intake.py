@@ -30,14 +30,18 @@ class Intake:
             BridgeError: the frame is no operation.
         """
         for _ in range(_DEEPEST):
-            id, found = parse(_load(frame))
+            text = _text(frame)
+            value = _load(text)
+            id, found = parse(value)
             if not isinstance(found, Part):
+                if "\\ud" in text or "\\uD" in text:
+                    _check_unicode(value, id)
                 return id, found
             try:
-                text = self._join(id, found)
-                if text is None:
+                joined = self._join(id, found)
+                if joined is None:
                     return None
-                frame = picture.unpack(text, MAX_FRAME) if found.op == "png" else text
+                frame = picture.unpack(joined, MAX_FRAME) if found.op == "png" else joined
             except BridgeError as error:
                 raise BridgeError(f"{found.op}: {error}", id) from None
         raise BridgeError("fragments and pictures are nested too deeply")
@@ -76,10 +80,27 @@ class _Text:
         self.parts[part.number] = part.data
 
 
-def _load(frame: str | bytes) -> Any:
+def _text(frame: str | bytes) -> str:
     if len(frame) > MAX_FRAME:
         raise BridgeError(f"a frame has at most {MAX_FRAME} bytes")
     try:
-        return json.loads(frame if isinstance(frame, str) else frame.decode("utf-8"))
+        if isinstance(frame, bytes):
+            return frame.decode("utf-8")
+        # A program in JavaScript may have cut a text in the middle of a character.
+        return frame if frame.isascii() else frame.encode("utf-16-le", "surrogatepass").decode("utf-16-le")
+    except ValueError:
+        raise BridgeError("a frame must be JSON, in UTF-8") from None
+
+
+def _load(text: str) -> Any:
+    try:
+        return json.loads(text)
     except (ValueError, RecursionError):
         raise BridgeError("a frame must be JSON, in UTF-8") from None
+
+
+def _check_unicode(value: Any, id: Id) -> None:
+    try:
+        json.dumps(value, ensure_ascii=False).encode("utf-8")
+    except ValueError:
+        raise BridgeError("a text has half a character, such as \\ud800", id) from None

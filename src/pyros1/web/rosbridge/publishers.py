@@ -77,7 +77,8 @@ class Publishers:
         message = from_client(cls, value, self._robot.node.now())
         if name in self._silent:
             self._silent.discard(name)
-            publisher.wait_for_subscribers(timeout=_CONNECT)
+            if self._robot.graph.state().subscribers.get(publisher.name):
+                publisher.wait_for_subscribers(timeout=_CONNECT)
         publisher.publish(message)
 
     def close(self) -> None:
