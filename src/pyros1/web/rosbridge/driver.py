@@ -23,6 +23,8 @@ _AT_ONCE = 64
 """Frames that are made at a time."""
 _PAUSE = 0.02
 """Seconds between looks whether the client has read what it was told."""
+_START = 10.0
+"""Seconds for which a client waits for the server's node, then it is told why there is none."""
 _THREADS = 32
 """Threads for operations and messages of all clients."""
 _CALLS = 64
@@ -54,6 +56,7 @@ class Bridge:
 class _Driver:
     def __init__(self, socket: ServerConnection, robot: Robot, threads: Executor, calls: Executor) -> None:
         self._socket = socket
+        self._robot = robot
         self._threads = threads
         self._loop = asyncio.get_running_loop()
         self._awake = asyncio.Event()
@@ -84,6 +87,9 @@ class _Driver:
         await self._read.put(None)
 
     async def _work(self) -> None:
+        deadline = monotonic() + _START
+        while not (self._robot.wait(0.0) or self._gone) and monotonic() < deadline:
+            await asyncio.sleep(_PAUSE)  # the first words of a client are not lost because the server's node begins
         more = True
         while more:  # to the last frame, also if the client has gone: programs publish as the last thing they do
             frames = [await self._read.get()]
