@@ -170,10 +170,12 @@ COMMAND = Command(
     also={
         "rqt": ("--open",),
         "rqt_console": ("console",),
+        "rqt_graph": ("graph",),
         "rqt_image_view": ("image",),
         "rqt_plot": ("plot",),
         "rqt_tf_tree": ("frames",),
         "rxconsole": ("console",),
+        "rxgraph": ("graph",),
         "rxplot": ("plot",),
     },
 )

@@ -15,7 +15,7 @@ from pyros1.web.wire import RequestError
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_FILES = frozenset({"topics", "services", "params", "nodes", "page"})
+_FILES = frozenset({"topics", "services", "params", "nodes", "doctor", "page"})
 
 
 def run(robot: Robot, name: str, args: Mapping[str, Any]) -> Any:
