@@ -1,7 +1,8 @@
 // A program of roslib: calls the ways of rosbridge one after the other, and prints what it saw, as JSON, one per line.
-import * as ROSLIB from 'roslib';
+import * as all from 'roslib';
 import WebSocket from 'ws';
 
+const ROSLIB = all.Ros ? all : all.default; // version 1 is no module
 if (!globalThis.WebSocket) globalThis.WebSocket = WebSocket;
 const ros = new ROSLIB.Ros({ url: process.argv[2] });
 const say = (name, value) => console.log(JSON.stringify([name, value]));

@@ -52,8 +52,8 @@ def socket_url(web: Web) -> str:
     return web.link.replace("http://", "ws://")
 
 
-@pytest.fixture(scope="session")
-def roslib(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture(scope="session", params=["roslib@1", "roslib@2"])
+def roslib(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with roslib, from the npm registry, and a program that uses it."""
     folder = tmp_path_factory.mktemp("roslib")
     missing = [name for name in ("node", "npm") if not shutil.which(name)]
@@ -63,7 +63,7 @@ def roslib(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip(f"{missing} are not installed")
     (folder / "package.json").write_text('{"type": "module"}')
     done = subprocess.run(
-        ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", "roslib@2", "ws@8"],
+        ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", request.param, "ws@8"],
         cwd=folder,
         capture_output=True,
         text=True,
