@@ -20,6 +20,9 @@ from pyros1.msgs.rospy_tutorials.srv import AddTwoInts
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolRequest
+from pyros1.node import Node
+from pyros1.web.access import Access
+from pyros1.web.robot import Robot
 
 Serve = Callable[..., Served]
 MakeNode = Callable[..., Any]
@@ -321,3 +324,25 @@ def test_a_client_that_sends_nonsense_is_told_so(serve: Serve, frame: str | byte
             socket_.send(frame)
             assert hear(socket_)["level"] == "error"
         assert ask(socket_, "/rosapi/get_time")["result"]
+
+
+def test_a_client_that_is_early_waits_for_the_servers_node(
+    environ: dict[str, str], make_node: MakeNode, request: pytest.FixtureRequest
+) -> None:
+    make_node("talker").advertise("number", Float64, latch=True).publish(1.5)
+    go = threading.Event()
+
+    def late() -> Node:
+        assert go.wait(PATIENCE)
+        return Node("web", argv=[], environ=environ, handle_signals=False, rosout=False)
+
+    robot = Robot(environ["ROS_MASTER_URI"], Access(token=""), late)
+    request.addfinalizer(robot.close)
+    server = Served(robot, robot.access)
+    request.addfinalizer(server.close)
+    robot.start()
+    with client(server) as socket_:
+        tell(socket_, "subscribe", topic="/number")
+        assert socket_.ping().wait(PATIENCE)  # it was read
+        go.set()
+        assert hear(socket_)["msg"] == {"data": 1.5}
