@@ -180,7 +180,7 @@ def test_calls(robot: Robot, make_node: Callable[..., Any]) -> None:
     assert ask("topics.publish", topic="/topic1", type="std_msgs/Float64", value={"data": 1.5}) == {"subscribers": 1}
     assert "error" in ask("topics.publish", topic="/topic1", type="std_msgs/Float64", value={"dat": 1.5})
     assert "error" in ask("topics.publish", topic="/topic1", type="no_msgs/Type", value={})
-    assert ask("topics.form", topic="/topic1")["fields"] == [["data", "float64", None]]
+    assert ask("topics.form", topic="/topic1")["fields"] == [["data", "float64", None, None]]
     assert "/topic1/data" in ask("topics.fields", begin="/top")
     assert ask("services.form", service="/twice")["type"] == "rospy_tutorials/AddTwoInts"
     assert ask("services.call", service="/twice", value={"a": 21})["value"] == {"fields": [["sum", "int64", 42]]}

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.msgs import load_message
+from pyros1.msgs import Message, load_message
 from pyros1.msgs.json_form import from_json
 from pyros1.node import Node
 from pyros1.web.wire import RequestError
@@ -22,10 +22,12 @@ class Publishing:
 
     Args:
         node: returns the server's node.
+        find: returns the class of a type; it raises MessageError.
     """
 
-    def __init__(self, node: Callable[[], Node]) -> None:
+    def __init__(self, node: Callable[[], Node], find: Callable[[str], type[Message]] = load_message) -> None:
         self._node = node
+        self._find = find
         self._lock = threading.Lock()
         self._publishers: dict[tuple[str, str, bool], Any] = {}
 
@@ -46,15 +48,15 @@ class Publishing:
             NodeError: the server publishes the topic with another type.
         """
         node = self._node()
-        cls = load_message(type_name)
+        cls = self._find(type_name)
         message = from_json(cls, value, node.now())
-        publisher = self._publisher(node, topic, type_name, latch)
+        publisher = self._publisher(node, topic, cls, latch)
         publisher.publish(message)
         connections: int = publisher.num_connections
         return connections
 
-    def _publisher(self, node: Node, topic: str, type_name: str, latch: bool) -> Any:
-        key = (topic, type_name, latch)
+    def _publisher(self, node: Node, topic: str, cls: type[Message], latch: bool) -> Any:
+        key = (topic, cls._type, latch)
         with self._lock:
             known = self._publishers.pop(key, None)
             if known is not None:
@@ -65,7 +67,7 @@ class Publishing:
             for other in [each for each in self._publishers if each[0] == topic]:
                 self._publishers.pop(other).unregister()
             try:
-                publisher: Any = node.advertise(topic, type_name, latch=latch)
+                publisher: Any = node.advertise(topic, cls, latch=latch)
             except TypeError as error:
                 raise RequestError(str(error)) from None
             self._publishers[key] = publisher

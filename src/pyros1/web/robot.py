@@ -17,6 +17,7 @@ from pyros1.web.console import Console
 from pyros1.web.hub import Hub
 from pyros1.web.publishing import Publishing
 from pyros1.web.system import System
+from pyros1.web.types import Types
 from pyros1.web.wire import RequestError
 
 _TRY_AGAIN = 1.0
@@ -48,7 +49,8 @@ class Robot:
         self._ended = threading.Event()
         self._found = threading.Event()
         self._hub = Hub(self._subscribe, self._now)
-        self.publishing = Publishing(lambda: self.node)
+        self.types = Types(self.listen)
+        self.publishing = Publishing(lambda: self.node, self.types.find)
         self._thread = threading.Thread(target=self._start, name="web: looks for the master", daemon=True)
 
     def start(self) -> None:

@@ -8,14 +8,25 @@ from typing import Any
 
 from pyros1.values import load_yaml
 from pyros1.web.robot import Robot
+from pyros1.web.tables.params import flatten, pretty
 from pyros1.web.views.view import text
+from pyros1.web.wire import MAX_REQUEST, RequestError
 
 
 def tree(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return all parameters that pages may see, as a flat object: full name -> value."""
-    found: dict[str, Any] = {}
-    _flatten(robot.master.get_param("/"), "", found)
+    found = {name: _plain(value) for name, value in flatten(robot.master.get_param("/"))}
     return {name: value for name, value in sorted(found.items()) if robot.access.may_see(name)}
+
+
+def get(robot: Robot, args: Mapping[str, Any]) -> str:
+    """Return a parameter as YAML text. Args: name."""
+    name = text(args, "name")
+    robot.check_visible(name)
+    found = pretty(robot.master.get_param(name))
+    if len(found) > MAX_REQUEST:
+        raise RequestError(f"{name} is too long to be shown: {len(found)} characters")
+    return found
 
 
 def put(robot: Robot, args: Mapping[str, Any]) -> None:
@@ -32,14 +43,6 @@ def delete(robot: Robot, args: Mapping[str, Any]) -> None:
     robot.master.delete_param(name)
 
 
-def _flatten(value: Any, name: str, found: dict[str, Any]) -> None:
-    if isinstance(value, dict) and (value or not name):
-        for key, inner in value.items():
-            _flatten(inner, f"{name}/{key!s}", found)
-    else:
-        found[name] = _plain(value)
-
-
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {str(key): _plain(inner) for key, inner in value.items()}
@@ -54,5 +57,5 @@ def _plain(value: Any) -> Any:
     return str(value)
 
 
-CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"tree": tree, "put": put, "delete": delete}
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"tree": tree, "get": get, "put": put, "delete": delete}
 CHANGES = frozenset({"put", "delete"})

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from time import monotonic
 from typing import Any
 
+from pyros1.doctor.together import together
 from pyros1.graph import probe_service
 from pyros1.msgs import load_service
 from pyros1.msgs.json_form import from_json
-from pyros1.web.forms import form as form_of
 from pyros1.web.robot import Robot
+from pyros1.web.tables.forms import form as form_of
 from pyros1.web.views.message import tree
 from pyros1.web.views.view import number, text
 from pyros1.web.wire import RequestError
 
 _PROBE = 2.0
 _LONGEST = 600.0
+_MOST_TYPES = 50
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
@@ -28,6 +31,15 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
         "request": form_of(cls._request_class),
         "response": form_of(cls._response_class),
     }
+
+
+def types(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
+    """Return types of services; empty for those that do not tell. Args: services: a list of names."""
+    names = args.get("services")
+    if not isinstance(names, list) or len(names) > _MOST_TYPES or not all(isinstance(name, str) for name in names):
+        raise RequestError(f"services is a list of at most {_MOST_TYPES} names")
+    answers = together({name: partial(_type, robot, name) for name in names}, _PROBE + 0.5)
+    return {name: answer if isinstance(answer, str) else "" for name, answer in answers.items()}
 
 
 def call(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
@@ -53,5 +65,5 @@ def _type(robot: Robot, name: str) -> str:
     return header["type"]
 
 
-CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"form": form, "call": call}
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"form": form, "types": types, "call": call}
 CHANGES = frozenset({"call"})

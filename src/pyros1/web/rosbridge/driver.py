@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from itertools import islice
 from time import monotonic
 from typing import Any
@@ -16,6 +16,7 @@ from websockets.exceptions import ConnectionClosed
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import Client
 from pyros1.web.rosbridge.outbox import Frame
+from pyros1.web.threads import Threads
 
 _MOST_READ = 64
 """Frames that are read ahead."""
@@ -40,8 +41,8 @@ class Bridge:
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._threads = ThreadPoolExecutor(_THREADS, "web: clients")
-        self._calls = ThreadPoolExecutor(_CALLS, "web: clients' calls")
+        self._threads = Threads(_THREADS, "web: clients")
+        self._calls = Threads(_CALLS, "web: clients' calls")
 
     async def serve(self, socket: ServerConnection) -> None:
         """Serve a client until it goes."""

@@ -11,6 +11,11 @@ _HOMES = {
     "console": "ConsoleView",
     "plot": "PlotView",
     "message": "MessageView",
+    "rates": "RatesView",
+    "publish": "PublishView",
+    "params": "ParamsView",
+    "reconfigure": "ReconfigureView",
+    "action": "ActionView",
     "frames": "FramesView",
     "image": "ImageView",
 }

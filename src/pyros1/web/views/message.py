@@ -14,7 +14,7 @@ from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
 from pyros1.web.hub import Arrival
 from pyros1.web.views.view import View, text
-from pyros1.web.wire import Push
+from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -24,6 +24,7 @@ _MOST_ELEMENTS = 64
 _MOST_TEXT = 2_000
 _MOST_VALUES = 5_000
 """Most values of a message that are shown."""
+_MOST_WINDOWS = 100
 _WINDOW = 5.0
 """Seconds over which the rate is measured."""
 _MOST_TIMES = 10_000
@@ -34,10 +35,12 @@ class MessageView(View):
 
     Args (of the page):
         topic: the topic's full name.
+        windows: of long arrays, the first element that is shown, by path: ``{"ranges": 64}``.
+        frozen: whether to stay with the message that is shown.
 
-    Pushes ``{"type", "count", "hz", "bytes", "size", "time", "publisher", "value": tree}``. In a tree, a message is
-    ``{"fields": [[name, type, value], ...]}``, an array ``{"length": N, "items": [...]}``, a time
-    ``{"secs": S, "nsecs": N}``; what is left out is null with ``more``.
+    Pushes ``{"type", "count", "hz", "bytes", "size", "time", "publisher", "latched", "value": tree}``. In a tree, a
+    message is ``{"fields": [[name, type, value], ...]}``, an array ``{"length": N, "start": N, "items": [...]}``, a
+    time ``{"secs": S, "nsecs": N}``; a message whose fields are left out has ``more``.
     """
 
     period = 1 / 20
@@ -49,7 +52,18 @@ class MessageView(View):
         self._shown: Arrival | None = None
         self._count = 0
         self._times: deque[tuple[float, int]] = deque(maxlen=_MOST_TIMES)
-        self._end = robot.listen(text(args, "topic"), self._arrived)
+        self._windows: dict[str, int] = {}
+        self._frozen = self._again = False
+        self._topic = text(args, "topic")
+        self.change(args)
+        self._end = robot.listen(self._topic, self._arrived)
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        if text(args, "topic") != self._topic:
+            raise RequestError("a stream of messages stays with its topic")
+        self._windows = _windows(args.get("windows", {}))
+        self._frozen = bool(args.get("frozen"))
+        self._again = True
 
     def _arrived(self, arrival: Arrival) -> None:
         with self._lock:
@@ -62,9 +76,11 @@ class MessageView(View):
         with self._lock:
             arrival, count = self._newest, self._count
             times = [each for each in self._times if each[0] > monotonic() - _WINDOW]
-        if arrival is None or arrival is self._shown:
+        if self._frozen and self._shown is not None:
+            arrival = self._shown
+        if arrival is None or (arrival is self._shown and not self._again):
             return None
-        self._shown = arrival
+        self._shown, self._again = arrival, False
         header = arrival.raw._connection_header or {}
         rate = (
             (len(times) - 1) / (times[-1][0] - times[0][0]) if len(times) > 1 and times[-1][0] > times[0][0] else None
@@ -78,9 +94,10 @@ class MessageView(View):
             "bytes": rate and rate * sum(each for _, each in times) / len(times),
             "size": size,
             "time": arrival.time,
+            "latched": header.get("latching") == "1",
         }
         try:
-            value = tree(arrival.message)
+            value = tree(arrival.message, self._windows)
         except MessageError as error:
             return Push({**facts, "value": None, "problem": str(error)})
         return Push({**facts, "value": value})
@@ -89,30 +106,50 @@ class MessageView(View):
         self._end()
 
 
-def tree(message: Message) -> Any:
-    """Return a message as a JSON value for reading: long arrays and texts are cut; see `MessageView`."""
+def _windows(value: Any) -> dict[str, int]:
+    if not isinstance(value, dict) or len(value) > _MOST_WINDOWS:
+        raise RequestError(f"windows are at most {_MOST_WINDOWS} paths and numbers")
+    for start in value.values():
+        if isinstance(start, bool) or not isinstance(start, int) or not 0 <= start < 1 << 32:
+            raise RequestError("a window begins at an element")
+    return value
+
+
+def tree(message: Message, windows: Mapping[str, int] | None = None) -> Any:
+    """Return a message as a JSON value for reading: long arrays and texts are cut; see `MessageView`.
+
+    Args:
+        message: the message.
+        windows: path of an array, such as ``poses[3].covariance`` -> the first element that is shown.
+    """
     left = _MOST_VALUES
+    windows = windows or {}
 
-    def fields(value: Message) -> dict[str, Any]:
+    def fields(value: Message, path: str) -> dict[str, Any]:
         slots = zip(value.__slots__, value._slot_types, strict=True)
-        return {"fields": [[name, kind, one(getattr(value, name), kind)] for name, kind in slots]}
+        begin = path and f"{path}."
+        return {"fields": [[name, kind, one(getattr(value, name), kind, begin + name)] for name, kind in slots]}
 
-    def one(value: Any, kind: str) -> Any:
+    def array(value: Any, kind: str, path: str) -> dict[str, Any]:
+        length = len(value)
+        start = min(windows.get(path, 0), max(0, length - 1))
+        end = min(length, start + max(0, min(_MOST_ELEMENTS, left)))
+        items = [one(value[index], kind, f"{path}[{index}]") for index in range(start, end)]
+        return {"length": length, "start": start, "items": items}
+
+    def one(value: Any, kind: str, path: str) -> Any:
         nonlocal left
         left -= 1
         if isinstance(value, TVal):
             return {"secs": value.secs, "nsecs": value.nsecs}
         if isinstance(value, Message):
-            return fields(value) if left > 0 else {"fields": [], "more": True}
+            return fields(value, path) if left > 0 else {"fields": [], "more": True}
         if isinstance(value, float):
             return value if math.isfinite(value) else str(value)
         if isinstance(value, str):
             return value[:_MOST_TEXT] + ("..." if len(value) > _MOST_TEXT else "")
         if isinstance(value, (bool, int)):
             return value if -(1 << 53) < value < 1 << 53 else str(value)
-        length = len(value)
-        shown = max(0, min(length, _MOST_ELEMENTS, left))
-        base = kind.partition("[")[0]
-        return {"length": length, "items": [one(each, base) for each in value[:shown]]}
+        return array(value, kind.partition("[")[0], path)
 
-    return fields(message)
+    return fields(message, "")

@@ -14,6 +14,8 @@ export class Robot extends EventTarget {
     this._count = 0;
     this._pause = 500;
     this._connect();
+    // A browser may keep a page that one has left, with its connection: what it does for the robot must end then.
+    addEventListener("pagehide", () => this._socket.close());
   }
 
   // Ask for one thing; see pyros1/web/calls. The promise fails with an Error whose message can be shown.

@@ -1,0 +1,59 @@
+"""Calls about actions (https://wiki.ros.org/actionlib)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import count
+from typing import Any
+
+from pyros1.web.robot import Robot
+from pyros1.web.tables.forms import form as form_of
+from pyros1.web.views.view import text
+from pyros1.web.wire import RequestError
+
+_numbers = count(1)
+
+
+def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the form of an action's goals; see `pyros1.web.tables.forms.form`. Args: action."""
+    name = text(args, "action")
+    action_goal = robot.types.find_on(f"{name}/goal", _goal_type(robot, name))
+    kinds = dict(zip(action_goal.__slots__, action_goal._slot_types, strict=True))
+    if kinds.get("goal") not in action_goal._classes or "goal_id" not in kinds:
+        raise RequestError(f"{action_goal._type} is no goal of an action")
+    return form_of(action_goal._classes[kinds["goal"]])
+
+
+def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Send a goal. Args: action, value: the goal. Returns its id, and how many servers got it."""
+    name = text(args, "action")
+    robot.check_visible(f"{name}/goal")
+    now = robot.node.now()
+    goal_id = f"{robot.node.name}-{next(_numbers)}-{now.secs}.{now.nsecs:09d}"
+    stamp = {"secs": now.secs, "nsecs": now.nsecs}
+    value = {
+        "header": {"stamp": stamp},
+        "goal_id": {"stamp": stamp, "id": goal_id},
+        "goal": args.get("value"),
+    }
+    servers = robot.publishing.publish(f"{name}/goal", _goal_type(robot, name), value)
+    return {"id": goal_id, "subscribers": servers}
+
+
+def cancel(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Ask a server to cancel a goal. Args: action, id: empty for all goals. Returns how many servers got it."""
+    topic = f"{text(args, 'action')}/cancel"
+    robot.check_visible(topic)
+    servers = robot.publishing.publish(topic, "actionlib_msgs/GoalID", {"id": text(args, "id")})
+    return {"subscribers": servers}
+
+
+def _goal_type(robot: Robot, name: str) -> str:
+    kind = robot.graph.topic_types().get(f"{name}/goal", "")
+    if "/" not in kind:
+        raise RequestError(f"the type of {name}/goal is not known")
+    return kind
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"form": form, "send": send, "cancel": cancel}
+CHANGES = frozenset({"send", "cancel"})

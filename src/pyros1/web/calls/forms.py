@@ -1,0 +1,43 @@
+"""Calls about forms: the same message as fields and as YAML text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.msgs import Message, load_service
+from pyros1.msgs.json_form import from_json
+from pyros1.values import load_yaml
+from pyros1.web.robot import Robot
+from pyros1.web.tables.forms import from_yaml, to_yaml
+from pyros1.web.views.view import text
+from pyros1.web.wire import RequestError
+
+
+def yaml(robot: Robot, args: Mapping[str, Any]) -> str:
+    """Return a message as YAML text. Args: value."""
+    value = args.get("value")
+    if not isinstance(value, dict):
+        raise RequestError("a message is an object")
+    return to_yaml(value)
+
+
+def value(robot: Robot, args: Mapping[str, Any]) -> Any:
+    """Return a message in YAML text as a value for the form. Args: type, part ("request" of a service's type), yaml."""
+    cls = _class(robot, args)
+    found = from_yaml(cls, load_yaml(text(args, "yaml")))
+    from_json(cls, found, robot.node.now())  # says what does not fit
+    return found
+
+
+def _class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:
+    name = text(args, "type")
+    if args.get("part") == "request":
+        request: type[Message] = load_service(name)._request_class
+        return request
+    return robot.types.find(name)
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"yaml": yaml, "value": value}
+CHANGES: frozenset[str] = frozenset()
+"""These change nothing: what is made of the value is asked for elsewhere."""

@@ -1,0 +1,37 @@
+"""Calls about parameters of dynamic_reconfigure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
+from pyros1.reconfigure.encoding import encode
+from pyros1.reconfigure.values import KINDS
+from pyros1.web.robot import Robot
+from pyros1.web.views.reconfigure import values
+from pyros1.web.views.view import text
+from pyros1.web.wire import RequestError
+
+_PATIENCE = 5.0
+
+
+def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Change parameters. Args: node, values: name -> value, types: name -> type. Returns the node's values then."""
+    name = f"{text(args, 'node')}/set_parameters"
+    robot.check_visible(name)
+    wanted, types = args.get("values"), args.get("types")
+    if not isinstance(wanted, dict) or not isinstance(types, dict) or "groups" in wanted:
+        raise RequestError("values and types are objects by name")
+    if not all(types.get(each) in KINDS for each in wanted):
+        raise RequestError(f"types are {', '.join(KINDS)}")
+    try:
+        config = encode(wanted, types)
+    except (ValueError, TypeError, OverflowError) as error:
+        raise RequestError(str(error)) from None
+    with robot.node.service(name, Reconfigure) as client:
+        return values(client.call(Reconfigure._request_class(config=config), _PATIENCE).config)
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"update": update}
+CHANGES = frozenset({"update"})

@@ -1,0 +1,164 @@
+// All nodes; of one, its process, topics, services, levels of loggers, and actions.
+
+import { command, empty, fill, h } from "../lib/dom.js";
+import { Action } from "../parts/action.js";
+import { Listing } from "../parts/listing.js";
+import { asking, copied, facts, links, outcome } from "../parts/pieces.js";
+
+const LEVELS = ["debug", "info", "warn", "error", "fatal"];
+const MOST_ACTIONS = 10;
+
+export default {
+  title: "Nodes",
+  description: "nodes, their loggers and actions",
+  order: 70,
+  mount: (place) => new Nodes(place),
+};
+
+class Nodes {
+  constructor(place) {
+    this.place = place;
+    this.system = null;
+    const number = { number: true, width: "62px", least: 520 };
+    this.listing = new Listing(place, {
+      label: "nodes", word: "node",
+      words: (row) => `${row.name} ${row.machine}`,
+      columns: [
+        { title: "node", text: (row) => row.name, width: "minmax(140px, 1.6fr)" },
+        { title: "machine", text: (row) => row.machine, width: "minmax(0, 1fr)", least: 420 },
+        { title: "pub", text: (row) => String(row.publishes.length), value: (row) => row.publishes.length, ...number, hint: "topics that it publishes" },
+        { title: "sub", text: (row) => String(row.subscribes.length), value: (row) => row.subscribes.length, ...number, hint: "topics that it subscribes to" },
+        { title: "srv", text: (row) => String(row.services.length), value: (row) => row.services.length, ...number, hint: "services" },
+        { title: "state", text: (row) => row.state, width: "86px" },
+      ],
+      details: (row) => this._details(row),
+      empty: () => empty("No nodes yet", "Start one, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")),
+    });
+    this.stream = place.robot.stream("system", {}, {
+      data: (system) => this._take(system),
+      problem: (text) => place.problem(text),
+    });
+  }
+
+  unmount() {
+    this.stream.close();
+    this.listing.close();
+  }
+
+  accept({ selected }) {
+    if (selected) this.listing.choose(selected);
+  }
+
+  _take(system) {
+    this.system = system;
+    const silent = new Set(system.silent);
+    const rows = new Map(Object.entries(system.nodes).map(([name, uri]) => [name, {
+      name, uri, machine: machine(uri), state: silent.has(name) ? "silent" : "runs", dim: silent.has(name),
+      publishes: [], subscribes: [], services: [], missing: [],
+    }]));
+    for (const [topic, facts] of Object.entries(system.topics)) {
+      for (const name of facts.publishers) rows.get(name)?.publishes.push(topic);
+      for (const name of facts.subscribers) rows.get(name)?.subscribes.push(topic);
+    }
+    for (const [service, names] of Object.entries(system.services)) for (const name of names) rows.get(name)?.services.push(service);
+    for (const edge of system.missing) for (const name of edge.slice(1, 3)) rows.get(name)?.missing.push(edge);
+    this.listing.show([...rows.values()]);
+  }
+
+  _details(row) {
+    const { place } = this;
+    const { robot } = place;
+    const { read_only: readOnly } = robot.about;
+    const result = outcome();
+    const process = h("span", {}, "…");
+    const lists = h("div");
+    const actions = h("div");
+    const shown = [];
+    robot.call("nodes.info", { node: row.name }).then(
+      ({ pid, problem }) => fill(process, problem ? h("span.wrong", {}, problem) : String(pid)),
+      (error) => fill(process, h("span.wrong", {}, error.message)));
+    const open = (panel) => (name) => place.open(panel, { selected: name });
+    const state = h("span.muted");
+    let known = "";
+    const update = (now) => {
+      fill(state, now ? (now.state === "silent" ? "does not answer" : "") : "this node is gone");
+      if (!now) return;
+      const text = JSON.stringify([now.publishes, now.subscribes, now.services, now.missing]);
+      if (text === known) return;
+      known = text;
+      fill(lists, facts([
+        ["publishes", links(now.publishes, open("topics"))],
+        ["subscribes to", links(now.subscribes, open("topics"))],
+        ["services", links(now.services, open("services"))],
+      ]), now.missing.slice(0, 10).map(([topic, publisher, subscriber]) => h("p.wrong.hint", {}, `${subscriber} does not get ${topic} from ${publisher}: `, command("pyros1 wtf"))));
+      const names = actionsOf(now).slice(0, MOST_ACTIONS);
+      if (String(names) === this.actionNames && shown.length) return;
+      this.actionNames = String(names);
+      for (const action of shown.splice(0)) action.close();
+      shown.push(...names.map((name) => new Action(robot, name)));
+      fill(actions, shown.map((action) => action.element));
+    };
+    update(row);
+    const stop = async () => {
+      try {
+        await robot.call("nodes.kill", { node: row.name });
+        result.say("told to end");
+      } catch (error) {
+        result.fail(error.message);
+      }
+    };
+    const configure = row.services.includes(`${row.name}/set_parameters`);
+    return {
+      element: h("div.about", {}, h("h3", {}, copied(row.name)), state,
+        facts([["machine", machine(row.uri)], ["address", h("span.mono", {}, row.uri)], ["process", process]]),
+        h("div.actions", {},
+          !readOnly && asking("Stop", `Stop ${row.name}?`, stop),
+          configure && h("button", { onclick: () => place.open("params", { configure: row.name }) }, "Reconfigure"),
+          h("button", { onclick: () => place.open("console", { node: row.name }) }, "Log")),
+        result.element, lists, actions, this._loggers(row)),
+      update,
+      close: () => { for (const action of shown) action.close(); },
+    };
+  }
+
+  _loggers(row) {
+    const { robot } = this.place;
+    const list = h("div.inner", {}, h("p.muted.hint", {}, "…"));
+    const result = outcome();
+    const load = async () => {
+      try {
+        const loggers = await robot.call("nodes.loggers", { node: row.name });
+        loggers.sort((one, other) => one[0].localeCompare(other[0]));
+        fill(list, loggers.slice(0, 300).map(([logger, level]) => h("label.row", {}, h("span.label.mono", {}, logger),
+          h("select", { disabled: robot.about.read_only, onchange: async (event) => {
+            try {
+              await robot.call("nodes.set_level", { node: row.name, logger, level: event.target.value });
+              result.say(`${logger} is at ${event.target.value}`);
+            } catch (error) {
+              result.fail(error.message);
+              load();
+            }
+          } }, LEVELS.map((each) => h("option", { value: each, selected: each === level.toLowerCase() }, each))))));
+        if (!loggers.length) fill(list, h("p.muted.hint", {}, "This node has no loggers."));
+      } catch (error) {
+        fill(list, h("p.muted.hint", {}, error.message));
+      }
+    };
+    return h("details.group", { ontoggle: (event) => { if (event.target.open) load(); } }, h("summary", {}, "Levels of loggers"), list, result.element);
+  }
+}
+
+// An action's server publishes its goals' states, and listens to goals.
+function actionsOf({ publishes, subscribes }) {
+  const listens = new Set(subscribes);
+  return publishes.filter((name) => name.endsWith("/status")).map((name) => name.slice(0, -"/status".length))
+    .filter((name) => listens.has(`${name}/goal`) && listens.has(`${name}/cancel`));
+}
+
+function machine(uri) {
+  try {
+    return new URL(uri).hostname.replace(/^\[|\]$/g, "");
+  } catch {
+    return "";
+  }
+}

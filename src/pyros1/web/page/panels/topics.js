@@ -1,0 +1,162 @@
+// All topics with their rates; of one, its messages, a form to publish, and its definition.
+
+import { command, empty, fill, h } from "../lib/dom.js";
+import { bytes, rate } from "../lib/format.js";
+import { Inspector } from "../parts/inspector.js";
+import { Listing } from "../parts/listing.js";
+import { copied, facts, links, tabbed } from "../parts/pieces.js";
+import { Publisher } from "../parts/publisher.js";
+
+const MOST_MEASURED = 50; // as in pyros1/web/views/rates.py
+
+export default {
+  title: "Topics",
+  description: "topics with rates, messages, and a form to publish",
+  order: 40,
+  mount: (place) => new Topics(place),
+};
+
+class Topics {
+  constructor(place) {
+    this.place = place;
+    this.measured = new Map(); // topic -> {hz, bytes}
+    this.system = null;
+    const publish = h("button", { title: "publish on a topic that is not there yet", onclick: () => this._new() }, "New …");
+    this.publish = publish;
+    this.listing = new Listing(place, {
+      label: "topics", word: "topic", tools: [publish],
+      words: (row) => `${row.name} ${row.type}`,
+      columns: [
+        { title: "topic", text: (row) => row.name, width: "minmax(140px, 2.2fr)" },
+        { title: "type", text: (row) => row.type, width: "minmax(0, 1.5fr)", least: 480 },
+        { title: "pub", text: (row) => String(row.publishers.length), value: (row) => row.publishers.length, number: true, width: "52px", least: 640, hint: "publishers" },
+        { title: "sub", text: (row) => String(row.subscribers.length), value: (row) => row.subscribers.length, number: true, width: "52px", least: 640, hint: "subscribers" },
+        { title: "rate", node: (row) => this._rate(row), value: (row) => row.hz, number: true, width: "94px" },
+        { title: "flow", text: (row) => (row.bytes ? `${bytes(row.bytes)}/s` : ""), value: (row) => row.bytes, number: true, width: "88px", least: 400 },
+      ],
+      details: (row) => this._details(row),
+      empty: () => empty("No topics yet", "Nodes that run show their topics here. Try, in a terminal:", command("pyros1 launch minimal_nodes minimal_simulator.launch")),
+    });
+    this.stream = place.robot.stream("system", {}, {
+      data: (system) => { this.system = system; this._show(); },
+      problem: (text) => place.problem(text),
+    });
+    this.rates = null;
+    this.onAbout = () => { publish.hidden = place.robot.about.read_only; };
+    this.onAbout();
+    place.robot.addEventListener("about", this.onAbout);
+  }
+
+  unmount() {
+    this.stream.close();
+    this.rates?.close();
+    this.listing.close();
+    this.place.robot.removeEventListener("about", this.onAbout);
+  }
+
+  // Another panel wants a topic shown.
+  accept({ selected }) {
+    if (selected) this.listing.choose(selected);
+  }
+
+  _show() {
+    this.listing.show(Object.entries(this.system.topics).map(([name, facts]) => {
+      const measured = this.measured.get(name);
+      const ours = measured && measured.hz !== undefined && (facts.hz === undefined || facts.hz === 0);
+      return { name, ...facts, ...(ours ? measured : {}), measured: Boolean(measured), problem: measured?.problem };
+    }));
+  }
+
+  // A publisher without subscribers sends nothing: its rate is only known if we listen.
+  _rate(row) {
+    if (row.hz !== undefined && (row.hz > 0 || row.measured)) {
+      const text = h("span", {}, rate(row.hz));
+      return row.measured ? h("button.measure.on", { title: "measured by this page; click to stop", onclick: () => this._measure(row.name) }, text) : text;
+    }
+    if (row.measured) return h("button.measure.on", { title: row.problem || "click to stop", onclick: () => this._measure(row.name) }, row.problem ? "problem" : "…");
+    if (!row.publishers.length) return h("span.muted", { title: "nobody publishes it" }, "–");
+    if (row.subscribers.length) return h("span.muted", {}, row.hz === undefined ? "" : "0 Hz");
+    return h("button.measure", { title: "nobody subscribes: listen, to measure the rate", onclick: () => this._measure(row.name) }, "measure");
+  }
+
+  _measure(name) {
+    const { robot } = this.place;
+    if (!this.measured.delete(name)) {
+      if (this.measured.size >= MOST_MEASURED) this.measured.delete(this.measured.keys().next().value);
+      this.measured.set(name, {});
+    }
+    const args = { topics: [...this.measured.keys()] };
+    this.rates ??= robot.stream("rates", args, {
+      data: (found) => {
+        for (const [topic, figures] of Object.entries(found)) if (this.measured.has(topic)) this.measured.set(topic, figures);
+        this._show();
+      },
+      problem: (text) => this.place.problem(text),
+    });
+    this.rates.change(args);
+    this._show();
+  }
+
+  _details(row) {
+    const { place } = this;
+    const { robot } = place;
+    const people = h("div.people");
+    const type = h("span.mono");
+    const plot = (curve) => place.open("plot", { curves: [curve] });
+    let publisher = null; // goes on while another tab is looked at
+    const publishing = () => {
+      publisher ??= new Publisher(robot, row.name, "");
+      return { element: publisher.element };
+    };
+    const tabs = tabbed([
+      ["Message", () => new Inspector(robot, row.name, { plot })],
+      !robot.about.read_only && ["Publish", publishing],
+      ["Definition", () => this._definition(row.name)],
+    ].filter(Boolean), this.tab || 0, (index) => { this.tab = index; });
+    let known = "";
+    const update = (now) => {
+      const text = now ? JSON.stringify([now.type, now.publishers, now.subscribers]) : "gone";
+      if (text === known) return;
+      known = text;
+      fill(type, now ? now.type || "type not known" : "this topic is gone");
+      if (!now) return;
+      const node = (name) => place.open("nodes", { selected: name });
+      fill(people, facts([["published by", links(now.publishers, node)], ["subscribed by", links(now.subscribers, node)]]));
+    };
+    update(row);
+    return { element: h("div.about", {}, h("h3", {}, copied(row.name)), type, people, tabs.element), update, close: () => { tabs.close(); publisher?.close(); } };
+  }
+
+  _definition(topic) {
+    const element = h("div.definition", {}, h("p.muted.hint", {}, "…"));
+    this.place.robot.call("topics.form", { topic }).then(
+      (form) => fill(element, h("pre.mono", {}, form.text || "# no fields")),
+      (error) => fill(element, h("p.wrong.hint", {}, error.message)));
+    return { element };
+  }
+
+  // A topic that nobody has yet.
+  _new() {
+    const name = h("input.mono", { placeholder: "/topic", "aria-label": "topic", spellcheck: false, required: true });
+    const type = h("input.mono", { placeholder: "std_msgs/String", "aria-label": "type", spellcheck: false, required: true });
+    const list = h("datalist", { id: `types${Math.random()}` });
+    type.setAttribute("list", list.id);
+    const suggest = async () => {
+      const names = await this.place.robot.call("topics.types", { begin: type.value }).catch(() => []);
+      fill(list, names.map((value) => h("option", { value })));
+    };
+    type.addEventListener("focus", suggest);
+    type.addEventListener("input", suggest);
+    const under = h("div");
+    let publisher = null;
+    const form = h("form.actions", { onsubmit: (event) => {
+      event.preventDefault();
+      publisher?.close();
+      const topic = name.value.trim().replace(/^\/?/, "/");
+      publisher = new Publisher(this.place.robot, topic, type.value.trim());
+      fill(under, publisher.element);
+    } }, name, type, list, h("button.primary", {}, "Fill in"));
+    this.listing.showElement(h("div.about", {}, h("h3", {}, "Publish on a new topic"), form, under), () => publisher?.close());
+    name.focus();
+  }
+}

@@ -1,0 +1,69 @@
+// A message to be sent: as a form, and as YAML text, which stay in step.
+
+import { h } from "../lib/dom.js";
+import { Form } from "./form.js";
+import { outcome, tabbed } from "./pieces.js";
+
+const PAUSE = 250; // milliseconds after the last key before the text is read
+
+export class Editor {
+  // form: what topics.form, services.form or actions.form returns; part: "request" of a service.
+  constructor(robot, form, { part, onchange = () => {} } = {}) {
+    this.robot = robot;
+    this.form = form;
+    this.part = part;
+    this.onchange = onchange;
+    this.value = structuredClone(form.default);
+    if (this.value.header?.stamp && form.fields[0]?.[1] === "std_msgs/Header") this.value.header.stamp = "now";
+    this.problem = "";
+    this.reading = null;
+    this.outcome = outcome();
+    this.tabs = tabbed([["Form", () => this._asForm()], ["YAML", () => this._asText()]]);
+    this.element = h("div.editor", {}, this.tabs.element, this.outcome.element);
+  }
+
+  // The message, once the text that was typed has been read; fails if it is wrong.
+  async message() {
+    if (this.timer) await this._read();
+    await this.reading;
+    if (this.problem) throw new Error(this.problem);
+    return this.value;
+  }
+
+  _say(problem) {
+    this.problem = problem;
+    this.outcome.fail(problem);
+    this.onchange();
+  }
+
+  _asForm() {
+    const form = new Form(this.form.fields, this.value, () => this._say(form.problem));
+    if (!this.text) this._say("");
+    return { element: form.element };
+  }
+
+  _asText() {
+    this._say("");
+    this.area = h("textarea.mono.yaml", { rows: 12, spellcheck: false, "aria-label": "the message as YAML", oninput: () => {
+      clearTimeout(this.timer);
+      this.timer = setTimeout(() => this._read(), PAUSE);
+    } });
+    this.robot.call("forms.yaml", { value: this.value }).then((text) => {
+      this.area.value = text;
+      this.area.rows = Math.max(4, Math.min(24, text.split("\n").length));
+    }, (error) => this._say(error.message));
+    return { element: this.area, close: () => { if (this.timer) this._read(true); } };
+  }
+
+  _read(again = false) {
+    clearTimeout(this.timer);
+    this.timer = 0;
+    const yaml = this.area.value;
+    this.reading = this.robot.call("forms.value", { type: this.form.name || this.form.type, part: this.part, yaml }).then((value) => {
+      this.value = value;
+      this._say("");
+      if (again) this.tabs.choose(0);
+    }, (error) => this._say(error.message));
+    return this.reading;
+  }
+}

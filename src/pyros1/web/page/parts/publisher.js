@@ -1,0 +1,85 @@
+// Publishes a message from a form: once, or at a rate while the page shows this.
+
+import { fill, h } from "../lib/dom.js";
+import { clock, plural } from "../lib/format.js";
+import { Editor } from "./editor.js";
+import { outcome } from "./pieces.js";
+
+export class Publisher {
+  constructor(robot, topic, type) {
+    this.robot = robot;
+    this.topic = topic;
+    this.element = h("div.publisher", {}, h("p.muted.hint", {}, "…"));
+    this.stream = null;
+    // It does not begin again by itself, perhaps much later.
+    this.onState = () => {
+      if (!this.stream || robot.state === "connected") return;
+      this._stop();
+      this.outcome.fail("the connection was lost, so publishing has ended");
+    };
+    robot.addEventListener("state", this.onState);
+    robot.call("topics.form", type ? { type } : { topic }).then((form) => this._build(form), (error) => {
+      fill(this.element, h("p.wrong.hint", { role: "alert" }, error.message));
+    });
+  }
+
+  close() {
+    this.robot.removeEventListener("state", this.onState);
+    this._stop();
+  }
+
+  _build(form) {
+    this.form = form;
+    this.editor = new Editor(this.robot, form, { onchange: () => this._changed() });
+    this.rate = h("input.num", { type: "number", min: 0.01, max: 1000, step: "any", value: 10, "aria-label": "rate in Hz", onchange: () => this._changed() });
+    this.latch = h("input", { type: "checkbox", onchange: () => this._changed() });
+    this.repeat = h("button", { "aria-pressed": "false", onclick: () => (this.stream ? this._stop() : this._start()) }, "Repeat");
+    this.outcome = outcome();
+    fill(this.element, this.editor.element,
+      h("div.actions", {}, h("button.primary", { onclick: () => this._once() }, "Publish"),
+        this.repeat, h("label.check", {}, this.rate, "Hz"),
+        h("label.check", { title: "subscribers that come later get the last message, too" }, this.latch, "latched")),
+      this.outcome.element);
+  }
+
+  async _once() {
+    try {
+      const { subscribers } = await this.robot.call("topics.publish", await this._args());
+      this.outcome.say(`${clock(Date.now() / 1000)}: sent to ${plural(subscribers, "subscriber")}`);
+    } catch (error) {
+      this.outcome.fail(error.message);
+    }
+  }
+
+  async _args() {
+    return { topic: this.topic, type: this.form.type, value: await this.editor.message(), latch: this.latch.checked, hz: Number(this.rate.value) };
+  }
+
+  async _start() {
+    try {
+      const args = await this._args();
+      this.stream = this.robot.stream("publish", args, {
+        data: ({ sent, subscribers, problem }) => (problem ? this.outcome.fail(problem) : this.outcome.say(`${sent} sent; ${plural(subscribers, "subscriber")}`)),
+        problem: (text) => text && this.outcome.fail(text),
+      });
+      this.repeat.setAttribute("aria-pressed", "true");
+      fill(this.repeat, "Stop");
+    } catch (error) {
+      this.outcome.fail(error.message);
+    }
+  }
+
+  _stop() {
+    this.stream?.close();
+    this.stream = null;
+    this.repeat?.setAttribute("aria-pressed", "false");
+    if (this.repeat) fill(this.repeat, "Repeat");
+  }
+
+  // What is published at a rate changes with the form; a wrong form leaves it as it was.
+  _changed() {
+    if (!this.stream || this.editor.problem) return;
+    const value = this.editor.value;
+    this.stream.change({ topic: this.topic, type: this.form.type, value, latch: this.latch.checked, hz: Number(this.rate.value) });
+  }
+}

@@ -1,0 +1,132 @@
+// The parameters of a server of dynamic_reconfigure: sliders, boxes, choices and texts, live both ways.
+
+import { fill, h } from "../lib/dom.js";
+import { number } from "../lib/format.js";
+import { copied, outcome } from "./pieces.js";
+
+const WIDEST = 1e6; // between the ends of a slider
+const STEPS = 500; // of a slider, at least
+
+export class Reconfigure {
+  constructor(robot, node) {
+    this.robot = robot;
+    this.node = node;
+    this.controls = new Map(); // name -> {set(value)}
+    this.pending = null; // name -> value, to be sent next
+    this.sent = null; // the same, while the node has not answered
+    this.values = {};
+    this.busy = false;
+    this.outcome = outcome();
+    this.list = h("div.configure", {}, h("p.muted.hint", {}, "…"));
+    this.element = h("div.about", {}, h("h3", {}, copied(node)), h("span.muted", {}, "dynamic_reconfigure"), this.list, this.outcome.element);
+    this.stream = robot.stream("reconfigure", { node }, {
+      data: (data) => this._take(data),
+      problem: (text) => this.outcome.fail(text),
+    });
+  }
+
+  close() {
+    this.stream.close();
+  }
+
+  _take({ parameters, values }) {
+    const shape = JSON.stringify(parameters);
+    if (shape !== this.shape) {
+      this.shape = shape;
+      this.types = Object.fromEntries(parameters.map((each) => [each.name, each.type]));
+      this._build(parameters);
+    }
+    this.values = values;
+    this._show();
+  }
+
+  // What is being changed here stays as it is until the node has answered.
+  _show() {
+    for (const [name, value] of Object.entries(this.values)) {
+      if (!(name in { ...this.pending, ...this.sent })) this.controls.get(name)?.set(value);
+    }
+  }
+
+  _build(parameters) {
+    this.controls.clear();
+    const groups = new Map();
+    for (const parameter of parameters) {
+      if (!groups.has(parameter.group)) groups.set(parameter.group, []);
+      groups.get(parameter.group).push(parameter);
+    }
+    const rows = (list) => list.map((parameter) => {
+      const control = this._control(parameter);
+      this.controls.set(parameter.name, control);
+      return h("div.row", { title: parameter.description }, h("span.label", {}, parameter.name), control.element,
+        parameter.description && h("span.muted.what", {}, parameter.description));
+    });
+    fill(this.list, [...groups].map(([name, list]) => (name === "Default" || groups.size === 1 ? rows(list)
+      : h("details.group", { open: true }, h("summary", {}, name), h("div.inner", {}, rows(list))))));
+    if (!parameters.length) fill(this.list, h("p.muted.hint", {}, "This server has no parameters."));
+  }
+
+  _control(parameter) {
+    const { name, type, choices } = parameter;
+    const disabled = this.robot.about.read_only;
+    const label = { "aria-label": name, disabled };
+    if (choices.length) {
+      const select = h("select", { ...label, onchange: () => this._send(name, choices[Number(select.value)][1]) }, choices.map(([word, value], index) => h("option", { value: index }, `${word} (${value})`)));
+      return { element: select, set: (value) => { select.value = String(choices.findIndex((each) => each[1] === value)); } };
+    }
+    if (type === "bool") {
+      const box = h("input", { ...label, type: "checkbox", onchange: () => this._send(name, box.checked) });
+      return { element: box, set: (value) => { box.checked = value; } };
+    }
+    if (type === "str") {
+      const field = h("input.mono", { ...label, onchange: () => this._send(name, field.value) });
+      return { element: field, set: (value) => { if (document.activeElement !== field) field.value = value; } };
+    }
+    return this._number(parameter, label);
+  }
+
+  _number({ name, type, min, max }, label) {
+    const whole = type === "int";
+    const bounded = min !== null && max !== null && max > min && max - min <= WIDEST;
+    const step = whole ? 1 : 10 ** Math.floor(Math.log10((max - min) / STEPS));
+    const clean = (value) => (whole ? Math.round(value) : Number((Math.round(value / step) * step).toPrecision(9)));
+    const field = h("input.num.mono", { ...label, type: "number", step: whole ? 1 : "any", min: bounded ? min : undefined, max: bounded ? max : undefined, onchange: () => {
+      if (field.value !== "" && Number.isFinite(Number(field.value))) this._send(name, whole ? clean(Number(field.value)) : Number(field.value));
+    } });
+    const slider = bounded && h("input", { ...label, type: "range", min, max, step: whole ? 1 : "any", oninput: () => {
+      const value = Math.min(max, Math.max(min, clean(Number(slider.value))));
+      field.value = number(value, 6);
+      this._send(name, value);
+    } });
+    const ends = bounded ? `${number(min)} to ${number(max)}` : "";
+    return { element: h("span.ranged", { title: ends }, slider, field), set: (value) => {
+      if (value === null) return;
+      if (document.activeElement !== field) field.value = number(value, 6);
+      if (slider && document.activeElement !== slider) slider.value = String(value);
+      else if (slider && !this.busy) slider.value = String(value);
+    } };
+  }
+
+  // One change is on its way at a time; what changes meanwhile goes with the next one.
+  async _send(name, value) {
+    this.pending = { ...this.pending, [name]: value };
+    if (this.busy) return;
+    this.busy = true;
+    try {
+      while (this.pending) {
+        const values = this.sent = this.pending;
+        const before = this.values;
+        this.pending = null;
+        await this.robot.call("reconfigure.update", { node: this.node, values, types: this.types });
+        this.sent = null;
+        if (this.values !== before) this._show(); // else it comes: the answer itself may be older than what others do
+        this.outcome.say("");
+      }
+    } catch (error) {
+      this.pending = this.sent = null;
+      this._show();
+      this.outcome.fail(error.message);
+    } finally {
+      this.busy = false;
+    }
+  }
+}

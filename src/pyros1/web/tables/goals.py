@@ -1,0 +1,65 @@
+"""Goals of an action's server, as its topics tell of them. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+MOST = 50
+"""Most goals that are kept; the oldest are forgotten."""
+
+
+@dataclass
+class Goal:
+    """A goal.
+
+    Attributes:
+        id: its name. stamp: when it was sent, in seconds.
+        status: a number of actionlib_msgs/GoalStatus. text: what the server says.
+        feedback, result: the newest messages; None for none. feedbacks: how many there were.
+    """
+
+    id: str
+    stamp: float = 0.0
+    status: int = 0
+    text: str = ""
+    feedback: Any = None
+    feedbacks: int = 0
+    result: Any = None
+
+
+class Goals:
+    """Collects what comes on the topics of an action."""
+
+    def __init__(self) -> None:
+        self._goals: dict[str, Goal] = {}
+
+    def take_statuses(self, array: Any) -> None:
+        """Take an actionlib_msgs/GoalStatusArray."""
+        for status in array.status_list[-MOST:]:
+            self._of(status)
+
+    def take_feedback(self, message: Any) -> None:
+        """Take a message of the feedback topic."""
+        goal = self._of(message.status)
+        goal.feedback = message.feedback
+        goal.feedbacks += 1
+
+    def take_result(self, message: Any) -> None:
+        """Take a message of the result topic."""
+        self._of(message.status).result = message.result
+
+    def all(self) -> list[Goal]:
+        """Return the goals, newest first."""
+        return sorted(self._goals.values(), key=lambda goal: goal.stamp, reverse=True)
+
+    def _of(self, status: Any) -> Goal:
+        name = status.goal_id.id
+        goal = self._goals.get(name)
+        if goal is None:
+            if len(self._goals) >= MOST:
+                del self._goals[min(self._goals.values(), key=lambda each: each.stamp).id]
+            goal = self._goals[name] = Goal(name)
+        goal.stamp, goal.status = status.goal_id.stamp.to_sec(), status.status
+        goal.text = status.text[:500]
+        return goal

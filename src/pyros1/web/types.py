@@ -1,0 +1,65 @@
+"""Types of messages that are not installed here: their publishers send the definitions."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pyros1.ground.errors import UnknownTypeError
+from pyros1.msgs import Message, load_message
+
+if TYPE_CHECKING:
+    from pyros1.web.hub import Arrival
+
+_PATIENCE = 2.0
+"""Seconds in which a message has to come."""
+_MOST = 1_000
+
+
+class Types:
+    """Finds classes of messages.
+
+    Args:
+        listen: see `pyros1.web.robot.Robot.listen`.
+    """
+
+    def __init__(self, listen: Callable[[str, Callable[[Arrival], object]], Callable[[], None]]) -> None:
+        self._listen = listen
+        self._learned: dict[str, type[Message]] = {}
+
+    def find(self, name: str) -> type[Message]:
+        """Return the class of a type that is installed, or was learned.
+
+        Raises:
+            UnknownTypeError: it is neither.
+            DefinitionError: its definition is wrong.
+        """
+        learned = self._learned.get(name)
+        return load_message(name) if learned is None else learned
+
+    def find_on(self, topic: str, name: str) -> type[Message]:
+        """Return the class of a type; learn it from a message of a topic if it is not installed.
+
+        Raises:
+            UnknownTypeError: it is not installed, and no message of the topic comes soon.
+            DefinitionError: its definition is wrong.
+            MessageError: the publisher's definition cannot be used.
+            RequestError: there is no master yet, or pages may not see the topic.
+        """
+        try:
+            return self.find(name)
+        except UnknownTypeError:
+            came: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
+            end = self._listen(topic, came.put)
+            try:
+                cls = type(came.get(timeout=_PATIENCE).message)
+            except queue.Empty:
+                raise UnknownTypeError(
+                    f"{name} is not installed here, and no message has come on {topic} that would bring its definition"
+                ) from None
+            finally:
+                end()
+        if cls._type == name and len(self._learned) < _MOST:
+            self._learned[name] = cls
+        return cls

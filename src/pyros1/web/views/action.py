@@ -1,0 +1,89 @@
+"""The goals of an action (https://wiki.ros.org/actionlib), live."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import Error, MessageError
+from pyros1.web.hub import Arrival
+from pyros1.web.tables.goals import Goals
+from pyros1.web.views.message import tree
+from pyros1.web.views.view import View, text
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+_MOST_TREES = 10
+"""Of how many goals feedback and result are shown."""
+
+
+class ActionView(View):
+    """An action.
+
+    Args (of the page):
+        action: its name, the common begin of its topics.
+
+    Pushes ``{"goals": [{"id", "stamp", "status", "text", "feedbacks", "feedback": tree, "result": tree}, ...]}``,
+    newest first; for trees see `pyros1.web.views.message.MessageView`.
+    """
+
+    period = 1 / 10
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        name = text(args, "action")
+        self._lock = threading.Lock()
+        self._goals = Goals()
+        self._problem = ""
+        self._ends: list[Callable[[], None]] = []
+        takers = {
+            "status": self._goals.take_statuses,
+            "feedback": self._goals.take_feedback,
+            "result": self._goals.take_result,
+        }
+        try:
+            for word, taker in takers.items():
+                self._ends.append(robot.listen(f"{name}/{word}", self._listener(taker)))
+        except Error:
+            self.close()
+            raise
+
+    def take(self) -> Push | None:
+        with self._lock:
+            if self._problem:
+                raise RequestError(self._problem)
+            goals = self._goals.all()
+            shown = [
+                {
+                    "id": goal.id,
+                    "stamp": goal.stamp,
+                    "status": goal.status,
+                    "text": goal.text,
+                    "feedbacks": goal.feedbacks,
+                    "feedback": tree(goal.feedback) if goal.feedback is not None and number < _MOST_TREES else None,
+                    "result": tree(goal.result) if goal.result is not None and number < _MOST_TREES else None,
+                }
+                for number, goal in enumerate(goals)
+            ]
+        return Push({"goals": shown})
+
+    def close(self) -> None:
+        for end in self._ends:
+            end()
+
+    def _listener(self, taker: Callable[[Any], None]) -> Callable[[Arrival], None]:
+        def arrived(arrival: Arrival) -> None:
+            try:
+                message = arrival.message
+                with self._lock:
+                    taker(message)
+            except MessageError as error:
+                self._problem = str(error)
+            except (AttributeError, TypeError) as error:  # topics of these names, but of other types
+                self._problem = f"this is no action: {error}"
+            self.wake()
+
+        return arrived

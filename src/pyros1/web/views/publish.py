@@ -1,0 +1,58 @@
+"""A message that is published at a rate for as long as the page shows that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.web.tables.repeating import Repeating
+from pyros1.web.views.view import View, number, text
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+_LEAST, _MOST = 0.01, 1000.0
+
+
+class PublishView(View):
+    """Publishes while it is open; `change` changes the message and the rate.
+
+    Args (of the page):
+        topic, type: names. value: the message as JSON, see `pyros1.msgs.json_form`.
+        latch: whether later subscribers get the last one. hz: how often per second.
+
+    Pushes ``{"sent": N, "subscribers": N, "problem": TEXT}``.
+    """
+
+    period = 0.2
+    polled = True
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        if robot.access.read_only:
+            raise RequestError("this server is read-only (--read-only)")
+        _ = robot.node
+        self._shown: Any = None
+        self._repeating = Repeating(*self._read(args))
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        self._repeating.change(*self._read(args))
+
+    def take(self) -> Push | None:
+        now = self._repeating
+        facts = {"sent": now.sent, "subscribers": now.subscribers, "problem": now.problem}
+        if facts == self._shown:
+            return None
+        self._shown = facts
+        return Push(facts)
+
+    def close(self) -> None:
+        self._repeating.close()
+
+    def _read(self, args: Mapping[str, Any]) -> tuple[Callable[[], int], float]:
+        topic, kind = text(args, "topic"), text(args, "type")
+        self.robot.check_visible(topic)
+        value, latch = args.get("value"), bool(args.get("latch"))
+        publishing = self.robot.publishing
+        return lambda: publishing.publish(topic, kind, value, latch), number(args, "hz", _LEAST, _MOST, 1.0)

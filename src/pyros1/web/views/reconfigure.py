@@ -1,0 +1,108 @@
+"""Parameters of dynamic_reconfigure (https://wiki.ros.org/dynamic_reconfigure) of one node, live."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import MessageError
+from pyros1.reconfigure.encoding import decode
+from pyros1.reconfigure.values import choices
+from pyros1.web.hub import Arrival
+from pyros1.web.views.view import View, text
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+_MOST_CHOICES = 200
+_LONGEST = 100_000
+"""Most characters of a list of choices."""
+
+
+class ReconfigureView(View):
+    """What can be configured, and how it is.
+
+    Args (of the page):
+        node: the node's name, or the namespace of its parameters.
+
+    Pushes ``{"parameters": [{"name", "type", "group", "description", "min", "max", "default", "choices"}, ...],
+    "values": {name: value}}``; choices are a list of name and value.
+    """
+
+    period = 1 / 15
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        name = text(args, "node")
+        self._lock = threading.Lock()
+        self._description: Arrival | None = None
+        self._config: Arrival | None = None
+        self._ends: list[Callable[[], None]] = []
+        try:
+            self._ends.append(robot.listen(f"{name}/parameter_descriptions", self._described))
+            self._ends.append(robot.listen(f"{name}/parameter_updates", self._updated))
+        except RequestError:
+            self.close()
+            raise
+
+    def take(self) -> Push | None:
+        with self._lock:
+            description, config = self._description, self._config
+        if description is None or config is None:
+            return None
+        try:
+            return Push({"parameters": parameters(description.message), "values": values(config.message)})
+        except (MessageError, AttributeError, TypeError) as error:  # another type under these names
+            raise RequestError(f"this is no server of dynamic_reconfigure: {error}") from None
+
+    def close(self) -> None:
+        for end in self._ends:
+            end()
+
+    def _described(self, arrival: Arrival) -> None:
+        with self._lock:
+            self._description = arrival
+        self.wake()
+
+    def _updated(self, arrival: Arrival) -> None:
+        with self._lock:
+            self._config = arrival
+        self.wake()
+
+
+def parameters(description: Any) -> list[dict[str, Any]]:
+    """Return the parameters of a dynamic_reconfigure/ConfigDescription for a page; see `ReconfigureView`."""
+    low, high, usual = values(description.min), values(description.max), values(description.dflt)
+    return [
+        {
+            "name": each.name,
+            "type": each.type,
+            "group": group.name,
+            "description": each.description,
+            "min": low.get(each.name),
+            "max": high.get(each.name),
+            "default": usual.get(each.name),
+            "choices": _choices(each.edit_method),
+        }
+        for group in description.groups
+        for each in group.parameters
+    ]
+
+
+def values(config: Any) -> dict[str, Any]:
+    """Return the values of a dynamic_reconfigure/Config, for JSON: null for numbers without an end."""
+    return {name: _plain(value) for name, value in decode(config, dict).items()}
+
+
+def _choices(edit_method: str) -> list[list[Any]]:
+    if len(edit_method) > _LONGEST:
+        return []
+    found = choices(edit_method)
+    return [[name, _plain(value)] for name, value in list(found.items())[:_MOST_CHOICES]]
+
+
+def _plain(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,33 @@
+"""Goals as an action's topics tell of them."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+from pyros1.ground.timing import Time
+from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from pyros1.web.tables.goals import MOST, Goals
+
+
+def status(name: str, secs: int = 1, state: int = 1, text: str = "") -> Any:
+    return GoalStatus(goal_id=GoalID(stamp=Time(secs, 0), id=name), status=state, text=text)
+
+
+def test_goals_are_collected() -> None:
+    goals = Goals()
+    goals.take_statuses(GoalStatusArray(status_list=[status("a"), status("b", 2)]))
+    goals.take_feedback(SimpleNamespace(status=status("a"), feedback="f"))
+    goals.take_result(SimpleNamespace(status=status("a", state=3, text="good"), result="r"))
+    newest, oldest = goals.all()
+    assert (newest.id, newest.stamp, newest.status) == ("b", 2.0, 1)
+    assert (oldest.status, oldest.text, oldest.feedback, oldest.feedbacks, oldest.result) == (3, "good", "f", 1, "r")
+
+
+def test_the_oldest_are_forgotten() -> None:
+    goals = Goals()
+    for number in range(MOST * 2):
+        goals.take_statuses(GoalStatusArray(status_list=[status(str(number), number + 1)]))
+    assert [goal.id for goal in goals.all()] == [str(number) for number in reversed(range(MOST, MOST * 2))]
+    goals.take_statuses(GoalStatusArray(status_list=[status(f"x{number}", 1000) for number in range(MOST * 5)]))
+    assert len(goals.all()) == MOST
