@@ -28,6 +28,7 @@ class Access:
         names: names under which the server may be reached, besides those of loopback; addresses count as names.
         any_address: whether every IP address is such a name, as on a server that listens on all interfaces.
         read_only: whether pages may not change anything.
+        origins: other sites whose pages may come in if they have the token, such as ``http://localhost:8000``.
         topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
     """
 
@@ -36,6 +37,7 @@ class Access:
     any_address: bool = False
     read_only: bool = False
     topics: tuple[str, ...] = ()
+    origins: Collection[str] = ()
 
     def is_our_name(self, host: str | None) -> bool:
         """Return whether a Host header names this server."""
@@ -46,8 +48,11 @@ class Access:
         return name in LOOPBACK or name in self.names or (self.any_address and _is_address(name))
 
     def is_our_page(self, origin: str | None, host: str | None) -> bool:
-        """Return whether an Origin header is that of our own page; programs that are not browsers send none."""
-        if origin is None:
+        """Return whether an Origin header is that of our own page, or of a site that may come in.
+
+        Programs that are not browsers send none.
+        """
+        if origin is None or origin.lower() in self.origins:
             return True
         parts = urlsplit(origin)
         return parts.scheme in ("http", "https") and parts.netloc.lower() == (host or "").lower()

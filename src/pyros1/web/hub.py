@@ -36,6 +36,15 @@ class Arrival:
         self._message: Message | None = None
 
     @property
+    def message_class(self) -> type[Message]:
+        """The class of the message.
+
+        Raises:
+            MessageError: the publisher sent no usable definition.
+        """
+        return self._decoder.message_class(self.raw)
+
+    @property
     def message(self) -> Message:
         """The decoded message; it is decoded once, whoever asks.
 

@@ -1,4 +1,4 @@
-"""The server: the page's files, a WebSocket for each page, and those of other viewers, on one port.
+"""The server: the page's files, a WebSocket for each page, and those of other viewers and programs, on one port.
 
 See https://www.rfc-editor.org/rfc/rfc6455. Everything that can take time runs in threads, so that a slow page, node or
 master delays nobody else.
@@ -30,6 +30,8 @@ from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE
 from pyros1.web.foxglove.connection import Viewer
 from pyros1.web.foxglove.shared import Shared
 from pyros1.web.robot import Robot
+from pyros1.web.rosbridge.driver import Bridge
+from pyros1.web.rosbridge.intake import MAX_FRAME
 from pyros1.web.session import Session
 from pyros1.web.threads import Threads
 from pyros1.web.wire import RequestError
@@ -37,6 +39,8 @@ from pyros1.web.wire import RequestError
 PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET = "/ws"
 """Path of the page's WebSocket."""
+_OTHERS = ("/", "/rosbridge")
+"""Paths of the WebSockets of other programs."""
 MOST_PAGES = 64
 _MOST_CALLS = 16
 """Most calls of a page that run at the same time; more wait."""
@@ -60,6 +64,7 @@ class WebServer:
         self._assets = Assets()
         self._pushes = Threads(_THREADS, "web: pushes")
         self._calls = Threads(_THREADS, "web: calls")
+        self._bridge = Bridge(robot)
         self._viewers = Shared(robot)
         self._pages = 0
 
@@ -84,7 +89,7 @@ class WebServer:
                 port,
                 process_request=self._answer,
                 select_subprotocol=_choose_protocol,
-                max_size=wire.MAX_REQUEST * 4,
+                max_size=MAX_FRAME,
                 max_queue=16,
                 compression=None,
                 server_header=None,
@@ -95,6 +100,7 @@ class WebServer:
         finally:
             self._pushes.shutdown(wait=False, cancel_futures=True)
             self._calls.shutdown(wait=False, cancel_futures=True)
+            self._bridge.close()
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a WebSocket begin."""
@@ -102,7 +108,7 @@ class WebServer:
         if not self._access.is_our_name(host):
             return _plain(HTTPStatus.FORBIDDEN, "This server has another name. Use the link that it printed.\n")
         path = urlsplit(request.path).path
-        if path == SOCKET or (path == "/" and _wants_socket(request)):
+        if path == SOCKET or (path in _OTHERS and _wants_socket(request)):
             return self._admit(request)
         return self._file(path, request.headers.get("If-None-Match"))
 
@@ -137,6 +143,8 @@ class WebServer:
         try:
             if socket.subprotocol in FOXGLOVE:
                 await Viewer(socket, self._viewers, self._pushes, self._calls).run()
+            elif socket.request is not None and urlsplit(socket.request.path).path in _OTHERS:
+                await self._bridge.serve(socket)
             else:
                 await _Page(socket, self._robot, self._pushes, self._calls).run()
         finally:

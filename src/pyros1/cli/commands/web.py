@@ -64,6 +64,7 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
         any_address=options.host in _EVERYWHERE,
         read_only=options.read_only,
         topics=tuple(options.topics),
+        origins=frozenset(origin.lower().rstrip("/") for origin in options.origins),
         **more,
     )
     robot = Robot(uri, access, _node_maker(invocation, uri))
@@ -130,6 +131,14 @@ COMMAND = Command(
             "--token",
             metavar="TOKEN",
             help="token in the link, empty for none; without this option, a new one at each start",
+        ),
+        Option(
+            "--origin",
+            dest="origins",
+            action="append",
+            default=[],
+            metavar="ORIGIN",
+            help="other site whose pages may connect, with the token: for example http://localhost:8000; null: files",
         ),
         Flag("--read-only", dest="read_only", help="pages may look, but publish, call, set and stop nothing"),
         Option(

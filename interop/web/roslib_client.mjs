@@ -1,0 +1,58 @@
+// A program of roslib: calls the ways of rosbridge one after the other, and prints what it saw, as JSON, one per line.
+import * as all from 'roslib';
+import WebSocket from 'ws';
+
+const ROSLIB = all.Ros ? all : all.default; // version 1 is no module
+if (!globalThis.WebSocket) globalThis.WebSocket = WebSocket;
+const ros = new ROSLIB.Ros({ url: process.argv[2] });
+const say = (name, value) => console.log(JSON.stringify([name, value]));
+const within = (promise) =>
+  Promise.race([promise, new Promise((_, fail) => setTimeout(() => fail(new Error('too late')), 10000))]);
+const ask = (call) => within(new Promise((done, fail) => call(done, (problem) => fail(new Error(String(problem))))));
+const ends = [];
+
+function first(options) {
+  return within(new Promise((done) => {
+    const topic = new ROSLIB.Topic({ ros, ...options });
+    topic.subscribe((message) => { topic.unsubscribe(); done(message); });
+    ends.push(topic);
+  }));
+}
+
+async function main() {
+  await within(new Promise((done, fail) => { ros.on('connection', done); ros.on('error', fail); }));
+  say('topics', await ask((done, fail) => ros.getTopics(done, fail)));
+  say('type', await ask((done, fail) => ros.getTopicType('/floats', done, fail)));
+  say('nodes', await ask((done, fail) => ros.getNodes(done, fail)));
+  say('services', await ask((done, fail) => ros.getServices(done, fail)));
+  say('service type', await ask((done, fail) => ros.getServiceType('/add', done, fail)));
+  say('details', await ask((done, fail) => ros.getMessageDetails('geometry_msgs/Twist', done, fail)));
+  const parameter = new ROSLIB.Param({ ros, name: '/web/gain' });
+  await ask((done, fail) => parameter.set({ p: 1.5, words: ['a', 'b'] }, done, fail));
+  say('param', await ask((done, fail) => parameter.get(done, fail)));
+
+  for (const compression of ['none', 'png', 'cbor']) {
+    const message = await first({ name: '/floats', messageType: 'std_msgs/Float64MultiArray', compression });
+    say(`floats ${compression}`, Array.from(message.data));
+  }
+  const image = await first({ name: '/image', messageType: 'sensor_msgs/Image', compression: 'cbor' });
+  say('image cbor', [image.height, image.width, image.data.length, image.data[7]]);
+  const raw = await first({ name: '/floats', messageType: 'std_msgs/Float64MultiArray', compression: 'cbor-raw' });
+  say('floats cbor-raw', raw.bytes.length);
+
+  const echo = first({ name: '/echo', messageType: 'std_msgs/String' });
+  const words = new ROSLIB.Topic({ ros, name: '/words', messageType: 'std_msgs/String' });
+  words.advertise();
+  words.publish({ data: 'hello' });
+  say('echo', (await echo).data);
+
+  const add = new ROSLIB.Service({ ros, name: '/add', serviceType: 'rospy_tutorials/AddTwoInts' });
+  say('sum', await ask((done, fail) => add.callService({ a: 2, b: 40 }, done, fail)));
+  say('failure', await ask((done) => add.callService({ a: 'x', b: 40 }, () => done(null), (problem) => done(String(problem)))));
+
+  const provided = new ROSLIB.Service({ ros, name: '/provided', serviceType: 'std_srvs/SetBool' });
+  provided.advertise((request, response) => { response.success = !request.data; response.message = 'by roslib'; return true; });
+  say('ready', true);
+}
+
+main().catch((problem) => { say('problem', String(problem && problem.stack || problem)); process.exit(1); });

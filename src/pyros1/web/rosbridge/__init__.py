@@ -1,0 +1,1 @@
+"""rosbridge v2 with rosapi, for programs of roslibjs and roslibpy."""

@@ -1,0 +1,99 @@
+"""What clients are told. Pure."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from pyros1.web.rosbridge import picture
+from pyros1.web.rosbridge.operations import BridgeError, Id
+
+_encode = json.JSONEncoder(ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode
+
+
+def text(value: Any) -> str:
+    """Return a value as JSON. Numbers that JSON lacks become null."""
+    try:
+        return _encode(value)
+    except ValueError:
+        return _encode(_finite(value))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {name: _finite(inner) for name, inner in value.items()}
+    if isinstance(value, list):
+        return [_finite(inner) for inner in value]
+    return value
+
+
+def binary(value: Any) -> bytes:
+    """Return a value as CBOR.
+
+    Raises:
+        BridgeError: cbor2 is not installed.
+    """
+    return bytes(_cbor().dumps(value))
+
+
+def tagged(tag: int, data: bytes) -> Any:
+    """Return bytes with a tag of CBOR.
+
+    Raises:
+        BridgeError: cbor2 is not installed.
+    """
+    return _cbor().CBORTag(tag, data)
+
+
+def _cbor() -> Any:
+    try:
+        import cbor2  # noqa: PLC0415 - for those who ask for it
+    except ImportError:
+        raise BridgeError("CBOR needs cbor2: pip install 'pyros1[web]'") from None
+    return cbor2
+
+
+def status(level: str, message: str, id: Id = None) -> str:
+    """Return the frame that says what went wrong."""
+    return text({"op": "status", **_with(id), "level": level, "msg": message})
+
+
+def response(service: str, id: Id, values: Any, result: bool) -> dict[str, Any]:
+    """Return the answer to a call."""
+    return {"op": "service_response", **_with(id), "service": service, "values": values, "result": result}
+
+
+def call(service: str, id: str, args: Any) -> str:
+    """Return the frame that calls a service of the client."""
+    return text({"op": "call_service", "id": id, "service": service, "args": args})
+
+
+def _with(id: Id) -> dict[str, Any]:
+    return {} if id is None else {"id": id}
+
+
+def packed(frame: str, compression: str, fragment_size: int | None, id: str) -> Iterator[str]:
+    """Yield a frame as the client wants it.
+
+    Args:
+        frame: a JSON text.
+        compression: ``png``, or another word for none.
+        fragment_size: most characters of the text in each frame; None: in one piece.
+        id: of the parts, if there are several.
+
+    Raises:
+        BridgeError: Pillow is not installed.
+    """
+    if compression == "png":
+        frame = text({"op": "png", "data": picture.pack(frame)})
+    if fragment_size is None or len(frame) <= fragment_size:
+        yield frame
+        return
+    total = -(-len(frame) // fragment_size)
+    for number in range(total):
+        data = frame[number * fragment_size : (number + 1) * fragment_size]
+        yield text({"op": "fragment", "id": id, "data": data, "num": number, "total": total})

@@ -1,0 +1,278 @@
+"""What clients ask for: JSON objects with an ``op``, checked and typed. Pure.
+
+See https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pyros1.ground.errors import Error
+
+Id = str | int | None
+COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
+LEVELS = ("none", "error", "warning", "info")
+LONGEST_CALL = 600.0
+"""Seconds after which a call ends that has no shorter limit."""
+_LONGEST_NAME = 1000
+_LEAST_FRAGMENT = 16
+_MOST = 1 << 31
+
+
+class BridgeError(Error):
+    """A frame is no operation, or the operation cannot be done. The client gets the text.
+
+    Attributes:
+        id: of the operation.
+    """
+
+    def __init__(self, text: str, id: Id = None) -> None:
+        super().__init__(text)
+        self.id = id
+
+
+@dataclass(frozen=True)
+class Advertise:
+    """The client will publish."""
+
+    topic: str
+    type: str
+    latch: bool
+    queue_size: int
+
+
+@dataclass(frozen=True)
+class Unadvertise:
+    """The client will not publish any more."""
+
+    topic: str
+
+
+@dataclass(frozen=True)
+class Publish:
+    """Publish a message, as JSON."""
+
+    topic: str
+    message: Any
+
+
+@dataclass(frozen=True)
+class Subscribe:
+    """Send messages of a topic.
+
+    Attributes:
+        type: the expected type; empty for any.
+        throttle: least seconds between two messages.
+        queue_length: most messages that wait; 0: as the client can take them.
+        fragment_size: most characters of a frame; None for no limit.
+    """
+
+    topic: str
+    type: str
+    throttle: float
+    queue_length: int
+    fragment_size: int | None
+    compression: str
+    key: Id
+
+
+@dataclass(frozen=True)
+class Unsubscribe:
+    """End the subscription with an id, or all of the topic."""
+
+    topic: str
+    key: Id
+
+
+@dataclass(frozen=True)
+class CallService:
+    """Call a service; the timeout is in seconds."""
+
+    service: str
+    args: Any
+    timeout: float
+    fragment_size: int | None
+    compression: str
+
+
+@dataclass(frozen=True)
+class AdvertiseService:
+    """The client provides a service."""
+
+    service: str
+    type: str
+
+
+@dataclass(frozen=True)
+class UnadvertiseService:
+    """The client provides a service no longer."""
+
+    service: str
+
+
+@dataclass(frozen=True)
+class ServiceResponse:
+    """The client answers a call of a service that it provides."""
+
+    service: str
+    values: Any
+    result: bool
+
+
+@dataclass(frozen=True)
+class SetLevel:
+    """Which status messages the client wants."""
+
+    level: str
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a text, or of a picture that has one in it."""
+
+    op: str
+    data: str
+    number: int
+    total: int
+
+
+Action = (
+    Advertise
+    | Unadvertise
+    | Publish
+    | Subscribe
+    | Unsubscribe
+    | CallService
+    | AdvertiseService
+    | UnadvertiseService
+    | ServiceResponse
+    | SetLevel
+)
+
+
+def parse(frame: object) -> tuple[Id, Action | Part]:
+    """Return the id of an operation, and the operation.
+
+    Args:
+        frame: a JSON value.
+
+    Raises:
+        BridgeError: it is none.
+    """
+    if not isinstance(frame, dict):
+        raise BridgeError("an operation is a JSON object with a text 'op'")
+    given = frame.get("id")
+    id = given if isinstance(given, (str, int)) and not isinstance(given, bool) else None
+    op = frame.get("op")
+    if not isinstance(op, str):
+        raise BridgeError("an operation is a JSON object with a text 'op'", id)
+    make = _MAKERS.get(op)
+    if make is None:
+        raise BridgeError(f"there is no operation {op[:50]!r}", id)
+    try:
+        return id, make(frame, id)
+    except BridgeError as error:
+        raise BridgeError(f"{op}: {error}", id) from None
+
+
+def _text(frame: Mapping[str, Any], name: str, default: str | None = None) -> str:
+    value = frame.get(name)
+    if value is None and default is not None:
+        return default
+    if not isinstance(value, str):
+        raise BridgeError(f"{name} must be a text")
+    return value
+
+
+def _name(frame: Mapping[str, Any], name: str, default: str | None = None) -> str:
+    value = _text(frame, name, default)
+    if len(value) > _LONGEST_NAME or not value.isascii() or not (value or default is not None):
+        raise BridgeError(f"{name} is no name")
+    return value
+
+
+def _number(frame: Mapping[str, Any], name: str, default: float, least: float = 0, most: float = _MOST) -> float:
+    value = frame.get(name)
+    if value is None:
+        return default
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= most:
+        raise BridgeError(f"{name} must be a number of at least {least:g}")
+    return value
+
+
+def _count(frame: Mapping[str, Any], name: str, default: int, least: int = 0) -> int:
+    return int(_number(frame, name, default, least))
+
+
+def _flag(frame: Mapping[str, Any], name: str, default: bool) -> bool:
+    value = frame.get(name)
+    if value is None:
+        return default
+    if not isinstance(value, bool):
+        raise BridgeError(f"{name} must be true or false")
+    return value
+
+
+def _word(frame: Mapping[str, Any], name: str, words: tuple[str, ...]) -> str:
+    value = _text(frame, name, "none")
+    if value not in words:
+        raise BridgeError(f"{name} must be one of {', '.join(words)}")
+    return value
+
+
+def _fragment_size(frame: Mapping[str, Any]) -> int | None:
+    if not frame.get("fragment_size"):
+        return None
+    return max(_LEAST_FRAGMENT, _count(frame, "fragment_size", 0))
+
+
+def _call(frame: Mapping[str, Any], _: Id) -> CallService:
+    timeout = _number(frame, "timeout", 0.0) or LONGEST_CALL
+    compression = _word(frame, "compression", COMPRESSIONS)
+    return CallService(
+        _name(frame, "service"), frame.get("args"), min(timeout, LONGEST_CALL), _fragment_size(frame), compression
+    )
+
+
+def _subscribe(frame: Mapping[str, Any], id: Id) -> Subscribe:
+    return Subscribe(
+        _name(frame, "topic"),
+        _name(frame, "type", ""),
+        _number(frame, "throttle_rate", 0) / 1000,
+        _count(frame, "queue_length", 0),
+        _fragment_size(frame),
+        _word(frame, "compression", COMPRESSIONS),
+        id,
+    )
+
+
+def _part(frame: Mapping[str, Any], id: Id) -> Part:
+    total = _count(frame, "total", 1, 1)
+    number = _count(frame, "num", 0)
+    if total > 1 and id is None:
+        raise BridgeError("parts need an id")
+    if number >= total:
+        raise BridgeError(f"there is no part {number} of {total}")
+    return Part(_text(frame, "op"), _text(frame, "data"), number, total)
+
+
+_MAKERS: dict[str, Callable[[Mapping[str, Any], Id], Action | Part]] = {
+    "advertise": lambda frame, _: Advertise(
+        _name(frame, "topic"), _name(frame, "type"), _flag(frame, "latch", False), _count(frame, "queue_size", 100)
+    ),
+    "unadvertise": lambda frame, _: Unadvertise(_name(frame, "topic")),
+    "publish": lambda frame, _: Publish(_name(frame, "topic"), frame.get("msg")),
+    "subscribe": _subscribe,
+    "unsubscribe": lambda frame, id: Unsubscribe(_name(frame, "topic"), id),
+    "call_service": _call,
+    "advertise_service": lambda frame, _: AdvertiseService(_name(frame, "service"), _name(frame, "type")),
+    "unadvertise_service": lambda frame, _: UnadvertiseService(_name(frame, "service")),
+    "service_response": lambda frame, _: ServiceResponse(
+        _name(frame, "service"), frame.get("values"), _flag(frame, "result", True)
+    ),
+    "set_level": lambda frame, _: SetLevel(_word(frame, "level", LEVELS)),
+    "fragment": _part,
+    "png": _part,
+}

@@ -1,0 +1,122 @@
+"""Services that a client provides: calls go to it as frames, and wait in threads of the node for the answers."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from itertools import count
+from typing import Any
+
+from pyros1.ground.errors import ServiceRefusal
+from pyros1.msgs import Message, load_service
+from pyros1.web.robot import Robot
+from pyros1.web.rosbridge import frames
+from pyros1.web.rosbridge.operations import LONGEST_CALL, BridgeError, Id, ServiceResponse
+from pyros1.web.rosbridge.values import for_json, from_args
+
+MOST_SERVICES = 200
+MOST_CALLS = 100
+"""Most calls of a client's services that wait for it."""
+
+
+class Providing:
+    """The services of one client.
+
+    Args:
+        robot: where they are provided.
+        tell: sends a frame to the client.
+    """
+
+    def __init__(self, robot: Robot, tell: Callable[[str], object]) -> None:
+        self._robot = robot
+        self._tell = tell
+        self._services: dict[str, Any] = {}
+        self._lock = threading.Lock()
+        self._waiting: dict[str, _Call] = {}
+        self._numbers = count(1)
+        self._closed = False
+
+    def advertise(self, name: str, kind: str) -> None:
+        """Provide a service.
+
+        Raises:
+            BridgeError: the client has too many.
+            Error: no such type, or someone else here provides it.
+        """
+        full = self._robot.node.resolve(name)
+        self._robot.check_visible(full)
+        cls = load_service(kind)
+        if name in self._services:
+            self.unadvertise(name)
+        if len(self._services) >= MOST_SERVICES:
+            raise BridgeError(f"a client provides at most {MOST_SERVICES} services")
+        self._services[name] = self._robot.node.advertise_service(
+            full, cls, lambda request: self._ask(name, cls._response_class, request)
+        )
+
+    def unadvertise(self, name: str) -> None:
+        """Provide a service no longer.
+
+        Raises:
+            BridgeError: the client does not provide it.
+        """
+        service = self._services.pop(name, None)
+        if service is None:
+            raise BridgeError(f"you do not provide {name}")
+        service.shutdown()
+        self._end(name)
+
+    def answer(self, id: Id, response: ServiceResponse) -> None:
+        """Give an answer to who waits for it.
+
+        Raises:
+            BridgeError: nobody does.
+        """
+        call = self._waiting.get(id) if isinstance(id, str) else None
+        if call is None or call.service != response.service:
+            raise BridgeError(f"nobody waits for this answer of {response.service}")
+        call.response = response
+        call.done.set()
+
+    def close(self) -> None:
+        """End all."""
+        with self._lock:
+            self._closed = True
+        for name in list(self._services):
+            self.unadvertise(name)
+
+    def _end(self, name: str) -> None:
+        with self._lock:
+            calls = [call for call in self._waiting.values() if call.service == name]
+        for call in calls:
+            call.done.set()
+
+    def _ask(self, name: str, cls: type[Message], request: Message) -> Message:
+        call = _Call(name)
+        id = f"service_request:{name}:{next(self._numbers)}"
+        with self._lock:
+            if self._closed or len(self._waiting) >= MOST_CALLS:
+                raise ServiceRefusal(f"the client that provides {name} has too much to do")
+            self._waiting[id] = call
+        try:
+            self._tell(frames.call(name, id, for_json(request)))
+            answered = call.done.wait(LONGEST_CALL)
+        finally:
+            with self._lock:
+                del self._waiting[id]
+        response = call.response
+        if response is None:
+            raise ServiceRefusal(
+                f"the client that provides {name} has gone" if answered else f"{name}: the client does not answer"
+            )
+        if not response.result:
+            reason = response.values if isinstance(response.values, str) else frames.text(response.values)
+            raise ServiceRefusal(reason[:1000])
+        return from_args(cls, response.values, self._robot.node.now())
+
+
+class _Call:
+    def __init__(self, service: str) -> None:
+        self.service = service
+        self.done = threading.Event()
+        self.response: ServiceResponse | None = None

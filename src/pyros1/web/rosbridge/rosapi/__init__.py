@@ -1,0 +1,67 @@
+"""The services of rosapi, for clients: what is there, what it is like, and parameters.
+
+They are answered here, without a node or a registration. Each is a function in a file of this folder: takes the robot
+and its arguments, returns the values of the response. `SERVICES` of a file has them by name, with the fields of the
+request.
+See https://wiki.ros.org/rosapi.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+from pyros1.web.robot import Robot
+from pyros1.web.rosbridge.operations import BridgeError
+
+PREFIX = "/rosapi/"
+Answer = Callable[[Robot, Mapping[str, str]], dict[str, Any]]
+Services = dict[str, tuple[tuple[str, ...], Answer]]
+_FILES = ("topics", "services", "nodes", "params", "details")
+
+
+def _services() -> Services:
+    found: Services = {}
+    for name in _FILES:
+        found.update(import_module(f"{__name__}.{name}").SERVICES)
+    return found
+
+
+def has(name: str) -> bool:
+    """Return whether a service, by its full name, is one of rosapi."""
+    return name.startswith(PREFIX)
+
+
+def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
+    """Answer a call.
+
+    Args:
+        robot: what is asked about.
+        name: the service's full name.
+        args: an object, a list of values in order, or null.
+
+    Returns:
+        The values of the response.
+
+    Raises:
+        BridgeError: there is no such service, it is not allowed, or the arguments are wrong.
+        Error: the robot cannot say.
+    """
+    fields, answer = _services().get(name.removeprefix(PREFIX), ((), None))
+    if answer is None:
+        raise BridgeError(f"Service {name} does not exist")
+    return answer(robot, _texts(fields, args))
+
+
+def _texts(fields: tuple[str, ...], args: Any) -> dict[str, str]:
+    if args is None:
+        args = {}
+    if isinstance(args, list):
+        if len(args) == 1 and isinstance(args[0], dict):
+            args = args[0]
+        elif len(args) in (0, len(fields)):
+            args = dict(zip(fields, args, strict=False))
+    if not isinstance(args, dict) or not all(isinstance(args.get(name, ""), str) for name in fields):
+        raise BridgeError(f"the arguments are texts: {', '.join(fields)}" if fields else "there are no arguments")
+    return {name: args.get(name, "") for name in fields}

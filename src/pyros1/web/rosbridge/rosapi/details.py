@@ -1,0 +1,74 @@
+"""Definitions of messages and services, field by field."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pyros1.msgs import Message, load_message, load_service
+from pyros1.web.robot import Robot
+from pyros1.web.rosbridge.rosapi import Services
+
+_NO_ARRAY = -1
+_ANY_LENGTH = 0
+
+
+def _message(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    return _definitions(load_message(args["type"]))
+
+
+def _request(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    return _definitions(load_service(args["type"])._request_class)
+
+
+def _response(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    return _definitions(load_service(args["type"])._response_class)
+
+
+def _definitions(cls: type[Message]) -> dict[str, Any]:
+    return {"typedefs": [_definition(each) for each in _all(cls, set())]}
+
+
+def _all(cls: type[Message], seen: set[str]) -> Iterator[type[Message]]:
+    """Yield a class, and those of its fields, each once."""
+    seen.add(cls._type)
+    yield cls
+    for kind in cls._slot_types:
+        inner = cls._classes.get(kind.partition("[")[0])
+        if inner is not None and inner._type not in seen:
+            yield from _all(inner, seen)
+
+
+def _definition(cls: type[Message]) -> dict[str, Any]:
+    fields = [(name, *kind.partition("[")) for name, kind in zip(cls.__slots__, cls._slot_types, strict=True)]
+    _, spec = cls._text_source
+    return {
+        "type": cls._type,
+        "fieldnames": [name for name, *_ in fields],
+        "fieldtypes": [base for _, base, *_ in fields],
+        "fieldarraylen": [_length(bracket, rest) for *_, bracket, rest in fields],
+        "examples": [_example(base, bracket, cls) for _, base, bracket, _ in fields],
+        "constnames": [constant.name for constant in spec.constants],
+        "constvalues": [str(constant.value) for constant in spec.constants],
+    }
+
+
+def _length(bracket: str, rest: str) -> int:
+    if not bracket:
+        return _NO_ARRAY
+    return int(rest[:-1]) if rest != "]" else _ANY_LENGTH
+
+
+def _example(base: str, bracket: str, cls: type[Message]) -> str:
+    if bracket:
+        return "[]"
+    if base in cls._classes or base in ("time", "duration"):
+        return "{}"
+    return {"string": "", "bool": "False", "float32": "0.0", "float64": "0.0"}.get(base, "0")
+
+
+SERVICES: Services = {
+    "message_details": (("type",), _message),
+    "service_request_details": (("type",), _request),
+    "service_response_details": (("type",), _response),
+}

@@ -1,0 +1,82 @@
+"""Parameters. Their values go as JSON texts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from pyros1.ground.errors import ParameterNotSetError
+from pyros1.web.robot import Robot
+from pyros1.web.rosbridge.frames import text
+from pyros1.web.rosbridge.operations import BridgeError
+from pyros1.web.rosbridge.rosapi import Services
+
+
+def _name(robot: Robot, args: Mapping[str, str]) -> str:
+    name = robot.node.resolve(args["name"]) if args["name"] != "/" else "/"
+    robot.check_visible(name)
+    return name
+
+
+def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    try:
+        value = robot.master.get_param(_name(robot, args))
+    except ParameterNotSetError:
+        return {"value": args["default"] or "null"}
+    try:
+        return {"value": text(value)}
+    except (TypeError, ValueError):
+        return {"value": text(_plain(value))}  # dates and bytes
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(name): _plain(inner) for name, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    return value if value is None or isinstance(value, (str, int, float)) else str(value)
+
+
+def _set(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    _check_may_change(robot)
+    try:
+        value = json.loads(args["value"])
+    except (ValueError, RecursionError):
+        raise BridgeError("the value must be JSON") from None
+    robot.master.set_param(_name(robot, args), value)
+    return {}
+
+
+def _delete(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    _check_may_change(robot)
+    robot.master.delete_param(_name(robot, args))
+    return {}
+
+
+def _has(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    return {"exists": robot.master.has_param(_name(robot, args))}
+
+
+def _search(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    found = robot.master.search_param(args["name"]) or ""
+    return {"global_name": found if robot.access.may_see(found) else ""}
+
+
+def _names(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
+    return {"names": robot.access.visible(sorted(robot.master.get_param_names()))}
+
+
+def _check_may_change(robot: Robot) -> None:
+    if robot.access.read_only:
+        raise BridgeError("this server is read-only (--read-only)")
+
+
+SERVICES: Services = {
+    "get_param": (("name", "default"), _get),
+    "set_param": (("name", "value"), _set),
+    "delete_param": (("name",), _delete),
+    "has_param": (("name",), _has),
+    "search_param": (("name",), _search),
+    "get_param_names": ((), _names),
+}

@@ -1,0 +1,73 @@
+"""Services."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import partial
+from typing import Any
+
+from pyros1.doctor.together import together
+from pyros1.graph import probe_service
+from pyros1.net.hosts import parse_uri
+from pyros1.web.robot import Robot
+from pyros1.web.rosbridge.operations import BridgeError
+from pyros1.web.rosbridge.rosapi import Services
+
+_PROBE = 2.0
+
+
+def _services(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
+    return {"services": robot.access.visible(sorted(robot.graph.state().services))}
+
+
+def _uri(robot: Robot, name: str) -> str:
+    robot.check_visible(name)
+    uri = robot.graph.service_uri(name)
+    if uri is None:
+        raise BridgeError(f"Service {name} does not exist")
+    return uri
+
+
+def _type_of(robot: Robot, name: str) -> str:
+    return probe_service(name, _uri(robot, name), robot.master.caller_id, _PROBE).get("type", "")
+
+
+def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    return {"type": _type_of(robot, args["service"])}
+
+
+def _with_type(robot: Robot, names: Iterable[str], kind: str) -> list[str]:
+    types = together({name: partial(_type_of, robot, name) for name in names}, _PROBE)
+    return [name for name, found in types.items() if found == kind]
+
+
+def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    names = robot.access.visible(sorted(robot.graph.state().services))
+    return {"services": _with_type(robot, names, args["type"])}
+
+
+def _providers(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    """Return the nodes that provide a service, or services of a type: clients ask for both."""
+    services = robot.graph.state().services
+    asked = args["service"]
+    names = [asked] if asked in services else _with_type(robot, robot.access.visible(services), asked)
+    return {"providers": list(dict.fromkeys(node for name in robot.access.visible(names) for node in services[name]))}
+
+
+def _node(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    robot.check_visible(args["service"])
+    return {"node": next(iter(robot.graph.state().services.get(args["service"], [])), "")}
+
+
+def _host(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    return {"host": parse_uri(_uri(robot, args["service"]), "rosrpc")[0]}
+
+
+SERVICES: Services = {
+    "services": ((), _services),
+    "services_for_type": (("type",), _of_type),
+    "service_type": (("service",), _type),
+    "service_providers": (("service",), _providers),
+    "service_node": (("service",), _node),
+    "service_host": (("service",), _host),
+}

@@ -1,0 +1,132 @@
+"""A client says anything: nothing breaks, and each frame that cannot be done gives an error."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from time import monotonic
+from typing import Any
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from pyros1.msgs import AnyMsg
+from pyros1.msgs.sensor_msgs.msg import Imu
+from pyros1.web.robot import Robot
+from pyros1.web.rosbridge.client import MOST_CALLS, Client
+from pyros1.wire.handshake import TopicType
+
+_VALUES = st.recursive(
+    st.sampled_from([None, True, 0, -1, 1.5, float("nan"), 1 << 70, "", "x", "\ud800", "now", "AAAA", "\0"]),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(
+            st.sampled_from(["data", "header", "stamp", "secs", "nsecs", "x", "orientation"]), inner, max_size=3
+        )
+    ),
+    max_leaves=8,
+)
+_TOPICS = st.sampled_from(["/imu", "imu", "~imu", "/a//b", "/a b", "/\x00", "/ä", "", "/other", "/" + "x" * 2000, 5])
+_TYPES = st.sampled_from(
+    [
+        "sensor_msgs/Imu",
+        "std_srvs/SetBool",
+        "std_msgs/String",
+        "a/B",
+        "",
+        "/",
+        "../x",
+        "std_msgs",
+        "\x00/\x00",
+        "a" * 5000,
+    ]
+)
+_SERVICES = st.sampled_from(
+    ["/rosapi/get_param", "/rosapi/set_param", "/rosapi/message_details", "/rosapi/topic_type", "/imu", "/x", "a b", 1]
+)
+_TEXTS = st.sampled_from(
+    ["/imu", "1", "{", "\ud800", "\x00", "std_msgs/String", "a" * 5000, "/", "~", "", "null", "[[]]"]
+)
+_FRAMES = st.fixed_dictionaries(
+    {
+        "op": st.sampled_from(
+            [
+                "advertise",
+                "unadvertise",
+                "publish",
+                "subscribe",
+                "unsubscribe",
+                "call_service",
+                "advertise_service",
+                "unadvertise_service",
+                "service_response",
+            ]
+        )
+    },
+    optional={
+        "id": st.sampled_from(["a", 1, None, [], "\ud800"]),
+        "topic": _TOPICS,
+        "type": _TYPES,
+        "service": _SERVICES,
+        "msg": _VALUES,
+        "args": _VALUES | st.fixed_dictionaries({"name": _TEXTS, "value": _TEXTS, "type": _TEXTS, "topic": _TEXTS}),
+        "values": _VALUES,
+        "result": st.booleans(),
+        "compression": st.sampled_from(["none", "png", "cbor", "cbor-raw"]),
+        "fragment_size": st.sampled_from([0, 1, 50]),
+        "throttle_rate": st.sampled_from([0, 1, 1e9]),
+        "queue_length": st.sampled_from([0, 1, 10**9]),
+        "latch": st.booleans(),
+    },
+)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(_FRAMES, min_size=1, max_size=8))
+def test_any_operations(robot: Robot, frames: list[dict[str, Any]]) -> None:
+    def now(function: Callable[[], object]) -> None:
+        function()
+
+    client = Client(robot, now, lambda: None)
+    try:
+        client.handle(map(json.dumps, frames))
+        told, _ = client.take(monotonic())
+        assert all(isinstance(frame, (str, bytes)) for frame in told)
+    finally:
+        client.close()
+
+
+def test_messages_that_cannot_be_decoded_are_told_once(robot: Robot, make_node: Callable[..., Any]) -> None:
+    raw_type = TopicType("sensor_msgs/Imu", Imu._md5sum, Imu._full_text)
+    publisher = make_node("liar").advertise("imu", AnyMsg, raw_type=raw_type, latch=True)
+    publisher.publish(AnyMsg(b"too short"))
+    arrived: list[Any] = []
+    client = Client(robot, lambda function: None, lambda: arrived.append(None))
+    try:
+        told: list[Any] = []
+        for number in range(3):
+            client.handle([json.dumps({"op": "subscribe", "topic": "/imu", "id": number})])
+            until = monotonic() + 20
+            while not arrived and monotonic() < until:
+                pass
+            arrived.clear()
+            told += client.take(monotonic())[0]
+        assert [json.loads(frame)["op"] for frame in told] == ["status"]
+    finally:
+        client.close()
+
+
+def test_calls_without_end_are_refused(robot: Robot) -> None:
+    begun: list[Callable[[], object]] = []
+    client = Client(robot, begun.append, lambda: None)
+    try:
+        call = json.dumps({"op": "call_service", "service": "/rosapi/get_time", "id": 1})
+        client.handle([call] * (MOST_CALLS + 5))
+        assert len(begun) == MOST_CALLS
+        told = [json.loads(frame) for frame in client.take(monotonic())[0]]
+        assert [each["result"] for each in told] == [False] * 5
+        for run in begun:
+            run()
+        assert all(json.loads(frame)["result"] for frame in client.take(monotonic())[0])
+    finally:
+        client.close()
