@@ -29,6 +29,7 @@ class Access:
         any_address: whether every IP address is such a name, as on a server that listens on all interfaces.
         read_only: whether pages may not change anything.
         topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
+        bags: folders whose bags pages may see, and into which they may record; and single bags.
     """
 
     token: str = field(default_factory=lambda: secrets.token_urlsafe(16), repr=False)
@@ -36,6 +37,7 @@ class Access:
     any_address: bool = False
     read_only: bool = False
     topics: tuple[str, ...] = ()
+    bags: tuple[str, ...] = ()
 
     def is_our_name(self, host: str | None) -> bool:
         """Return whether a Host header names this server."""

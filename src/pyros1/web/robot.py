@@ -12,6 +12,8 @@ from pyros1.msgs import AnyMsg
 from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
 from pyros1.web.access import Access
+from pyros1.web.bags.library import Library
+from pyros1.web.bags.shelf import Shelf
 from pyros1.web.console import Console
 from pyros1.web.hub import Hub
 from pyros1.web.publishing import Publishing
@@ -40,6 +42,7 @@ class Robot:
         self.graph = Graph(self.master)
         self.system = System(self.graph)
         self.console = Console()
+        self.bags = Library(Shelf(access.bags), access.may_see)
         self.trouble = "looking for the master"
         self._make_node = make_node
         self._node: Node | None = None
@@ -98,6 +101,7 @@ class Robot:
         self.master.close()
         if self._thread.is_alive():
             self._thread.join(5)
+        self.bags.close()
         self._hub.close()
         self.publishing.close()
         if self._node is not None:
