@@ -129,7 +129,10 @@ export class Chart {
       curve.whole = whole;
     }
     if (fresh || !this.plot) this._layOut();
-    else this._draw();
+    else {
+      this.lines = this._lines();
+      this._draw();
+    }
     this._values();
   }
 
