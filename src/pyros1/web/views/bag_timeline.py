@@ -24,7 +24,7 @@ class BagTimelineView(BagView):
         topics: the rows.
 
     Pushes ``{"begin", "end", "columns", "topics", "exact"}`` with a float32 for each column of each row: how many
-    messages are there. Without exact, some are only known to be about there.
+    messages are there, to one column. Without exact, some are further away.
     """
 
     def change(self, args: Mapping[str, Any]) -> None:
